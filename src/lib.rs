@@ -1,0 +1,2 @@
+//! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
+pub mod scene;

@@ -1,0 +1,316 @@
+//! What a scene file says, as plain tables without behaviour.
+//!
+//! Every table is in *internal space*: the world of the scene file, translated so that the centre of its bounds is the
+//! origin and scaled by a power of two so that its bounding sphere has a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
+//! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
+//! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
+
+pub mod image;
+
+use glam::{DVec3, Vec2, Vec3};
+
+pub use self::image::Image;
+
+/// "No such entry" in every `u32` index of these tables.
+pub const NONE: u32 = u32::MAX;
+
+/// Linear sRGB (Rec. 709 primaries, D65 white).
+pub type Rgb = [f32; 3];
+
+/// One mesh vertex; eight floats, so that eight vertices load as eight rows and transpose.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(32))]
+pub struct Vertex {
+    /// Position, internal space.
+    pub p: [f32; 3],
+    /// Unit shading normal, or zero where the mesh has none (the geometric normal then serves).
+    pub n: [f32; 3],
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+}
+
+/// One triangle. Its front side is the one `cross(p1 - p0, p2 - p0)` points to (orientation, handedness of transforms
+/// and, where given, vertex normals are already folded into the order of the vertices).
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(16))]
+pub struct Triangle {
+    /// Indices into [`Scene::vertices`].
+    pub v: [u32; 3],
+    /// Index into [`Scene::shapes`].
+    pub shape: u32,
+}
+
+/// An analytic sphere (or ellipsoid): the image of the unit sphere under an affine map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Unit sphere to internal space, three rows of a 3x4 matrix.
+    pub to_world: [[f32; 4]; 3],
+    /// Its inverse.
+    pub to_unit: [[f32; 4]; 3],
+    /// +1 if the outside is the front, -1 if the inside is (`ReverseOrientation`, mirrored transforms).
+    pub facing: f32,
+    /// Index into [`Scene::shapes`].
+    pub shape: u32,
+}
+
+/// What all primitives of one `Shape` directive share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Index into [`Scene::lights`] of the light of this shape's first primitive, or [`NONE`]. Primitive `i` of an emissive
+    /// shape has light `light + i`.
+    pub light: u32,
+    /// First primitive of this shape in its table (triangles or spheres).
+    pub first: u32,
+}
+
+/// A material parameter: a constant or a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Param {
+    Constant(Rgb),
+    /// Index into [`Scene::textures`].
+    Texture(u32),
+}
+
+/// A material as the file means it, both dialects reduced to one set of kinds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name it was made under, or its type.
+    pub name: String,
+    /// Where it was made (`scene.pbrt:42`), for reports.
+    pub origin: String,
+    pub kind: MaterialKind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum MaterialKind {
+    /// v3 `matte`, v4 `diffuse`. `sigma` is Oren-Nayar's roughness in degrees (v3 only; 0 is Lambertian).
+    Diffuse { reflectance: Param, sigma: Param },
+    /// v3 `mirror`: perfect specular reflection without Fresnel.
+    Mirror { reflectance: Param },
+    /// v3 `metal`, v4 `conductor`: microfacet reflection, complex Fresnel.
+    Conductor { fresnel: ConductorFresnel, roughness: Roughness },
+    /// v3 `glass`, v4 `dielectric`, smooth. `eta` is inside over outside, RGB equal (no dispersion).
+    Dielectric { reflectance: Param, transmittance: Param, eta: Param },
+    /// v3 `plastic`: Lambertian plus glossy dielectric reflection (index 1.5).
+    Plastic { diffuse: Param, specular: Param, roughness: Roughness },
+    /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
+    Interface,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConductorFresnel {
+    /// Complex index of refraction (relative to the outside).
+    EtaK { eta: Param, k: Param },
+    /// v4 `reflectance`: the index with `eta = 1` whose reflectance at normal incidence is this.
+    Reflectance(Param),
+}
+
+/// Microfacet roughness. With `remap` the value goes through the dialect's own `RoughnessToAlpha`; without it, it is the
+/// Trowbridge-Reitz alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    pub u: Param,
+    pub v: Param,
+    pub remap: Remap,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remap {
+    /// The value is alpha.
+    None,
+    /// pbrt-v3's polynomial in `ln(roughness)`, `TrowbridgeReitzDistribution::RoughnessToAlpha`.
+    V3,
+    /// pbrt-v4's `sqrt(roughness)`.
+    V4,
+}
+
+/// A texture; children are indices of earlier entries of [`Scene::textures`] or constants, so the table has no cycles.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texture {
+    Constant(Rgb),
+    /// Product of two textures.
+    Scale { a: Param, b: Param },
+    /// `(1 - amount) * a + amount * b`, per channel.
+    Mix { a: Param, b: Param, amount: Param },
+    /// 2D checkerboard over `mapping`: `a` where `floor(s) + floor(t)` is even.
+    Checkerboard { a: Param, b: Param, mapping: UvMapping },
+    /// Bilinear look-up; texel values are `scale * texel`, `1 - texel` first if `invert`. Image row 0 is the top: `t = 1`.
+    Image { image: u32, mapping: UvMapping, wrap: Wrap, scale: f32, invert: bool },
+}
+
+/// `(s, t) = (su * u + du, sv * v + dv)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvMapping {
+    pub su: f32,
+    pub sv: f32,
+    pub du: f32,
+    pub dv: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    Repeat,
+    Black,
+    Clamp,
+}
+
+/// A light. Power-like values are linear sRGB with every `scale`, `power` and unit conversion already applied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Where it was made (`scene.pbrt:42`), for reports.
+    pub origin: String,
+    pub kind: LightKind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// Lambertian emission of one triangle, radiance `l` from its front (both sides if `two_sided`).
+    Triangle { triangle: u32, l: Rgb, two_sided: bool },
+    /// The same for one analytic sphere.
+    Sphere { sphere: u32, l: Rgb, two_sided: bool },
+    /// Intensity `i` (W/sr, per internal length squared) at `p`.
+    Point { p: Vec3, i: Rgb },
+    /// As pbrt: intensity `i` times `smoothstep`-like falloff between the two cosines around unit `axis`.
+    Spot { p: Vec3, axis: Vec3, i: Rgb, cos_total: f32, cos_falloff: f32, falloff: SpotFalloff },
+    /// Light travelling along unit `direction` (from the light into the scene) with irradiance `l` on a facing surface.
+    Distant { direction: Vec3, l: Rgb },
+    /// Constant radiance from everywhere outside.
+    InfiniteConstant { l: Rgb },
+    /// Radiance `scale * image(direction)`; `to_light` are the rows of the rotation from internal to light space.
+    InfiniteImage { image: u32, scale: Rgb, to_light: [[f32; 3]; 3], layout: EnvLayout },
+}
+
+/// How the spot's smooth edge is shaped between `cos_total` (0) and `cos_falloff` (1), `x` linear in the cosine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpotFalloff {
+    /// pbrt-v3: `x^4`.
+    V3,
+    /// pbrt-v4: `smoothstep(x)`.
+    V4,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnvLayout {
+    /// v3: `u = phi / 2 pi`, `v = theta / pi`, `z` up, row 0 at `theta = 0`.
+    LatLong,
+    /// v4: square equal-area octahedral map (Clarberg 2008).
+    EqualArea,
+}
+
+/// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed), unit length internal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    pub projection: Projection,
+    /// Camera to internal space: three rows of a 3x4 matrix; the linear part is orthonormal (perhaps mirrored).
+    pub to_world: [[f32; 4]; 3],
+    /// Screen window `[x0, x1, y0, y1]` that the full film shows: on the plane `z = 1` for a perspective (already
+    /// times `tan(fov / 2)`), in internal lengths for an orthographic camera. Raster `y` runs down, screen `y` up.
+    pub screen: [f32; 4],
+    /// Radius of the lens, internal length; 0 is a pinhole.
+    pub lens_radius: f32,
+    /// Distance of the plane in focus along `z`, internal length.
+    pub focal_distance: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    Perspective,
+    Orthographic,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Full resolution.
+    pub width: u32,
+    pub height: u32,
+    /// Pixels rendered: `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
+    pub crop: [u32; 4],
+    pub filename: Option<String>,
+    pub filter: Filter,
+    /// Factor on all values written (v3 `scale`; v4 imaging ratio `exposuretime * iso / 100`, 1 by default).
+    pub scale: f32,
+}
+
+/// Reconstruction filter; radii in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Filter {
+    pub radius: Vec2,
+    pub kind: FilterKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterKind {
+    Box,
+    Triangle,
+    /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2 sigma^2)`.
+    Gaussian { alpha: f32 },
+    Mitchell { b: f32, c: f32 },
+    /// Lanczos-windowed sinc.
+    Sinc { tau: f32 },
+}
+
+/// The `Integrator` directive, reduced to what Phalanx can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    pub kind: IntegratorKind,
+    pub max_depth: u32,
+    /// From `Sampler "integer pixelsamples"` (path tracer).
+    pub pixel_samples: u32,
+    pub mutations_per_pixel: u64,
+    pub chains: u64,
+    pub bootstrap_samples: u64,
+    pub large_step_probability: f32,
+    pub sigma: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    Mmlt,
+    Pt,
+}
+
+impl Default for IntegratorSettings {
+    /// pbrt's defaults for `Integrator "mlt"`.
+    fn default() -> Self {
+        Self {
+            kind: IntegratorKind::Mmlt,
+            max_depth: 5,
+            pixel_samples: 16,
+            mutations_per_pixel: 100,
+            chains: 1000,
+            bootstrap_samples: 100_000,
+            large_step_probability: 0.3,
+            sigma: 0.01,
+        }
+    }
+}
+
+/// The map from the file's world to internal space: `x_internal = (x_world - centre) * scale`, `scale` a power of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Space {
+    pub centre: DVec3,
+    pub scale: f64,
+}
+
+/// Everything a scene file says.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub vertices: Vec<Vertex>,
+    pub triangles: Vec<Triangle>,
+    pub spheres: Vec<Sphere>,
+    pub shapes: Vec<Shape>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub images: Vec<Image>,
+    pub lights: Vec<Light>,
+    pub camera: Camera,
+    pub film: Film,
+    pub integrator: IntegratorSettings,
+    pub space: Space,
+    /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
+    pub bounds: [Vec3; 2],
+    /// Things ignored or replaced at load, ready to print, each with file and line.
+    pub warnings: Vec<String>,
+}
