@@ -1,2 +1,3 @@
 //! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
 pub mod scene;
+pub mod simd;

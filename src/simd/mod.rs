@@ -1,0 +1,152 @@
+//! Lanes: one source for every width.
+//!
+//! 1. Every kernel is generic over [`Lanes`] and is instantiated at one lane (plain `f32`) and at eight ([`wide::f32x8`]).
+//! 2. Only operations that IEEE 754 defines exactly are offered, plus polynomials built of them ([`math`]), so both widths
+//!    give the same bits. `mul_add` is fused in both widths or in neither.
+//! 3. `min` and `max` follow one NaN rule: the second operand is returned unless the comparison is true.
+//! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no faster than scalar loads,
+//!    and a record is one cache line where eight arrays are eight.
+
+mod eight;
+pub mod math;
+mod one;
+pub mod rng;
+mod vec3;
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+pub use self::vec3::{Frame, Vec3};
+pub use wide::f32x8;
+
+/// A record of eight floats, aligned for one vector load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(32))]
+pub struct Row(pub [f32; 8]);
+
+/// One truth value per lane.
+pub trait Mask: Copy + Debug + Send + Sync + 'static {
+    /// All lanes equal to `value`.
+    fn splat(value: bool) -> Self;
+    /// Lane `i` is bit `i` of `bits`.
+    fn from_bits(bits: u32) -> Self;
+    /// Bit `i` is lane `i`; bits above the width are 0.
+    fn bits(self) -> u32;
+    fn and(self, other: Self) -> Self;
+    fn or(self, other: Self) -> Self;
+    /// `self` and not `other`.
+    fn and_not(self, other: Self) -> Self;
+    fn not(self) -> Self {
+        Self::splat(true).and_not(self)
+    }
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+    fn all(self) -> bool;
+}
+
+/// Unsigned 32-bit lanes; arithmetic wraps.
+pub trait UintLanes: Copy + Debug + Send + Sync + 'static {
+    fn splat(x: u32) -> Self;
+    fn from_fn(f: impl FnMut(usize) -> u32) -> Self;
+    fn lane(self, i: usize) -> u32;
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn xor(self, other: Self) -> Self;
+    fn and(self, other: Self) -> Self;
+    fn or(self, other: Self) -> Self;
+    fn shl<const BITS: i32>(self) -> Self;
+    fn shr<const BITS: i32>(self) -> Self;
+}
+
+/// A vector of `N` floats, `N` 1 or 8.
+pub trait Lanes:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// Number of lanes.
+    const N: usize;
+    type Mask: Mask;
+    type Uint: UintLanes;
+
+    fn splat(x: f32) -> Self;
+    /// The first `N` values of `src`.
+    fn load(src: &[f32]) -> Self;
+    /// Into the first `N` places of `dst`.
+    fn store(self, dst: &mut [f32]);
+    fn from_fn(f: impl FnMut(usize) -> f32) -> Self;
+    fn lane(self, i: usize) -> f32;
+
+    /// `self * a + b`, fused if the target has FMA (in every width alike).
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    fn sqrt(self) -> Self;
+    /// `self < other ? self : other`.
+    fn min(self, other: Self) -> Self;
+    /// `self > other ? self : other`.
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    fn floor(self) -> Self;
+
+    fn lt(self, other: Self) -> Self::Mask;
+    fn le(self, other: Self) -> Self::Mask;
+    fn eq(self, other: Self) -> Self::Mask;
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// Lane-wise `mask ? a : b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+
+    fn to_bits(self) -> Self::Uint;
+    fn from_bits(bits: Self::Uint) -> Self;
+    /// Integers below 2^24 to floats, exactly.
+    fn from_uint24(bits: Self::Uint) -> Self;
+    fn uint_eq(a: Self::Uint, b: Self::Uint) -> Self::Mask;
+    fn uint_lt(a: Self::Uint, b: Self::Uint) -> Self::Mask;
+    fn uint_select(mask: Self::Mask, a: Self::Uint, b: Self::Uint) -> Self::Uint;
+
+    /// Rows `index[lane]` of a table, transposed: component `c` of the result is column `c`. `index` has 1 to `N` entries; missing
+    /// lanes repeat the last.
+    fn load_rows(rows: &[Row], index: &[u32]) -> [Self; 8];
+    /// The inverse: writes `index.len()` rows.
+    fn store_rows(columns: [Self; 8], rows: &mut [Row], index: &[u32]);
+
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+    /// `self` where `mask`, else 0.
+    #[inline(always)]
+    fn or_zero(self, mask: Self::Mask) -> Self {
+        Self::select(mask, self, Self::zero())
+    }
+    /// `|self|` with the sign of `sign`.
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let s = sign.to_bits().and(Self::Uint::splat(0x8000_0000));
+        Self::from_bits(self.abs().to_bits().or(s))
+    }
+    /// True where the value is neither infinite nor NaN.
+    #[inline(always)]
+    fn is_finite(self) -> Self::Mask {
+        self.abs().le(Self::splat(f32::MAX))
+    }
+}

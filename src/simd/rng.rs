@@ -1,0 +1,85 @@
+//! Counter-based random numbers: a hash of (seed, chain, iteration, dimension block, purpose) gives four numbers.
+//!
+//! Any number can be had in any order, so lane width, batch size, threads, sharding and resuming cannot change a result.
+//! The hash is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3), section 4.2).
+
+use super::{Lanes, UintLanes};
+
+/// What a number is used for. No two uses share a counter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Purpose {
+    /// Fresh primary samples of a bootstrap path.
+    Bootstrap = 1,
+    /// Fresh primary samples of a large step.
+    LargeStep = 2,
+    /// Gaussian offsets of a small step.
+    SmallStep = 3,
+    /// The choice between large and small step, and the acceptance test.
+    Decision = 4,
+    /// Picking bootstrap samples to start chains from.
+    Seeding = 5,
+    /// The path tracer's samples.
+    PathTracer = 6,
+}
+
+/// The constant half of a counter: 32 bits that mix the run's seed and the purpose.
+#[derive(Clone, Copy, Debug)]
+pub struct Stream {
+    key: u32,
+    salt: u32,
+}
+
+impl Stream {
+    /// Mixes a 64-bit seed and a purpose (splitmix64 finaliser; Steele et al. 2014).
+    pub fn new(seed: u64, purpose: Purpose) -> Self {
+        let mut z = seed.wrapping_add((purpose as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        Self {
+            key: z as u32,
+            salt: (z >> 32) as u32,
+        }
+    }
+
+    /// Four words for counter (`x`, `y`, `block`): typically chain, iteration, and dimension / 4.
+    #[inline(always)]
+    pub fn words<L: Lanes>(&self, x: L::Uint, y: L::Uint, block: u32) -> [L::Uint; 4] {
+        pcg4d::<L>([
+            x,
+            y.xor(L::Uint::splat(self.salt)),
+            L::Uint::splat(block),
+            L::Uint::splat(self.key),
+        ])
+    }
+
+    /// Four floats in `[0, 1)`.
+    #[inline(always)]
+    pub fn uniforms<L: Lanes>(&self, x: L::Uint, y: L::Uint, block: u32) -> [L; 4] {
+        self.words::<L>(x, y, block).map(unit_float::<L>)
+    }
+}
+
+/// The top 24 bits of a word as a multiple of 2^-24 in `[0, 1)`.
+#[inline(always)]
+pub fn unit_float<L: Lanes>(word: L::Uint) -> L {
+    L::from_uint24(word.shr::<8>()) * L::splat(1.0 / 16_777_216.0)
+}
+
+#[inline(always)]
+fn pcg4d<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
+    let a = L::Uint::splat(1_664_525);
+    let c = L::Uint::splat(1_013_904_223);
+    let [mut x, mut y, mut z, mut w] = v.map(|v| v.mul(a).add(c));
+    x = x.add(y.mul(w));
+    y = y.add(z.mul(x));
+    z = z.add(x.mul(y));
+    w = w.add(y.mul(z));
+    [x, y, z, w] = [x, y, z, w].map(|v| v.xor(v.shr::<16>()));
+    x = x.add(y.mul(w));
+    y = y.add(z.mul(x));
+    z = z.add(x.mul(y));
+    w = w.add(y.mul(z));
+    [x, y, z, w]
+}
