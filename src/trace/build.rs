@@ -1,0 +1,310 @@
+//! From scene to tree: obvhs clusters the boxes (PLOC, Meister and Bittner 2017, then reinsertion, 2018), and its tree
+//! is flattened into nodes that hold the boxes of both children.
+
+use std::time::Duration;
+
+use glam::Vec3A;
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+
+use super::node::{Bounds, Child, NOWHERE, Node, union};
+use super::packet::MAX_DEPTH;
+use super::ray::Extent;
+use super::sphere::{LeafSphere, bounds as sphere_bounds};
+use super::triangle::LeafTriangle;
+use crate::scene::{MaterialKind, NONE, Scene};
+
+/// Most primitives per leaf.
+const LEAF_SIZE: u32 = 4;
+
+/// What a build yields.
+pub struct Tree {
+    pub nodes: Vec<Node>,
+    pub triangles: Vec<LeafTriangle>,
+    pub spheres: Vec<LeafSphere>,
+    pub extent: Extent,
+    pub depth: usize,
+}
+
+/// A primitive to be sorted into the tree.
+#[derive(Clone, Copy)]
+enum Primitive {
+    Triangle(u32),
+    Sphere(u32),
+}
+
+pub fn build(scene: &Scene) -> Tree {
+    let (primitives, boxes) = collect(scene);
+    let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
+    let aabbs: Vec<Aabb> = boxes
+        .iter()
+        .map(|b| {
+            let corner = |side: usize| Vec3A::new(b[0][side], b[1][side], b[2][side]);
+            Aabb::new(corner(0), corner(1))
+        })
+        .collect();
+    let mut flat = Flattening {
+        scene,
+        primitives: &primitives,
+        boxes: &boxes,
+        tree: Tree {
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            extent: Extent::new(bounds),
+            depth: 0,
+        },
+    };
+    let bvh = build_bvh2(&aabbs, quality(aabbs.len()), &mut Duration::default());
+    if !flat.flatten(&bvh) {
+        flat.halve();
+    }
+    flat.tree
+}
+
+/// All primitives a ray can meet, and their boxes. Primitives that are not finite are left out.
+fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
+    let visible = |shape: u32| {
+        let material = scene.shapes[shape as usize].material;
+        material == NONE
+            || !matches!(
+                scene.materials[material as usize].kind,
+                MaterialKind::Interface
+            )
+    };
+    let finite = |b: &Bounds| b.iter().flatten().all(|x| x.is_finite());
+    let triangles = scene.triangles.iter().enumerate().filter_map(|(i, t)| {
+        let p = t.v.map(|v| scene.vertices[v as usize].p);
+        let range = |k: usize| {
+            p.iter().fold([f32::INFINITY, -f32::INFINITY], |b, p| {
+                // NaN must not vanish in min and max.
+                let x = if p[k].is_nan() { f32::INFINITY } else { p[k] };
+                [b[0].min(x), b[1].max(x)]
+            })
+        };
+        let bounds = [range(0), range(1), range(2)];
+        (visible(t.shape) && finite(&bounds)).then_some((Primitive::Triangle(i as u32), bounds))
+    });
+    let spheres = scene.spheres.iter().enumerate().filter_map(|(i, s)| {
+        let bounds = sphere_bounds(s);
+        let usable = finite(&bounds) && s.to_unit.iter().flatten().all(|x| x.is_finite());
+        (visible(s.shape) && usable).then_some((Primitive::Sphere(i as u32), bounds))
+    });
+    triangles.chain(spheres).unzip()
+}
+
+/// How much work to put into the tree.
+fn quality(primitives: usize) -> BvhBuildParams {
+    let params = match primitives {
+        0..300_000 => BvhBuildParams {
+            pre_split: false,
+            ..BvhBuildParams::slow_build()
+        },
+        300_000..4_000_000 => BvhBuildParams::medium_build(),
+        _ => BvhBuildParams::fast_build(),
+    };
+    BvhBuildParams {
+        max_prims_per_leaf: LEAF_SIZE,
+        ..params
+    }
+}
+
+struct Flattening<'a> {
+    scene: &'a Scene,
+    primitives: &'a [Primitive],
+    boxes: &'a [Bounds],
+    tree: Tree,
+}
+
+/// A node waiting to be filled, and what belongs there.
+struct Pending<T> {
+    node: usize,
+    depth: usize,
+    content: T,
+}
+
+impl Flattening<'_> {
+    /// Copies the tree of obvhs; false if it is too deep to be traversed.
+    fn flatten(&mut self, bvh: &Bvh2) -> bool {
+        self.clear();
+        self.tree.nodes.push(EMPTY_NODE);
+        let Some(root) = bvh.nodes.first() else {
+            return true;
+        };
+        if root.is_leaf() {
+            let range = root.first_index as usize..(root.first_index + root.prim_count) as usize;
+            self.tree.nodes[0].child[0] = self.leaf(&bvh.primitive_indices[range.clone()]);
+            self.tree.nodes[0].bounds[0] = self.padded(&bvh.primitive_indices[range]);
+            self.tree.depth = 2;
+            return true;
+        }
+        let mut pending = vec![Pending {
+            node: 0,
+            depth: 1,
+            content: root.first_index as usize,
+        }];
+        while let Some(Pending {
+            node,
+            depth,
+            content,
+        }) = pending.pop()
+        {
+            if depth + 3 > MAX_DEPTH {
+                return false;
+            }
+            self.tree.depth = self.tree.depth.max(depth + 2);
+            for side in 0..2 {
+                let from = &bvh.nodes[content + side];
+                let b = from.aabb();
+                let bounds: Bounds = std::array::from_fn(|k| [b.min[k], b.max[k]]);
+                self.tree.nodes[node].bounds[side] = grow(bounds, self.tree.extent.pad);
+                self.tree.nodes[node].child[side] = if from.is_leaf() {
+                    let first = from.first_index as usize;
+                    let range = first..first + from.prim_count as usize;
+                    self.leaf(&bvh.primitive_indices[range])
+                } else {
+                    let index = self.push_node();
+                    pending.push(Pending {
+                        node: index,
+                        depth: depth + 1,
+                        content: from.first_index as usize,
+                    });
+                    Child::inner(index)
+                };
+            }
+        }
+        true
+    }
+
+    /// A tree of bounded depth for what no clustering sorts well: halves at the median centre of the longest axis.
+    fn halve(&mut self) {
+        self.clear();
+        let mut order: Vec<u32> = (0..self.primitives.len() as u32).collect();
+        self.tree.nodes.push(EMPTY_NODE);
+        let mut pending = vec![Pending {
+            node: 0,
+            depth: 1,
+            content: 0..order.len(),
+        }];
+        while let Some(Pending {
+            node,
+            depth,
+            content,
+        }) = pending.pop()
+        {
+            self.tree.depth = self.tree.depth.max(depth + 2);
+            let part = &mut order[content.clone()];
+            let centre = |i: u32, k: usize| {
+                let b = self.boxes[i as usize][k];
+                0.5 * b[0] + 0.5 * b[1]
+            };
+            let extent = |k: usize| {
+                let range = part.iter().fold([f32::MAX, f32::MIN], |r, &i| {
+                    [r[0].min(centre(i, k)), r[1].max(centre(i, k))]
+                });
+                range[1] - range[0]
+            };
+            let axis = (0..3)
+                .max_by(|&a, &b| extent(a).total_cmp(&extent(b)))
+                .unwrap_or(0);
+            let middle = part.len() / 2;
+            if middle > 0 {
+                part.select_nth_unstable_by(middle, |&a, &b| {
+                    centre(a, axis).total_cmp(&centre(b, axis)).then(a.cmp(&b))
+                });
+            }
+            let middle = content.start + middle;
+            for (side, range) in [content.start..middle, middle..content.end]
+                .into_iter()
+                .enumerate()
+            {
+                let members = order[range.clone()].to_vec();
+                self.tree.nodes[node].bounds[side] = self.padded(&members);
+                self.tree.nodes[node].child[side] = if members.len() <= LEAF_SIZE as usize {
+                    self.leaf(&members)
+                } else {
+                    let index = self.push_node();
+                    pending.push(Pending {
+                        node: index,
+                        depth: depth + 1,
+                        content: range,
+                    });
+                    Child::inner(index)
+                };
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        self.tree.nodes.clear();
+        self.tree.triangles.clear();
+        self.tree.spheres.clear();
+        self.tree.depth = 1;
+    }
+
+    fn push_node(&mut self) -> usize {
+        self.tree.nodes.push(EMPTY_NODE);
+        self.tree.nodes.len() - 1
+    }
+
+    /// Stores the members of a leaf. Triangles and spheres that share one are parted by a node.
+    fn leaf(&mut self, members: &[u32]) -> Child {
+        let is_sphere = |i: &u32| matches!(self.primitives[*i as usize], Primitive::Sphere(_));
+        let (spheres, triangles): (Vec<u32>, Vec<u32>) = members.iter().partition(|i| is_sphere(i));
+        match (triangles.is_empty(), spheres.is_empty()) {
+            (_, true) => self.homogeneous_leaf(&triangles),
+            (true, false) => self.homogeneous_leaf(&spheres),
+            (false, false) => {
+                let node = Node {
+                    bounds: [self.padded(&triangles), self.padded(&spheres)],
+                    child: [
+                        self.homogeneous_leaf(&triangles),
+                        self.homogeneous_leaf(&spheres),
+                    ],
+                };
+                self.tree.nodes.push(node);
+                Child::inner(self.tree.nodes.len() - 1)
+            }
+        }
+    }
+
+    fn homogeneous_leaf(&mut self, members: &[u32]) -> Child {
+        let first = [self.tree.triangles.len(), self.tree.spheres.len()];
+        let mut spheres = false;
+        for &i in members {
+            match self.primitives[i as usize] {
+                Primitive::Triangle(index) => {
+                    let v = self.scene.triangles[index as usize].v;
+                    let p = v.map(|v| self.scene.vertices[v as usize].p);
+                    self.tree.triangles.push(LeafTriangle::new(p, index));
+                }
+                Primitive::Sphere(index) => {
+                    spheres = true;
+                    let prim = self.scene.triangles.len() as u32 + index;
+                    let sphere = &self.scene.spheres[index as usize];
+                    self.tree.spheres.push(LeafSphere::new(sphere, prim));
+                }
+            }
+        }
+        Child::leaf(spheres, first[spheres as usize], members.len())
+    }
+
+    fn padded(&self, members: &[u32]) -> Bounds {
+        members
+            .iter()
+            .map(|&i| self.boxes[i as usize])
+            .reduce(union)
+            .map_or(NOWHERE, |b| grow(b, self.tree.extent.pad))
+    }
+}
+
+const EMPTY_NODE: Node = Node {
+    bounds: [NOWHERE; 2],
+    child: [Child::EMPTY; 2],
+};
+
+fn grow(b: Bounds, pad: f32) -> Bounds {
+    b.map(|[min, max]| [min - pad, max + pad])
+}

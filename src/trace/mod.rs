@@ -1,0 +1,123 @@
+//! Closest hits and visibility: a flat bounding volume hierarchy and the ways to follow rays through it.
+//!
+//! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line, with the
+//!    primitives in leaf order.
+//! 2. `N` rays go down together as a packet; at one lane the same code is a plain single-ray traversal.
+//! 3. A hit depends on the ray and the primitive alone (see [`triangle`]) and the best is the smallest (t, index), so every
+//!    width, packet and order of traversal gives the same bits.
+//! 4. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
+
+mod build;
+mod node;
+pub mod offset;
+mod packet;
+mod ray;
+mod sphere;
+#[cfg(test)]
+mod tests;
+mod triangle;
+
+use std::time::{Duration, Instant};
+
+use crate::scene::Scene;
+use crate::simd::{Lanes, Mask, Row};
+
+use self::node::Node;
+use self::packet::{Best, Stack, traverse};
+use self::ray::{Extent, Ray};
+use self::sphere::LeafSphere;
+use self::triangle::LeafTriangle;
+
+/// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
+pub struct Tracer {
+    nodes: Vec<Node>,
+    triangles: Vec<LeafTriangle>,
+    spheres: Vec<LeafSphere>,
+    extent: Extent,
+    stats: Stats,
+}
+
+/// What a build made and took.
+#[derive(Clone, Copy, Debug)]
+pub struct Stats {
+    pub build_time: Duration,
+    /// Inner nodes of the binary tree.
+    pub nodes: usize,
+    pub triangles: usize,
+    pub spheres: usize,
+    /// Levels of the binary tree, leaves included.
+    pub depth: usize,
+    /// Memory of nodes and primitives.
+    pub bytes: usize,
+}
+
+impl Tracer {
+    /// Primitives of interface materials, and those that are not finite, are left out.
+    ///
+    /// # Panics
+    /// With more than 2^26 triangles or spheres.
+    pub fn build(scene: &Scene) -> Tracer {
+        let start = Instant::now();
+        let limit = node::Child::MAX_PRIMITIVES;
+        assert!(
+            scene.triangles.len() <= limit && scene.spheres.len() <= limit,
+            "a scene can have at most {limit} triangles and as many spheres"
+        );
+        let tree = build::build(scene);
+        let stats = Stats {
+            build_time: start.elapsed(),
+            nodes: tree.nodes.len(),
+            triangles: tree.triangles.len(),
+            spheres: tree.spheres.len(),
+            depth: tree.depth,
+            bytes: size_of_val(&tree.nodes[..])
+                + size_of_val(&tree.triangles[..])
+                + size_of_val(&tree.spheres[..]),
+        };
+        Tracer {
+            nodes: tree.nodes,
+            triangles: tree.triangles,
+            spheres: tree.spheres,
+            extent: tree.extent,
+            stats,
+        }
+    }
+
+    pub fn stats(&self) -> Stats {
+        self.stats
+    }
+
+    /// The closest hit of each ray `i` in `list`.
+    ///
+    /// `rays[i]` is `[ox, oy, oz, tmax, dx, dy, dz, _]` in internal space; the direction need not be a unit vector, and hits
+    /// have `t` in `(0, tmax)`, in units of its length. `hits[i]` becomes `[t, b1, b2, prim, 0, 0, 0, 0]`: `prim`, as
+    /// bits, is an index into the triangles, or their number plus an index into the spheres, or
+    /// [`NONE`](crate::scene::NONE); `b1` and `b2` are the barycentric coordinates of vertices 1 and 2, 0 for spheres.
+    ///
+    /// Each `L::N` consecutive entries of `list` make a packet: neighbours in the list should be neighbours in space. A ray
+    /// that is not finite, or has no direction, or a `tmax` not above 0, hits nothing.
+    pub fn closest<L: Lanes>(&self, rays: &[Row], list: &[u32], hits: &mut [Row]) {
+        let mut stack = Stack::<L>::new();
+        for packet in list.chunks(L::N) {
+            let ray = Ray::<L>::load(rays, packet, &self.extent);
+            let mut best = Best::new(&ray);
+            traverse::<L, false>(self, &ray, &mut best, &mut stack);
+            best.store(&ray, rays, packet, hits);
+        }
+    }
+
+    /// Whether anything lies strictly between `origin` and `origin + tmax * direction`, both ends excluded by their
+    /// rounding error: `blocked[i]` becomes 1 or 0 for each ray `i` in `list`. Rays are as for [`Tracer::closest`].
+    pub fn occluded<L: Lanes>(&self, rays: &[Row], list: &[u32], blocked: &mut [u32]) {
+        let mut stack = Stack::<L>::new();
+        for packet in list.chunks(L::N) {
+            let ray = Ray::<L>::load(rays, packet, &self.extent);
+            let mut best = Best::new(&ray);
+            traverse::<L, true>(self, &ray, &mut best, &mut stack);
+            let hit = ray.live().and(best.t.lt(L::zero())).bits();
+            for (lane, &i) in packet.iter().enumerate() {
+                blocked[i as usize] = hit >> lane & 1;
+            }
+        }
+    }
+}

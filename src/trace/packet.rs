@@ -1,0 +1,236 @@
+//! `N` rays together down the binary tree; at one lane, the plain single-ray traversal.
+//!
+//! Both children of a node are tested for all rays at once. The child that more rays meet first is entered, the other waits
+//! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
+
+use super::Tracer;
+use super::node::{Bounds, Child, Node};
+use super::ray::{Agreement, Ray};
+use super::triangle::{LeafTriangle, barycentrics, covers, hit};
+use crate::scene::NONE;
+use crate::simd::{Lanes, Mask, Row, UintLanes};
+
+/// Deepest tree that can be traversed; a power of two, so that the stack needs no bounds checks.
+pub const MAX_DEPTH: usize = 128;
+
+/// Subtrees to be visited, with the distances at which each ray enters them.
+pub struct Stack<L>([(Child, L); MAX_DEPTH]);
+
+impl<L: Lanes> Stack<L> {
+    pub fn new() -> Self {
+        Self([(Child::EMPTY, L::zero()); MAX_DEPTH])
+    }
+}
+
+/// The best hit so far.
+#[derive(Clone, Copy, Debug)]
+pub struct Best<L: Lanes> {
+    /// Hits must be no further. Negative for lanes that are done.
+    pub t: L,
+    pub b1: L,
+    pub b2: L,
+    pub prim: L::Uint,
+}
+
+impl<L: Lanes> Best<L> {
+    /// No hit; hits must be nearer than the end of the ray.
+    #[inline(always)]
+    pub fn new(ray: &Ray<L>) -> Self {
+        // "Below t_max" is "at most its predecessor"; then ties can go to the smaller index without exception.
+        let before = L::from_bits(ray.t_max.to_bits().sub(L::Uint::splat(1)));
+        Self {
+            t: L::select(ray.live(), before, ray.t_max),
+            b1: L::zero(),
+            b2: L::zero(),
+            prim: L::Uint::splat(NONE),
+        }
+    }
+
+    /// Lanes of `mask`, whose `t` is not above the best, for which (t, prim) is a better hit.
+    #[inline(always)]
+    pub fn improves(&self, mask: L::Mask, t: L, prim: L::Uint) -> L::Mask {
+        mask.and(t.lt(self.t).or(L::uint_lt(prim, self.prim)))
+    }
+
+    #[inline(always)]
+    fn update(&mut self, mask: L::Mask, t: L, b: [L; 2], prim: L::Uint) {
+        self.t = L::select(mask, t, self.t);
+        self.b1 = L::select(mask, b[0], self.b1);
+        self.b2 = L::select(mask, b[1], self.b2);
+        self.prim = L::uint_select(mask, prim, self.prim);
+    }
+
+    /// As the caller's records.
+    #[inline(always)]
+    pub fn store(self, ray: &Ray<L>, rays: &[Row], list: &[u32], hits: &mut [Row]) {
+        let mut t = ray.external_t(self.t);
+        if ray.t_shift.gt(L::zero()).any() {
+            // The shift rounds; the result must stay below the caller's end.
+            let end = L::load_rows(rays, list)[3];
+            t = t.min(L::from_bits(end.to_bits().sub(L::Uint::splat(1))));
+        }
+        let missed = L::uint_eq(self.prim, L::Uint::splat(NONE));
+        let zero = L::zero();
+        let t = L::select(missed, zero, t);
+        let prim = L::from_bits(self.prim);
+        L::store_rows(
+            [t, self.b1, self.b2, prim, zero, zero, zero, zero],
+            hits,
+            list,
+        );
+    }
+}
+
+/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+#[inline(always)]
+pub fn traverse<L: Lanes, const ANY: bool>(
+    tracer: &Tracer,
+    ray: &Ray<L>,
+    best: &mut Best<L>,
+    stack: &mut Stack<L>,
+) {
+    match ray.agreement() {
+        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
+        None => {
+            let any = Agreement {
+                negative: [0; 3],
+                order: [0, 1, 2],
+            };
+            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
+        }
+    }
+}
+
+#[inline(always)]
+fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
+    tracer: &Tracer,
+    ray: &Ray<L>,
+    agreement: &Agreement,
+    best: &mut Best<L>,
+    stack: &mut Stack<L>,
+) {
+    let Stack(stack) = stack;
+    let mut top = 0;
+    let mut current = Child::inner(0);
+    loop {
+        if !current.is_leaf() {
+            let node: &Node = &tracer.nodes[current.index()];
+            let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
+            let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
+            match (meets0.any(), meets1.any()) {
+                (true, true) => {
+                    // Rays that meet only one child have no say.
+                    let both = meets0.and(meets1);
+                    let second = near1.lt(near0).and(both).bits().count_ones();
+                    let (far, near_far, next) = if 2 * second > both.bits().count_ones() {
+                        (node.child[0], near0, node.child[1])
+                    } else {
+                        (node.child[1], near1, node.child[0])
+                    };
+                    stack[top & (MAX_DEPTH - 1)] = (far, near_far);
+                    top += 1;
+                    current = next;
+                    continue;
+                }
+                (true, false) => {
+                    current = node.child[0];
+                    continue;
+                }
+                (false, true) => {
+                    current = node.child[1];
+                    continue;
+                }
+                (false, false) => {}
+            }
+        } else if current.is_sphere_leaf() {
+            for sphere in &tracer.spheres[current.range()] {
+                let found = sphere.hit::<L, ANY>(ray, best.t);
+                let zero = L::zero();
+                record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
+            }
+        } else {
+            for triangle in &tracer.triangles[current.range()] {
+                test_triangle::<L, ANY, AGREE>(ray, agreement, triangle, best);
+            }
+        }
+        if ANY && !best.t.ge(L::zero()).any() {
+            return;
+        }
+        loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let (child, near) = stack[top & (MAX_DEPTH - 1)];
+            if near.le(best.t).any() {
+                current = child;
+                break;
+            }
+        }
+    }
+}
+
+/// Where rays enter a box, and which do so no later than their best hit.
+#[inline(always)]
+fn enter<L: Lanes, const AGREE: bool>(
+    ray: &Ray<L>,
+    agreement: &Agreement,
+    bounds: &Bounds,
+    t_max: L,
+) -> (L, L::Mask) {
+    let plane =
+        |k: usize, side: usize| L::splat(bounds[k][side & 1]).mul_add(ray.rd[k], -ray.ord[k]);
+    let (mut near, mut far) = (L::zero(), t_max);
+    for k in 0..3 {
+        let side = agreement.negative[k];
+        let (t0, t1) = (plane(k, side), plane(k, 1 - side));
+        if AGREE {
+            near = near.max(t0);
+            far = far.min(t1);
+        } else {
+            near = near.max(t0.min(t1));
+            far = far.min(t0.max(t1));
+        }
+    }
+    (near, near.le(far))
+}
+
+#[inline(always)]
+fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
+    ray: &Ray<L>,
+    agreement: &Agreement,
+    triangle: &LeafTriangle,
+    best: &mut Best<L>,
+) {
+    let p = if AGREE {
+        triangle.agreed(agreement)
+    } else {
+        triangle.permuted(ray)
+    };
+    let (mask, weights) = covers(&ray.own, &p);
+    if mask.any() {
+        let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);
+        record::<L, ANY>(best, found.mask, found.t, triangle.index(), || {
+            barycentrics(weights)
+        });
+    }
+}
+
+#[inline(always)]
+fn record<L: Lanes, const ANY: bool>(
+    best: &mut Best<L>,
+    mask: L::Mask,
+    t: L,
+    index: u32,
+    barycentrics: impl FnOnce() -> [L; 2],
+) {
+    if ANY {
+        best.t = L::select(mask, L::splat(-1.0), best.t);
+        return;
+    }
+    let prim = L::Uint::splat(index);
+    let better = best.improves(mask, t, prim);
+    if better.any() {
+        best.update(better, t, barycentrics(), prim);
+    }
+}

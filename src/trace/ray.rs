@@ -1,0 +1,236 @@
+//! What a ray precomputes for the box, triangle and sphere tests.
+//!
+//! Rays are brought into a canonical form that depends on the ray alone, so that every traversal method sees the same
+//! numbers:
+//! - the direction is scaled by a power of two until its largest component is in `[1, 2)`; this is exact, and spares
+//!   everything below overflow and underflow;
+//! - an origin far outside the scene is moved along the ray to the bounds of the scene, so that rounding errors are
+//!   relative to the size of the scene;
+//! - components of the direction that are zero or next to nothing become tiny ones of the same sign, so that no slab test
+//!   meets `0 * inf`.
+
+use super::node::Bounds;
+use crate::simd::{Lanes, Mask, Row, UintLanes, Vec3};
+
+/// A component of the direction below this fraction of the largest is replaced by it. The angle it stands for is far
+/// below the rounding of the direction.
+const TINY: f32 = 1e-18;
+
+/// Largest absolute coordinates of a scene, and what follows from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Bounds of all primitives.
+    pub bounds: Bounds,
+    /// A power of two not below any absolute coordinate of the bounds.
+    pub radius: f32,
+    /// Boxes are grown by this much on every side. It must exceed the distance by which the triangle test can misplace
+    /// an edge: projected vertices are off by at most some 5 roundings of `|p - o|`, at most `6 * radius`, and the
+    /// slabs' own rounding adds as much again.
+    pub pad: f32,
+}
+
+impl Extent {
+    pub fn new(bounds: Bounds) -> Self {
+        let largest = bounds.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+        // Rounded up to a power of two; at least the smallest for which the pad is still a normal number.
+        let radius = f32::from_bits((largest.to_bits() + 0x007f_ffff) & 0x7f80_0000).max(1e-20);
+        Self {
+            bounds,
+            radius,
+            pad: radius * (1.0 / 262_144.0),
+        }
+    }
+}
+
+/// `N` rays, ready to be tested.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<L: Lanes> {
+    /// Origin and direction in the axes of the scene.
+    pub o: Vec3<L>,
+    pub d: Vec3<L>,
+    /// Reciprocal direction, and origin times it, for slab tests: `t = b * rd - ord`.
+    pub rd: [L; 3],
+    pub ord: [L; 3],
+    /// The same ray in its own order of axes.
+    pub own: Sheared<L>,
+    /// Lanes whose own third axis is x or y. The first axis and x, or the second and y, change places with z.
+    pub swap_x: L::Mask,
+    pub swap_y: L::Mask,
+    /// End of the ray in the canonical form; hits must be nearer. Not positive for lanes that can hit nothing.
+    pub t_max: L,
+    /// `t` of the caller = `t * t_scale + t_shift`.
+    pub t_scale: L,
+    pub t_shift: L,
+    /// Growth of boxes, see [`Extent::pad`].
+    pub pad: L,
+}
+
+/// A ray whose axes are permuted so that the direction is longest along the third (Woop et al. 2013, "Watertight
+/// Ray/Triangle Intersection", JCGT 2(1)).
+#[derive(Clone, Copy, Debug)]
+pub struct Sheared<L> {
+    pub o: [L; 3],
+    pub d: [L; 3],
+    pub rd: [L; 3],
+    pub ord: [L; 3],
+    /// `-d[0] / d[2]` and `-d[1] / d[2]`.
+    pub shear: [L; 2],
+}
+
+impl<L: Lanes> Ray<L> {
+    /// Of rows `[ox, oy, oz, tmax, dx, dy, dz, _]`; lanes that are not in `list` can hit nothing.
+    #[inline(always)]
+    pub fn load(rays: &[Row], list: &[u32], extent: &Extent) -> Self {
+        let [ox, oy, oz, t_max, dx, dy, dz, _] = L::load_rows(rays, list);
+        let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+        let live = L::Mask::from_bits((1u32 << list.len()) - 1);
+        Self::new(o, d, t_max, live, extent)
+    }
+
+    #[inline(always)]
+    pub fn new(o: Vec3<L>, d: Vec3<L>, t_max: L, live: L::Mask, extent: &Extent) -> Self {
+        let length = d.max_abs();
+        let live = live
+            .and(o.is_finite())
+            .and(length.ge(L::splat(f32::MIN_POSITIVE)))
+            .and(d.is_finite())
+            .and(t_max.gt(L::zero()));
+        // A harmless ray in dead lanes keeps NaN out of what follows.
+        let o = o.or_zero(live);
+        let one = L::one();
+        let exponent = L::select(live, length, one)
+            .to_bits()
+            .and(L::Uint::splat(0x7f80_0000));
+        // 2^e and 2^-e. The exponent of the largest floats has no normal inverse; it is capped.
+        let cap = L::Uint::splat(253 << 23);
+        let exponent = L::uint_select(L::uint_lt(cap, exponent), cap, exponent);
+        let t_scale = L::from_bits(L::Uint::splat(254 << 23).sub(exponent));
+        let d = d * t_scale;
+        let d = Vec3::new(
+            L::select(live, d.x, one),
+            L::select(live, d.y, one),
+            L::select(live, d.z, one),
+        );
+        let t_max = t_max * L::from_bits(exponent);
+
+        let fill = |x: L| L::select(x.abs().lt(L::splat(TINY)), L::splat(TINY).copysign(x), x);
+        let rd = [one / fill(d.x), one / fill(d.y), one / fill(d.z)];
+
+        // Where the ray enters the bounds of the scene, for origins far outside.
+        let far = o.max_abs().gt(L::splat(2.0 * extent.radius));
+        let mut t_shift = L::zero();
+        if far.any() {
+            let o = [o.x, o.y, o.z];
+            for k in 0..3 {
+                let t0 = (L::splat(extent.bounds[k][0] - extent.pad) - o[k]) * rd[k];
+                let t1 = (L::splat(extent.bounds[k][1] + extent.pad) - o[k]) * rd[k];
+                t_shift = t_shift.max(t0.min(t1));
+            }
+            // A miss stays a miss wherever it starts.
+            let back = t_shift * L::splat(1.0 - 16.0 * f32::EPSILON) - L::splat(extent.radius);
+            t_shift = back.max(L::zero()).min(t_max).or_zero(far);
+        }
+        let o = Vec3::select(far, d.mul_add(t_shift, o), o);
+        let t_max = t_max - t_shift;
+        // Nothing is further than this: it bounds the path of the ray through the scene, and keeps t finite.
+        let t_max = t_max.min(L::splat(16.0 * extent.radius));
+        let t_max = L::select(live.and(t_max.gt(L::zero())), t_max, L::splat(-1.0));
+
+        let ord = [o.x * rd[0], o.y * rd[1], o.z * rd[2]];
+        let (ax, ay, az) = (d.x.abs(), d.y.abs(), d.z.abs());
+        let swap_x = ax.ge(ay).and(ax.gt(az));
+        let swap_y = ay.gt(ax).and(ay.gt(az));
+        let order = |v: [L; 3]| permute::<L>(v, swap_x, swap_y);
+        let own_d = order([d.x, d.y, d.z]);
+        let inverse = -one / own_d[2];
+        let own = Sheared {
+            o: order([o.x, o.y, o.z]),
+            d: own_d,
+            rd: order(rd),
+            ord: order(ord),
+            shear: [own_d[0] * inverse, own_d[1] * inverse],
+        };
+        Self {
+            o,
+            d,
+            rd,
+            ord,
+            own,
+            swap_x,
+            swap_y,
+            t_max,
+            t_scale,
+            t_shift,
+            pad: L::splat(extent.pad),
+        }
+    }
+
+    /// Lanes that can hit something.
+    #[inline(always)]
+    pub fn live(&self) -> L::Mask {
+        self.t_max.gt(L::zero())
+    }
+
+    /// If all live lanes agree in the signs of the direction and in their own third axis: what they agree on.
+    #[inline(always)]
+    pub fn agreement(&self) -> Option<Agreement> {
+        let live = self.live().bits();
+        let all = |mask: L::Mask| {
+            let bits = mask.bits() & live;
+            (bits == 0 || bits == live).then_some(bits != 0)
+        };
+        let negative = [
+            all(self.rd[0].lt(L::zero()))?,
+            all(self.rd[1].lt(L::zero()))?,
+            all(self.rd[2].lt(L::zero()))?,
+        ];
+        let order = match (all(self.swap_x)?, all(self.swap_y)?) {
+            (true, _) => [2, 1, 0],
+            (_, true) => [0, 2, 1],
+            _ => [0, 1, 2],
+        };
+        Some(Agreement {
+            negative: negative.map(usize::from),
+            order,
+        })
+    }
+
+    /// The caller's `t`.
+    #[inline(always)]
+    pub fn external_t(&self, t: L) -> L {
+        t.mul_add(self.t_scale, self.t_shift * self.t_scale)
+    }
+}
+
+/// What the rays of a packet have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Agreement {
+    /// 1 where the direction is negative: the near plane of a box is its maximum.
+    pub negative: [usize; 3],
+    /// Axes of the scene in the rays' own order.
+    pub order: [usize; 3],
+}
+
+/// Components of `v` in each lane's own order of axes.
+#[inline(always)]
+pub fn permute<L: Lanes>(v: [L; 3], swap_x: L::Mask, swap_y: L::Mask) -> [L; 3] {
+    let [x, y, z] = v;
+    [
+        L::select(swap_x, z, x),
+        L::select(swap_y, z, y),
+        L::select(swap_x, x, L::select(swap_y, y, z)),
+    ]
+}
+
+/// Where rays, taken as lines, pass a box: from `near` (at least 0) to `far`; `near > far` if they do not.
+#[inline(always)]
+pub fn slab<L: Lanes>(ray: &Sheared<L>, low: [L; 3], high: [L; 3]) -> (L, L) {
+    let (mut near, mut far) = (L::zero(), L::splat(f32::MAX));
+    for k in 0..3 {
+        let t0 = low[k].mul_add(ray.rd[k], -ray.ord[k]);
+        let t1 = high[k].mul_add(ray.rd[k], -ray.ord[k]);
+        near = near.max(t0.min(t1));
+        far = far.min(t0.max(t1));
+    }
+    (near, far)
+}

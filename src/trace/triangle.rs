@@ -1,0 +1,138 @@
+//! The triangle test: watertight, double sided, the same operations at every width and in every traversal.
+//!
+//! Watertight by construction (Woop et al. 2013): vertices relative to the origin are projected along the ray, each by itself,
+//! so that triangles sharing a vertex share its projection. In the plane, the sign of an edge function `a * b - c * d` is right or
+//! zero, because rounding is monotone; the products must not be fused. Zero counts as inside. Whatever the projected mesh
+//! covers is therefore hit.
+//!
+//! A triangle is hit only where the ray passes through its own box, grown by [`Extent::pad`](super::ray::Extent::pad),
+//! and `t` is clamped to that passage. Slab tests are monotone in the box, so a ray that passes a triangle's box passes
+//! the boxes of all nodes above it, at a smaller or equal distance: no order of traversal, and no culling by the best hit so far,
+//! can change a result.
+
+use super::ray::{Agreement, Ray, Sheared, permute, slab};
+use crate::simd::{Lanes, Mask};
+
+/// A triangle in leaf order. Rows are padded to four floats so that an axis can be picked at run time.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(16))]
+pub struct LeafTriangle {
+    /// Vertices; the fourth float of the first row is the index of the triangle, as bits.
+    pub p: [[f32; 4]; 3],
+}
+
+const _: () = assert!(size_of::<LeafTriangle>() == 48);
+
+impl LeafTriangle {
+    pub fn new(p: [[f32; 3]; 3], index: u32) -> Self {
+        let mut rows = p.map(|p| [p[0], p[1], p[2], 0.0]);
+        rows[0][3] = f32::from_bits(index);
+        Self { p: rows }
+    }
+    #[inline(always)]
+    pub fn index(&self) -> u32 {
+        self.p[0][3].to_bits()
+    }
+
+    /// Vertices in the rays' own order of axes, if they agree on one.
+    #[inline(always)]
+    pub fn agreed<L: Lanes>(&self, agreement: &Agreement) -> [[L; 3]; 3] {
+        self.p
+            .map(|p| agreement.order.map(|axis| L::splat(p[axis & 3])))
+    }
+
+    /// Vertices in each ray's own order of axes.
+    #[inline(always)]
+    pub fn permuted<L: Lanes>(&self, ray: &Ray<L>) -> [[L; 3]; 3] {
+        self.p.map(|p| {
+            let p = [L::splat(p[0]), L::splat(p[1]), L::splat(p[2])];
+            permute::<L>(p, ray.swap_x, ray.swap_y)
+        })
+    }
+}
+
+/// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest components): 39 roundings
+/// of 2^-24 in the worst case, counted over [`hit`].
+const PLANE_ERROR: f32 = 40.0 / 16_777_216.0;
+
+/// A hit of some lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit<L: Lanes> {
+    pub mask: L::Mask,
+    pub t: L,
+}
+
+/// Lanes whose ray, a line without end, passes through the triangle, and the weights of the vertices up to a common factor.
+#[inline(always)]
+pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
+    let [[x0, y0], [x1, y1], [x2, y2]] = p.map(|p| {
+        let z = p[2] - ray.o[2];
+        [
+            z.mul_add(ray.shear[0], p[0] - ray.o[0]),
+            z.mul_add(ray.shear[1], p[1] - ray.o[1]),
+        ]
+    });
+    let weights = [x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0];
+    let [u, v, w] = weights;
+    let zero = L::zero();
+    let mask = zero.le(u.min(v).min(w)).or(u.max(v).max(w).le(zero));
+    (mask, weights)
+}
+
+/// Where the line meets the plane of the triangle: hits in `(0, t_max]`, of the lanes in `mask`.
+///
+/// `t` must exceed the rounding of the distance of the origin to the plane, so that a ray leaving a surface does not
+/// meet it again. With `ANY`, it must fall short of `t_max` by the rounding at the far end as well.
+#[inline(always)]
+pub fn hit<L: Lanes, const ANY: bool>(
+    ray: &Sheared<L>,
+    p: &[[L; 3]; 3],
+    mask: L::Mask,
+    t_max: L,
+    pad: L,
+) -> Hit<L> {
+    let sub = |a: [L; 3], b: [L; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let dot = |a: [L; 3], b: [L; 3]| a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]));
+    let largest = |a: [L; 3]| a[0].abs().max(a[1].abs()).max(a[2].abs());
+    let (e1, e2, v) = (sub(p[1], p[0]), sub(p[2], p[0]), sub(p[0], ray.o));
+    let minor = |i: usize, j: usize| e1[i].mul_add(e2[j], -(e1[j] * e2[i]));
+    let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
+    let slope = dot(ray.d, n);
+    // Distances to the plane, times |n|, positive in front of the origin.
+    let distance = dot(v, n) * L::one().copysign(slope);
+    let slope = slope.abs();
+    let scale = L::splat(PLANE_ERROR) * largest(e1) * largest(e2);
+    let error = scale * largest(v);
+
+    let low = |k: usize| p[0][k].min(p[1][k]).min(p[2][k]) - pad;
+    let high = |k: usize| p[0][k].max(p[1][k]).max(p[2][k]) + pad;
+    let (near, far) = slab(ray, [low(0), low(1), low(2)], [high(0), high(1), high(2)]);
+    let mask = mask
+        .and(distance.gt(error))
+        .and(slope.gt(L::zero()))
+        .and(near.le(far));
+    if ANY {
+        let end = error + scale * t_max;
+        let short = (t_max * slope - distance).gt(end + end);
+        return Hit {
+            mask: mask.and(short).and(near.le(t_max)),
+            t: near,
+        };
+    }
+    let t = (distance / slope).min(far).max(near);
+    Hit {
+        mask: mask.and(t.gt(L::zero())).and(t.le(t_max)),
+        t,
+    }
+}
+
+/// Barycentric coordinates of vertices 1 and 2 from [`covers`]' weights: in `[0, 1]`, with a sum of at most 1.
+#[inline(always)]
+pub fn barycentrics<L: Lanes>(weights: [L; 3]) -> [L; 2] {
+    let [u, v, w] = weights;
+    let sum = u + v + w;
+    // NaN (all weights 0: the triangle is seen from its edge) becomes 0.
+    let b1 = (v / sum).max(L::zero()).min(L::one());
+    let b2 = (w / sum).max(L::zero()).min(L::one() - b1);
+    [b1, b2]
+}
