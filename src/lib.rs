@@ -1,4 +1,13 @@
 //! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
+pub mod camera;
+pub mod chain;
+pub mod film;
+pub mod geometry;
+pub mod integrate;
+pub mod light;
+pub mod plan;
 pub mod scene;
 pub mod simd;
+pub mod surface;
 pub mod trace;
+pub mod transport;

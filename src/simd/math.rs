@@ -115,6 +115,37 @@ pub fn acos<L: Lanes>(x: L) -> L {
     atan2(s, x)
 }
 
+/// Uniform samples of the square to the unit disk (Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square").
+#[inline(always)]
+pub fn concentric_disk<L: Lanes>(u: L, v: L) -> (L, L) {
+    let a = u.mul_add(L::splat(2.0), L::splat(-1.0));
+    let b = v.mul_add(L::splat(2.0), L::splat(-1.0));
+    let wide = a.abs().gt(b.abs());
+    let (r, other) = (L::select(wide, a, b), L::select(wide, b, a));
+    // Turns: (other / r) / 8, or a quarter less that.
+    let eighth = L::select(r.eq(L::zero()), L::zero(), other / r) * L::splat(0.125);
+    let turns = L::select(wide, eighth, L::splat(0.25) - eighth);
+    let (sin, cos) = sin_cos_turns(turns);
+    (r * cos, r * sin)
+}
+
+/// A cosine-distributed unit vector around `+z`; its density is `z / pi`.
+#[inline(always)]
+pub fn cosine_hemisphere<L: Lanes>(u: L, v: L) -> super::Vec3<L> {
+    let (x, y) = concentric_disk(u, v);
+    let z = (L::one() - x * x - y * y).max(L::zero()).sqrt();
+    super::Vec3::new(x, y, z)
+}
+
+/// A uniformly distributed unit vector.
+#[inline(always)]
+pub fn uniform_sphere<L: Lanes>(u: L, v: L) -> super::Vec3<L> {
+    let z = u.mul_add(L::splat(-2.0), L::one());
+    let r = (L::one() - z * z).max(L::zero()).sqrt();
+    let (sin, cos) = sin_cos_turns(v);
+    super::Vec3::new(r * cos, r * sin, z)
+}
+
 /// A non-negative integer below 2^22, held as a float, to an integer.
 #[inline(always)]
 pub fn float_to_uint<L: Lanes>(x: L) -> L::Uint {

@@ -11,16 +11,14 @@ use super::{Lanes, UintLanes};
 pub enum Purpose {
     /// Fresh primary samples of a bootstrap path.
     Bootstrap = 1,
-    /// Fresh primary samples of a large step.
-    LargeStep = 2,
-    /// Gaussian offsets of a small step.
-    SmallStep = 3,
+    /// The mutation of a chain: fresh primary samples or Gaussian offsets, never both.
+    Mutation = 2,
     /// The choice between large and small step, and the acceptance test.
-    Decision = 4,
+    Decision = 3,
     /// Picking bootstrap samples to start chains from.
-    Seeding = 5,
+    Seeding = 4,
     /// The path tracer's samples.
-    PathTracer = 6,
+    PathTracer = 5,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

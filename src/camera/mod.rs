@@ -1,0 +1,230 @@
+//! The camera: rays from raster positions, raster positions of points, and the density that both share.
+//!
+//! Raster space has `x` to the right and `y` down, pixel `(i, j)` covering `[i, i+1) x [j, j+1)`. Camera subpaths sample
+//! raster positions uniformly over the *sampled region* of the film ([`Region`]); the importance of a strategy with `t = 1` is
+//! normalised over the same region, so that crops and wide filters keep both consistent.
+
+use crate::scene::{self, Projection};
+use crate::simd::{Lanes, Mask, Vec3, math};
+
+/// The part of the raster plane that samples fall in: the crop window grown by what the filter reaches beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    pub x0: f32,
+    pub y0: f32,
+    pub width: f32,
+    pub height: f32,
+}
+
+impl Region {
+    /// The region of a film: every raster position that reaches a pixel of the crop window.
+    pub fn of(film: &scene::Film) -> Self {
+        let [x0, x1, y0, y1] = film.crop.map(|v| v as f32);
+        let (gx, gy) = (film.filter.radius.x - 0.5, film.filter.radius.y - 0.5);
+        let (gx, gy) = (gx.max(0.0), gy.max(0.0));
+        Self {
+            x0: x0 - gx,
+            y0: y0 - gy,
+            width: x1 - x0 + 2.0 * gx,
+            height: y1 - y0 + 2.0 * gy,
+        }
+    }
+
+    /// In square pixels.
+    pub fn area(&self) -> f64 {
+        f64::from(self.width) * f64::from(self.height)
+    }
+
+    /// Raster position of two primary samples.
+    #[inline(always)]
+    pub fn place<L: Lanes>(&self, u: L, v: L) -> (L, L) {
+        (
+            u.mul_add(L::splat(self.width), L::splat(self.x0)),
+            v.mul_add(L::splat(self.height), L::splat(self.y0)),
+        )
+    }
+
+    #[inline(always)]
+    fn contains<L: Lanes>(&self, x: L, y: L) -> L::Mask {
+        let inside_x = x.ge(L::splat(self.x0)).and(x.lt(L::splat(self.x0 + self.width)));
+        let inside_y = y.ge(L::splat(self.y0)).and(y.lt(L::splat(self.y0 + self.height)));
+        inside_x.and(inside_y)
+    }
+}
+
+/// A camera prepared for sampling.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    projection: Projection,
+    to_world: [[f32; 4]; 3],
+    to_camera: [[f32; 4]; 3],
+    /// Screen = `screen_origin + raster * screen_per_pixel`.
+    screen_origin: [f32; 2],
+    screen_per_pixel: [f32; 2],
+    /// One over the area of the region on the screen.
+    inv_area: f32,
+    lens_radius: f32,
+    focal_distance: f32,
+    pub region: Region,
+}
+
+/// A ray leaving the camera.
+pub struct CameraRay<L> {
+    pub origin: Vec3<L>,
+    /// Unit.
+    pub direction: Vec3<L>,
+    /// Density of the first vertex: per solid angle (perspective), or per area of the film plane (orthographic, where the
+    /// density over area at a surface is this times the cosine, whatever the distance).
+    pub pdf: L,
+}
+
+/// A point joined to the camera (`t = 1`).
+pub struct CameraConnection<L: Lanes> {
+    /// Where the ray meets the lens.
+    pub origin: Vec3<L>,
+    /// Unit, from the point to the camera.
+    pub to_camera: Vec3<L>,
+    pub raster: (L, L),
+    /// Density over area that a camera subpath has at the point, without the cosine there: `pdf / distance^2` (perspective) or
+    /// `pdf` (orthographic). It is also the factor that importance contributes, since both are normalised alike.
+    pub pdf: L,
+    pub valid: L::Mask,
+}
+
+impl Camera {
+    pub fn new(camera: &scene::Camera, film: &scene::Film) -> Self {
+        let region = Region::of(film);
+        let [x0, x1, y0, y1] = camera.screen;
+        let per_pixel = [
+            (x1 - x0) / film.width as f32,
+            -(y1 - y0) / film.height as f32,
+        ];
+        let area = (per_pixel[0] * per_pixel[1]).abs() * region.width * region.height;
+        let m = camera.to_world;
+        // Rigid up to reflection: the inverse of the linear part is its transpose.
+        let to_camera = std::array::from_fn(|r| {
+            let column = [m[0][r], m[1][r], m[2][r]];
+            let t = -(column[0] * m[0][3] + column[1] * m[1][3] + column[2] * m[2][3]);
+            [column[0], column[1], column[2], t]
+        });
+        Self {
+            projection: camera.projection,
+            to_world: m,
+            to_camera,
+            screen_origin: [x0, y1],
+            screen_per_pixel: per_pixel,
+            inv_area: 1.0 / area,
+            lens_radius: camera.lens_radius,
+            focal_distance: camera.focal_distance,
+            region,
+        }
+    }
+
+    /// True if the lens takes two primary samples.
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0
+    }
+
+    /// True if `pdf` values are per area on a plane and distances to the camera leave densities alone.
+    pub fn is_parallel(&self) -> bool {
+        self.projection == Projection::Orthographic
+    }
+
+    /// Where the camera stands, internal space.
+    pub fn position(&self) -> [f32; 3] {
+        [self.to_world[0][3], self.to_world[1][3], self.to_world[2][3]]
+    }
+
+    /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`].
+    #[inline(always)]
+    pub fn ray<L: Lanes>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
+        let sx = x.mul_add(L::splat(self.screen_per_pixel[0]), L::splat(self.screen_origin[0]));
+        let sy = y.mul_add(L::splat(self.screen_per_pixel[1]), L::splat(self.screen_origin[1]));
+        if self.is_parallel() {
+            return CameraRay {
+                origin: Vec3::new(sx, sy, L::zero()).transform_point(&self.to_world),
+                direction: Vec3::splat([0.0, 0.0, 1.0]).transform_vector(&self.to_world),
+                pdf: L::splat(self.inv_area),
+            };
+        }
+        let through = Vec3::new(sx, sy, L::one());
+        let (origin, direction) = if self.has_lens() {
+            let lens = self.lens_point(lens);
+            let focus = through * L::splat(self.focal_distance);
+            (lens, (focus - lens).normalize())
+        } else {
+            (Vec3::zero(), through.normalize())
+        };
+        let pdf = self.solid_angle_pdf(direction.z);
+        CameraRay {
+            origin: origin.transform_point(&self.to_world),
+            direction: direction.transform_vector(&self.to_world),
+            pdf,
+        }
+    }
+
+    /// Joins `p` to the camera. Invalid behind the camera and outside the region.
+    #[inline(always)]
+    pub fn connect<L: Lanes>(&self, p: Vec3<L>, lens: (L, L)) -> CameraConnection<L> {
+        let q = p.transform_point(&self.to_camera);
+        if self.is_parallel() {
+            let raster = self.raster(q.x, q.y);
+            let origin = Vec3::new(q.x, q.y, L::zero()).transform_point(&self.to_world);
+            return CameraConnection {
+                origin,
+                to_camera: Vec3::splat([0.0, 0.0, -1.0]).transform_vector(&self.to_world),
+                raster,
+                pdf: L::splat(self.inv_area),
+                valid: q.z.gt(L::zero()).and(self.region.contains(raster.0, raster.1)),
+            };
+        }
+        let lens = if self.has_lens() {
+            self.lens_point(lens)
+        } else {
+            Vec3::zero()
+        };
+        let v = q - lens;
+        let on_screen = if self.has_lens() {
+            // Where the ray crosses the plane in focus, seen from the centre of the lens.
+            let focus = v.mul_add(L::splat(self.focal_distance) / v.z, lens);
+            focus * L::splat(1.0 / self.focal_distance)
+        } else {
+            v * (L::one() / v.z)
+        };
+        let raster = self.raster(on_screen.x, on_screen.y);
+        let d2 = v.length2();
+        let inv_d = L::one() / d2.sqrt();
+        let cos = v.z * inv_d;
+        let valid = cos
+            .gt(L::zero())
+            .and(self.region.contains(raster.0, raster.1));
+        CameraConnection {
+            origin: lens.transform_point(&self.to_world),
+            to_camera: -(v * inv_d).transform_vector(&self.to_world),
+            raster,
+            pdf: (self.solid_angle_pdf(cos) / d2).or_zero(valid),
+            valid,
+        }
+    }
+
+    /// Uniform over the region on the screen plane, as a density over solid angle (pbrt-v3, section 16.1.1).
+    #[inline(always)]
+    fn solid_angle_pdf<L: Lanes>(&self, cos: L) -> L {
+        L::splat(self.inv_area) / (cos * cos * cos)
+    }
+
+    #[inline(always)]
+    fn raster<L: Lanes>(&self, sx: L, sy: L) -> (L, L) {
+        (
+            (sx - L::splat(self.screen_origin[0])) / L::splat(self.screen_per_pixel[0]),
+            (sy - L::splat(self.screen_origin[1])) / L::splat(self.screen_per_pixel[1]),
+        )
+    }
+
+    #[inline(always)]
+    fn lens_point<L: Lanes>(&self, u: (L, L)) -> Vec3<L> {
+        let (x, y) = math::concentric_disk(u.0, u.1);
+        let r = L::splat(self.lens_radius);
+        Vec3::new(x * r, y * r, L::zero())
+    }
+}

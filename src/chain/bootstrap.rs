@@ -1,0 +1,158 @@
+//! Bootstrap: the integral of the target per depth, and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by
+//! systematic resampling).
+
+use super::accept::target;
+use crate::plan::DepthPlan;
+use crate::simd::rng::{Purpose, Stream, unit_float};
+use crate::simd::{Lanes, UintLanes};
+use crate::transport::samples::Samples;
+use crate::transport::{Paths, World};
+use rayon::prelude::*;
+
+/// Paths evaluated at a time.
+const CHUNK: u64 = 1024;
+
+/// Sums of independent uniform samples of a target.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    pub count: u64,
+    pub sum: f64,
+    pub sum_squares: f64,
+}
+
+impl Moments {
+    pub fn add(&mut self, value: f32) {
+        self.count += 1;
+        self.sum += f64::from(value);
+        self.sum_squares += f64::from(value) * f64::from(value);
+    }
+    /// In an order fixed by the caller: sums of floats depend on it.
+    pub fn merge(&mut self, other: &Self) {
+        self.count += other.count;
+        self.sum += other.sum;
+        self.sum_squares += other.sum_squares;
+    }
+    pub fn mean(&self) -> f64 {
+        if self.count > 0 { self.sum / self.count as f64 } else { 0.0 }
+    }
+    /// Squared standard error of the mean.
+    pub fn error2(&self) -> f64 {
+        if self.count < 2 {
+            return 0.0;
+        }
+        let n = self.count as f64;
+        let variance = (self.sum_squares / n - self.mean().powi(2)).max(0.0) * n / (n - 1.0);
+        variance / n
+    }
+}
+
+/// The bootstrap of one depth.
+pub struct Bootstrap {
+    pub moments: Moments,
+    /// Target of every sample.
+    values: Vec<f32>,
+    pub rejected: u64,
+    pub rays: u64,
+}
+
+/// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
+fn fill<L: Lanes>(stream: &Stream, depth: u32, samples: &mut Samples, n: usize, index: impl Fn(usize) -> u64) {
+    let dimensions = samples.dimensions();
+    for start in (0..n).step_by(L::N) {
+        let at = |i: usize| index((start + i).min(n - 1));
+        let x = L::Uint::from_fn(|i| at(i) as u32);
+        let y = L::Uint::from_fn(|i| depth | ((at(i) >> 32) as u32) << 16);
+        for block in 0..dimensions.div_ceil(4) {
+            let words = stream.words::<L>(x, y, block as u32);
+            for c in 0..4.min(dimensions - 4 * block) {
+                unit_float::<L>(words[c]).store(&mut samples.row_mut(4 * block + c)[start..]);
+            }
+        }
+    }
+}
+
+impl Bootstrap {
+    /// Evaluates `count` uniform paths of one depth. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
+    pub fn run<L: Lanes>(
+        world: &World,
+        depth: &DepthPlan,
+        seed: u64,
+        count: u64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let stream = Stream::new(seed, Purpose::Bootstrap);
+        let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
+            if cancelled() {
+                return (Vec::new(), 0, 0);
+            }
+            let first = chunk * CHUNK;
+            let n = (count - first).min(CHUNK) as usize;
+            let rays = paths.rays;
+            fill::<L>(&stream, depth.depth, samples, n, |i| first + i as u64);
+            world.evaluate_multiplexed::<L>(depth, samples, n, paths);
+            let rejected = paths.outcome.iter().filter(|o| o.rejected).count() as u64;
+            let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
+            (values, rejected, paths.rays - rays)
+        };
+        let chunks: Vec<(Vec<f32>, u64, u64)> = (0..count.div_ceil(CHUNK))
+            .into_par_iter()
+            .map_init(
+                || (Paths::new(world), Samples::new(depth.layout.total, CHUNK as usize)),
+                work,
+            )
+            .collect();
+        let mut bootstrap = Self {
+            moments: Moments::default(),
+            values: Vec::new(),
+            rejected: 0,
+            rays: 0,
+        };
+        for (values, rejected, rays) in chunks {
+            // Chunk by chunk: the order of the sum does not depend on threads.
+            let mut part = Moments::default();
+            values.iter().for_each(|v| part.add(*v));
+            bootstrap.moments.merge(&part);
+            bootstrap.values.extend(values);
+            bootstrap.rejected += rejected;
+            bootstrap.rays += rays;
+        }
+        bootstrap
+    }
+
+    /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
+    /// that a sample is drawn as often as its share says, rounded up or down.
+    pub fn seeds(&self, seed: u64, depth: u32, n: usize) -> Vec<u64> {
+        let stream = Stream::new(seed, Purpose::Seeding);
+        let [word, ..] = stream.words::<f32>(depth, 0, 0);
+        let offset = f64::from(unit_float::<f32>(word));
+        let total: f64 = self.values.iter().map(|v| f64::from(*v)).sum();
+        let mut seeds = Vec::with_capacity(n);
+        let mut running = 0.0;
+        let mut last = 0;
+        for (i, &value) in self.values.iter().enumerate() {
+            if value <= 0.0 {
+                continue;
+            }
+            running += f64::from(value);
+            last = i as u64;
+            while seeds.len() < n && (seeds.len() as f64 + offset) / n as f64 * total < running {
+                seeds.push(i as u64);
+            }
+        }
+        // The last steps can be lost to rounding.
+        while seeds.len() < n {
+            seeds.push(last);
+        }
+        seeds
+    }
+}
+
+/// The primary samples of bootstrap paths `indices`, as columns of a new matrix.
+pub fn regenerate<L: Lanes>(depth: &DepthPlan, seed: u64, indices: &[u64]) -> Samples {
+    let stream = Stream::new(seed, Purpose::Bootstrap);
+    let mut samples = Samples::new(depth.layout.total, indices.len());
+    if !indices.is_empty() {
+        fill::<L>(&stream, depth.depth, &mut samples, indices.len(), |i| indices[i]);
+    }
+    samples
+}

@@ -1,0 +1,13 @@
+//! Markov chains in primary sample space (Kelemen et al. 2002), a batch at a time.
+//!
+//! 1. [`mutate`] proposes: all dimensions of eight chains at once.
+//! 2. [`accept`] decides, and defines the scalar target.
+//! 3. [`bootstrap`] estimates the target's integral per depth and supplies the chains' first states.
+//! 4. [`batch`] holds chains of one depth and marches them: propose, evaluate, accept, splat.
+//!
+//! Transport is called, never looked into; the film is handed splats and not asked where they go.
+
+pub mod accept;
+pub mod batch;
+pub mod bootstrap;
+pub mod mutate;

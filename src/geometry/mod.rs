@@ -1,0 +1,403 @@
+//! Points on surfaces: from what the tracer reports to positions, normals and texture coordinates, eight hits at a time.
+//!
+//! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere), never taken from the ray, and
+//! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
+
+use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
+use crate::simd::{Frame, Lanes, Mask, Row, UintLanes, Vec3, math};
+
+/// Half an ulp at 1.
+const EPSILON: f32 = f32::EPSILON * 0.5;
+
+/// `n` roundings in a row: pbrt's gamma.
+const fn gamma(n: i32) -> f32 {
+    n as f32 * EPSILON / (1.0 - n as f32 * EPSILON)
+}
+
+/// Bound on the relative error of a recomputed position, the rounding of the offset included.
+const POSITION_ERROR: f32 = gamma(12);
+
+/// The primitives of a scene, ready for eight-wide loads.
+pub struct Geometry {
+    /// `px py pz nx ny nz u v` per vertex.
+    vertices: Vec<Row>,
+    triangles: Vec<Triangle>,
+    spheres: Vec<Sphere>,
+    shapes: Vec<Shape>,
+    /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
+    pub radius: f32,
+}
+
+/// What a hit point needs beyond position and geometric normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// Texture coordinates.
+    pub uv: bool,
+    /// A tangent along increasing `u`.
+    pub tangent: bool,
+    /// The scene has spheres.
+    pub spheres: bool,
+}
+
+/// Surface points; internal space.
+pub struct SurfacePoint<L: Lanes> {
+    pub p: Vec3<L>,
+    /// Distance along the normal within which the true surface lies.
+    pub error: L,
+    /// Unit geometric normal, towards the front.
+    pub ng: Vec3<L>,
+    /// Unit shading normal.
+    pub ns: Vec3<L>,
+    /// Zero unless wanted.
+    pub uv: [L; 2],
+    /// Along increasing `u`, not normalised; zero unless wanted, or where it is undefined.
+    pub tangent: Vec3<L>,
+}
+
+/// A point to emit from, and its density over area.
+pub struct AreaSample<L: Lanes> {
+    pub p: Vec3<L>,
+    pub error: L,
+    /// Unit, towards the front.
+    pub ng: Vec3<L>,
+    /// Per internal area.
+    pub pdf: L,
+}
+
+impl Geometry {
+    pub fn new(scene: &Scene) -> Self {
+        let reach = scene
+            .vertices
+            .iter()
+            .map(|v| v.p.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>())
+            .chain(scene.spheres.iter().map(|s| {
+                // Centre plus the Frobenius norm of the linear part bounds every point.
+                let centre: f64 = s.to_world.iter().map(|r| f64::from(r[3]).powi(2)).sum();
+                let linear: f64 = (s.to_world.iter().flat_map(|r| &r[..3]))
+                    .map(|x| f64::from(*x).powi(2))
+                    .sum();
+                (centre.sqrt() + linear.sqrt()).powi(2)
+            }))
+            .fold(0.0, f64::max);
+        let mut vertices: Vec<Row> = (scene.vertices.iter())
+            .map(|v| bytemuck::cast::<_, Row>(*v))
+            .collect();
+        // Lanes without a triangle read vertex 0.
+        if vertices.is_empty() {
+            vertices.push(Row::default());
+        }
+        Self {
+            vertices,
+            triangles: scene.triangles.clone(),
+            spheres: scene.spheres.clone(),
+            shapes: scene.shapes.clone(),
+            radius: (reach.sqrt() * 1.000_001).max(f64::from(f32::MIN_POSITIVE)) as f32,
+        }
+    }
+
+    /// The shape of a primitive (triangles first, then spheres), and the light it is, or [`NONE`].
+    #[inline(always)]
+    pub fn shape_of(&self, prim: u32) -> (&Shape, u32) {
+        let triangles = self.triangles.len() as u32;
+        let (shape, local) = if prim < triangles {
+            (self.triangles[prim as usize].shape, prim)
+        } else {
+            let local = prim - triangles;
+            (self.spheres[local as usize].shape, local)
+        };
+        let shape = &self.shapes[shape as usize];
+        let light = if shape.light == NONE {
+            NONE
+        } else {
+            shape.light + (local - shape.first)
+        };
+        (shape, light)
+    }
+
+    /// The surface points of hits. `prim` has 1 to `N` entries, none of them [`NONE`]; `origin`, `direction`, `t` are read for
+    /// spheres, `b1`, `b2` for triangles.
+    #[inline(always)]
+    pub fn surface_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        origin: Vec3<L>,
+        direction: Vec3<L>,
+        [t, b1, b2]: [L; 3],
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
+        let point = self.triangle_point(prim, b1, b2, wanted);
+        let triangles = self.triangles.len() as u32;
+        if !wanted.spheres || prim.iter().all(|p| *p < triangles) {
+            return point;
+        }
+        let (on_sphere, map) = self.sphere_maps::<L>(prim.iter().map(|p| p.wrapping_sub(triangles)));
+        let w = map.to_unit(direction.mul_add(t, origin)).normalize();
+        let other = self.sphere_point(&map, w, wanted);
+        let pick = |a: Vec3<L>, b: Vec3<L>| Vec3::select(on_sphere, a, b);
+        SurfacePoint {
+            p: pick(other.p, point.p),
+            error: L::select(on_sphere, other.error, point.error),
+            ng: pick(other.ng, point.ng),
+            ns: pick(other.ns, point.ns),
+            uv: std::array::from_fn(|i| L::select(on_sphere, other.uv[i], point.uv[i])),
+            tangent: pick(other.tangent, point.tangent),
+        }
+    }
+
+    #[inline(always)]
+    fn triangle_point<L: Lanes>(&self, prim: &[u32], b1: L, b2: L, wanted: Wanted) -> SurfacePoint<L> {
+        let mut index = [[0u32; 8]; 3];
+        for (i, &prim) in prim.iter().enumerate() {
+            if let Some(triangle) = self.triangles.get(prim as usize) {
+                for c in 0..3 {
+                    index[c][i] = triangle.v[c];
+                }
+            }
+        }
+        let n = prim.len();
+        let [a, b, c] = index.map(|i| L::load_rows(&self.vertices, &i[..n]));
+        let point = |v: &[L; 8]| Vec3::new(v[0], v[1], v[2]);
+        let normal = |v: &[L; 8]| Vec3::new(v[3], v[4], v[5]);
+        let b0 = L::one() - b1 - b2;
+        let blend = |x: Vec3<L>, y: Vec3<L>, z: Vec3<L>| z.mul_add(b2, y.mul_add(b1, x * b0));
+        let (p0, p1, p2) = (point(&a), point(&b), point(&c));
+        let p = blend(p0, p1, p2);
+        let abs = |v: Vec3<L>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
+        let spread = abs(p2).mul_add(b2.abs(), abs(p1).mul_add(b1.abs(), abs(p0) * b0.abs()));
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        let ng = unit_cross(e1, e2);
+        let smooth = blend(normal(&a), normal(&b), normal(&c));
+        let length2 = smooth.length2();
+        let has_normal = length2.gt(L::splat(1e-12));
+        let ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
+        let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
+        if wanted.uv || wanted.tangent {
+            let mix = |i: usize| c[i].mul_add(b2, b[i].mul_add(b1, a[i] * b0));
+            uv = [mix(6), mix(7)];
+        }
+        if wanted.tangent {
+            // dp/du up to a positive factor (pbrt-v3, section 3.6.2).
+            let (du1, dv1) = (b[6] - a[6], b[7] - a[7]);
+            let (du2, dv2) = (c[6] - a[6], c[7] - a[7]);
+            let det = du1 * dv2 - dv1 * du2;
+            let dpdu = (e1 * dv2 - e2 * dv1) * L::one().copysign(det);
+            tangent = dpdu.or_zero(det.eq(L::zero()).not());
+        }
+        SurfacePoint {
+            p,
+            error: spread.dot(abs(ng)) * L::splat(POSITION_ERROR),
+            ng,
+            ns,
+            uv,
+            tangent,
+        }
+    }
+
+    #[inline(always)]
+    fn sphere_point<L: Lanes>(&self, map: &SphereMap<L>, w: Vec3<L>, wanted: Wanted) -> SurfacePoint<L> {
+        let p = map.to_world(w);
+        let ng = map.normal(w);
+        let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
+        if wanted.uv {
+            // pbrt: u runs with phi, v from the south pole up.
+            let turns = math::atan2(w.y, w.x) * L::splat(0.5 * std::f32::consts::FRAC_1_PI);
+            let u = L::select(turns.lt(L::zero()), turns + L::one(), turns);
+            let v = math::acos(w.z).mul_add(L::splat(-std::f32::consts::FRAC_1_PI), L::one());
+            uv = [u, v];
+        }
+        if wanted.tangent {
+            tangent = map.vector_to_world(Vec3::new(-w.y, w.x, L::zero()));
+        }
+        SurfacePoint {
+            p,
+            error: map.reach(w).dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
+                * L::splat(POSITION_ERROR),
+            ng,
+            ns: ng,
+            uv,
+            tangent,
+        }
+    }
+
+    /// Uniform over triangles (`prim` all triangles).
+    #[inline(always)]
+    pub fn sample_triangles<L: Lanes>(&self, prim: &[u32], u: L, v: L) -> AreaSample<L> {
+        // pbrt-v3, section 13.6.5.
+        let root = u.sqrt();
+        let b1 = v * root;
+        let wanted = Wanted { uv: false, tangent: false, spheres: false };
+        let point = self.triangle_point(prim, b1, L::one() - root, wanted);
+        let area = L::from_fn(|i| self.triangle_area(prim[i.min(prim.len() - 1)]));
+        AreaSample {
+            p: point.p,
+            error: point.error,
+            ng: point.ng,
+            pdf: L::one() / area,
+        }
+    }
+
+    /// Uniform over the unit sphere behind each sphere (`sphere` are sphere indices); uniform over area for true spheres.
+    #[inline(always)]
+    pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L) -> AreaSample<L> {
+        let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
+        let w = math::uniform_sphere(u, v);
+        let wanted = Wanted { uv: false, tangent: false, spheres: true };
+        let point = self.sphere_point(&map, w, wanted);
+        AreaSample {
+            p: point.p,
+            error: point.error,
+            ng: point.ng,
+            pdf: map.area_pdf(w),
+        }
+    }
+
+    /// Density over area of [`Self::sample_triangles`].
+    #[inline(always)]
+    pub fn triangle_pdf(&self, triangle: u32) -> f32 {
+        1.0 / self.triangle_area(triangle)
+    }
+
+    /// Density over area of [`Self::sample_spheres`] at points `p` of spheres.
+    #[inline(always)]
+    pub fn sphere_pdf<L: Lanes>(&self, sphere: &[u32], p: Vec3<L>) -> L {
+        let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
+        map.area_pdf(map.to_unit(p).normalize())
+    }
+
+    /// Internal area; `f64` inside, so that a tiny light has the area its vertices say.
+    pub fn triangle_area(&self, triangle: u32) -> f32 {
+        let corner = |c: usize| {
+            let row = &self.vertices[self.triangles[triangle as usize].v[c] as usize].0;
+            glam::DVec3::new(row[0].into(), row[1].into(), row[2].into())
+        };
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        (0.5 * (b - a).cross(c - a).length()) as f32
+    }
+
+    /// Internal area of a sphere or ellipsoid: the mean over directions of its area density's inverse.
+    pub fn sphere_area(&self, sphere: u32) -> f32 {
+        let n = 4096;
+        let (_, map) = self.sphere_maps::<f32>(std::iter::once(sphere));
+        let golden = 0.618_034_f64;
+        (0..n)
+            .map(|i| {
+                let u = (f64::from(i) + 0.5) / f64::from(n);
+                let w = math::uniform_sphere(u as f32, (f64::from(i) * golden).fract() as f32);
+                1.0 / f64::from(map.area_pdf(w)) / f64::from(n)
+            })
+            .sum::<f64>() as f32
+    }
+
+    /// The maps of up to `N` spheres; lanes whose index is out of range get sphere 0 and a false mask.
+    #[inline(always)]
+    fn sphere_maps<L: Lanes>(&self, index: impl Iterator<Item = u32>) -> (L::Mask, SphereMap<L>) {
+        let mut valid = 0u32;
+        let mut pick = [&self.spheres[0]; 8];
+        for (i, s) in index.enumerate() {
+            if let Some(sphere) = self.spheres.get(s as usize) {
+                pick[i] = sphere;
+                valid |= 1 << i;
+            }
+        }
+        let gather = |f: &dyn Fn(&Sphere) -> f32| L::from_fn(|i| f(pick[i]));
+        let map = SphereMap {
+            to_world: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_world[r][c]))),
+            to_unit: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_unit[r][c]))),
+            facing: gather(&|s| s.facing),
+        };
+        (L::Mask::from_bits(valid), map)
+    }
+}
+
+/// Unit normal of `a x b`, safe against underflow for tiny edges.
+#[inline(always)]
+fn unit_cross<L: Lanes>(a: Vec3<L>, b: Vec3<L>) -> Vec3<L> {
+    let tiny = L::splat(f32::MIN_POSITIVE);
+    let a = a * (L::one() / a.max_abs().max(tiny));
+    let b = b * (L::one() / b.max_abs().max(tiny));
+    let n = a.cross(b);
+    // Slivers lose their length once more.
+    (n * (L::one() / n.max_abs().max(tiny))).normalize()
+}
+
+/// Affine maps between unit spheres and internal space, one a lane.
+struct SphereMap<L: Lanes> {
+    to_world: [[L; 4]; 3],
+    to_unit: [[L; 4]; 3],
+    facing: L,
+}
+
+impl<L: Lanes> SphereMap<L> {
+    #[inline(always)]
+    fn apply(m: &[[L; 4]; 3], v: Vec3<L>, w: L) -> Vec3<L> {
+        let row = |r: &[L; 4]| v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)));
+        Vec3::new(row(&m[0]), row(&m[1]), row(&m[2]))
+    }
+    #[inline(always)]
+    fn to_world(&self, w: Vec3<L>) -> Vec3<L> {
+        Self::apply(&self.to_world, w, L::one())
+    }
+    #[inline(always)]
+    fn vector_to_world(&self, w: Vec3<L>) -> Vec3<L> {
+        Self::apply(&self.to_world, w, L::zero())
+    }
+    #[inline(always)]
+    fn to_unit(&self, p: Vec3<L>) -> Vec3<L> {
+        Self::apply(&self.to_unit, p, L::one())
+    }
+    /// Inverse transpose applied to `w`, not normalised.
+    #[inline(always)]
+    fn normal_vector(&self, w: Vec3<L>) -> Vec3<L> {
+        let m = &self.to_unit;
+        let column = |c: usize| w.x.mul_add(m[0][c], w.y.mul_add(m[1][c], w.z * m[2][c]));
+        Vec3::new(column(0), column(1), column(2))
+    }
+    #[inline(always)]
+    fn normal(&self, w: Vec3<L>) -> Vec3<L> {
+        let n = self.normal_vector(w);
+        let tiny = L::splat(f32::MIN_POSITIVE);
+        (n * (L::one() / n.max_abs().max(tiny))).normalize() * self.facing
+    }
+    /// Sums of the magnitudes that a mapped point is computed from.
+    #[inline(always)]
+    fn reach(&self, w: Vec3<L>) -> Vec3<L> {
+        let row = |r: &[L; 4]| {
+            (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs()
+        };
+        Vec3::new(row(&self.to_world[0]), row(&self.to_world[1]), row(&self.to_world[2]))
+    }
+    /// Uniform on the unit sphere, as a density over the mapped area: `dA = |det M| |M^-T w| dw`.
+    #[inline(always)]
+    fn area_pdf(&self, w: Vec3<L>) -> L {
+        let m = &self.to_world;
+        let column = |c: usize| Vec3::new(m[0][c], m[1][c], m[2][c]);
+        let det = column(0).dot(column(1).cross(column(2))).abs();
+        let n = self.normal_vector(w);
+        let stretch = n.max_abs();
+        let length = stretch * (n * (L::one() / stretch)).length2().sqrt();
+        L::splat(0.25 * std::f32::consts::FRAC_1_PI) / (det * length)
+    }
+}
+
+/// A shading frame around `ns` whose first axis follows `tangent` where that is not zero.
+#[inline(always)]
+pub fn shading_frame<L: Lanes>(ns: Vec3<L>, tangent: Vec3<L>) -> Frame<L> {
+    let plain = Frame::new(ns);
+    let tiny = L::splat(f32::MIN_POSITIVE);
+    let t = tangent * (L::one() / tangent.max_abs().max(tiny));
+    let s = t - ns * ns.dot(t);
+    let length2 = s.length2();
+    let usable = length2.gt(L::splat(1e-10));
+    let s = s * (L::one() / length2.sqrt());
+    Frame {
+        s: Vec3::select(usable, s, plain.s),
+        t: Vec3::select(usable, ns.cross(s), plain.t),
+        n: ns,
+    }
+}
+
+/// The indices in `lanes` of a vector of integers.
+#[inline(always)]
+pub fn lanes_of<L: Lanes>(v: L::Uint, n: usize) -> [u32; 8] {
+    std::array::from_fn(|i| if i < n { v.lane(i) } else { 0 })
+}

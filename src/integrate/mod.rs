@@ -1,0 +1,274 @@
+//! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call.
+
+mod mmlt;
+mod pt;
+
+use crate::scene::{IntegratorKind, Scene};
+use crate::simd::f32x8;
+use crate::transport::World;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Everything that can be asked of a render. [`Settings::of`] takes the scene's own wishes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub integrator: IntegratorKind,
+    pub seed: u64,
+    /// Worker threads; 0 means one per core.
+    pub threads: usize,
+    /// SIMD width of all kernels. The picture does not depend on it.
+    pub lanes: Width,
+    /// Largest number of scattering events.
+    pub max_depth: u32,
+    /// Samples per pixel (path tracer).
+    pub samples_per_pixel: u64,
+    /// Mutations per pixel (MMLT).
+    pub mutations_per_pixel: u64,
+    /// Chains over all depths; every depth that carries light has at least eight.
+    pub chains: u64,
+    /// Bootstrap paths per depth.
+    pub bootstrap: u64,
+    pub large_step_probability: f32,
+    /// Standard deviation of small steps.
+    pub sigma: f32,
+    /// Stop after this long, bootstrap included.
+    pub time: Option<Duration>,
+    /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
+    pub batch: Option<usize>,
+}
+
+/// Lanes of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    One,
+    Eight,
+}
+
+impl Width {
+    pub fn lanes(self) -> u32 {
+        match self {
+            Width::One => 1,
+            Width::Eight => 8,
+        }
+    }
+}
+
+impl Settings {
+    /// What the scene file asks for, at 8 lanes, on all cores, with seed 0.
+    pub fn of(scene: &Scene) -> Self {
+        let i = &scene.integrator;
+        Self {
+            integrator: i.kind,
+            seed: 0,
+            threads: 0,
+            lanes: Width::Eight,
+            max_depth: i.max_depth,
+            samples_per_pixel: u64::from(i.pixel_samples),
+            mutations_per_pixel: i.mutations_per_pixel,
+            chains: i.chains,
+            bootstrap: i.bootstrap_samples,
+            large_step_probability: i.large_step_probability,
+            sigma: i.sigma,
+            time: None,
+            batch: None,
+        }
+    }
+}
+
+/// What a render is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Bootstrap paths.
+    Bootstrap,
+    /// Mutations or samples.
+    Render,
+}
+
+/// Told how a render goes, and asked whether to go on. Called from the thread that called [`render`], except [`Observer::stop`], which any
+/// worker may call.
+pub trait Observer: Sync {
+    /// `done` of `total` mutations, samples or bootstrap paths.
+    fn progress(&self, phase: Phase, done: u64, total: u64) {
+        let _ = (phase, done, total);
+    }
+    /// True ends the render early, with a correctly normalised picture.
+    fn stop(&self) -> bool {
+        false
+    }
+}
+
+/// Sees nothing, stops nothing.
+pub struct Silent;
+impl Observer for Silent {}
+
+/// The figures of a render, one flat record.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Stats {
+    pub integrator: String,
+    pub seed: u64,
+    pub lanes: u32,
+    pub threads: usize,
+    pub width: u32,
+    pub height: u32,
+    pub max_depth: u32,
+    pub mutations: u64,
+    pub mutations_per_second: f64,
+    pub samples: u64,
+    pub samples_per_second: f64,
+    pub rays: u64,
+    pub rays_per_second: f64,
+    pub build_seconds: f64,
+    pub bootstrap_seconds: f64,
+    pub render_seconds: f64,
+    pub total_seconds: f64,
+    pub acceptance_large: f64,
+    pub acceptance_small: f64,
+    /// Mean over the sampled raster region of the target (mean channel of radiance), and its standard error.
+    pub b: f64,
+    pub b_stderr: f64,
+    pub rejected_nonfinite: u64,
+    pub peak_rss_bytes: u64,
+}
+
+/// A finished render.
+pub struct Render {
+    /// Linear sRGB radiance of the crop window, row by row from the top.
+    pub pixels: Vec<[f32; 3]>,
+    pub width: u32,
+    pub height: u32,
+    pub stats: Stats,
+    /// Things the user should know, a sentence each.
+    pub warnings: Vec<String>,
+    /// Ended by the observer or by time.
+    pub stopped_early: bool,
+}
+
+/// Why a render cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    #[error("{0}")]
+    Settings(String),
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        threads: usize,
+        source: rayon::ThreadPoolBuildError,
+    },
+}
+
+/// Renders a scene.
+///
+/// # Errors
+/// Settings out of range, and thread pools that cannot be had.
+pub fn render(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Render, RenderError> {
+    let start = Instant::now();
+    check(settings)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .build()
+        .map_err(|source| RenderError::Threads {
+            threads: settings.threads,
+            source,
+        })?;
+    let world = World::new(scene, settings.max_depth);
+    let run = Run {
+        scene,
+        world: &world,
+        settings,
+        observer,
+        start,
+    };
+    let mut render = pool.install(|| match (settings.integrator, settings.lanes) {
+        (IntegratorKind::Mmlt, Width::Eight) => mmlt::render::<f32x8>(&run),
+        (IntegratorKind::Mmlt, Width::One) => mmlt::render::<f32>(&run),
+        (IntegratorKind::Pt, Width::Eight) => pt::render::<f32x8>(&run),
+        (IntegratorKind::Pt, Width::One) => pt::render::<f32>(&run),
+    });
+    let scale = scene.film.scale;
+    for v in render.pixels.iter_mut().flatten() {
+        *v *= scale;
+    }
+    let stats = &mut render.stats;
+    stats.seed = settings.seed;
+    stats.lanes = settings.lanes.lanes();
+    stats.threads = pool.current_num_threads();
+    stats.max_depth = settings.max_depth;
+    stats.width = render.width;
+    stats.height = render.height;
+    stats.build_seconds = world.tracer.stats().build_time.as_secs_f64();
+    stats.total_seconds = start.elapsed().as_secs_f64();
+    stats.rays_per_second = per_second(stats.rays, stats.render_seconds + stats.bootstrap_seconds);
+    stats.peak_rss_bytes = peak_rss_bytes();
+    if stats.rejected_nonfinite > 0 {
+        render.warnings.push(format!(
+            "{} contributions were not finite or negative and were left out",
+            stats.rejected_nonfinite
+        ));
+    }
+    Ok(render)
+}
+
+/// What an integrator works on.
+struct Run<'a> {
+    scene: &'a Scene,
+    world: &'a World,
+    settings: &'a Settings,
+    observer: &'a dyn Observer,
+    start: Instant,
+}
+
+impl Run<'_> {
+    /// Width and height of the crop window.
+    fn size(&self) -> (u32, u32) {
+        let [x0, x1, y0, y1] = self.scene.film.crop;
+        (x1 - x0, y1 - y0)
+    }
+
+    /// Time is up, or the observer has had enough.
+    fn ended(&self) -> bool {
+        let late = (self.settings.time).is_some_and(|limit| self.start.elapsed() >= limit);
+        late || self.observer.stop()
+    }
+}
+
+fn check(settings: &Settings) -> Result<(), RenderError> {
+    let fail = |what: String| Err(RenderError::Settings(what));
+    let s = settings;
+    if s.max_depth >= crate::chain::batch::MAX_DEPTHS {
+        return fail(format!("max depth {} is beyond {}", s.max_depth, crate::chain::batch::MAX_DEPTHS - 1));
+    }
+    if !(0.0..=1.0).contains(&s.large_step_probability) {
+        return fail(format!(
+            "the large step probability is {}, not in [0, 1]",
+            s.large_step_probability
+        ));
+    }
+    if !(s.sigma >= 0.0 && s.sigma.is_finite()) {
+        return fail(format!("sigma is {}, not a finite number of at least 0", s.sigma));
+    }
+    if s.integrator == IntegratorKind::Mmlt && (s.chains == 0 || s.bootstrap == 0) {
+        return fail("chains and bootstrap samples must be at least 1".into());
+    }
+    if s.chains > crate::chain::batch::MAX_CHAINS_PER_DEPTH as u64 {
+        let most = crate::chain::batch::MAX_CHAINS_PER_DEPTH;
+        return fail(format!("{} chains are more than {most}", s.chains));
+    }
+    if s.bootstrap > 1 << 48 {
+        return fail(format!("{} bootstrap samples are more than 2^48", s.bootstrap));
+    }
+    if s.batch.is_some_and(|b| b == 0) {
+        return fail("a batch holds at least one path".into());
+    }
+    Ok(())
+}
+
+fn per_second(count: u64, seconds: f64) -> f64 {
+    if seconds > 0.0 { count as f64 / seconds } else { 0.0 }
+}
+
+/// Largest resident size of this process so far; 0 where the system does not tell.
+pub fn peak_rss_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    kib.unwrap_or(0) * 1024
+}

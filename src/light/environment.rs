@@ -1,0 +1,276 @@
+//! Environment maps: radiance by direction, importance sampled by a piecewise-constant density over their texels.
+
+use crate::scene::{EnvLayout, Image, Rgb};
+use crate::simd::{Lanes, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// An image around the scene.
+pub struct Environment {
+    width: usize,
+    height: usize,
+    /// Radiance, `scale` applied.
+    texels: Vec<Rgb>,
+    to_light: [[f32; 3]; 3],
+    layout: EnvLayout,
+    /// Cumulative probability of rows, and of texels within each row, ending in 1.
+    rows: Vec<f32>,
+    columns: Vec<f32>,
+}
+
+impl Environment {
+    pub fn new(image: &Image, scale: Rgb, to_light: [[f32; 3]; 3], layout: EnvLayout) -> Self {
+        let (width, height) = (image.width as usize, image.height as usize);
+        let texels: Vec<Rgb> = (image.texels.iter())
+            .map(|t| std::array::from_fn(|c| t[c] * scale[c]))
+            .collect();
+        let mut map = Self {
+            width,
+            height,
+            texels,
+            to_light,
+            layout,
+            rows: Vec::new(),
+            columns: Vec::new(),
+        };
+        map.tabulate();
+        map
+    }
+
+    /// Bilinear look-ups reach into neighbouring texels: the density is the tent-filtered image, positive wherever radiance is.
+    fn tabulate(&mut self) {
+        let value = |x: i64, y: i64| f64::from(super::mean(self.texel(x, y)).max(0.0));
+        let mut row_sums = Vec::with_capacity(self.height);
+        let mut columns = Vec::with_capacity(self.width * self.height);
+        for y in 0..self.height as i64 {
+            let mut running = 0.0;
+            let start = columns.len();
+            for x in 0..self.width as i64 {
+                let mut sum = 0.0;
+                for (dy, wy) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
+                    for (dx, wx) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
+                        sum += wx * wy * value(x + dx, y + dy);
+                    }
+                }
+                running += sum;
+                columns.push(running);
+            }
+            for c in &mut columns[start..] {
+                *c = if running > 0.0 { *c / running } else { 1.0 };
+            }
+            row_sums.push(running * self.row_weight(y as usize));
+        }
+        let total: f64 = row_sums.iter().sum();
+        let mut running = 0.0;
+        self.rows = (row_sums.iter())
+            .map(|r| {
+                running += r;
+                if total > 0.0 { (running / total) as f32 } else { 1.0 }
+            })
+            .collect();
+        self.columns = columns.into_iter().map(|c| c as f32).collect();
+        if let Some(last) = self.rows.last_mut() {
+            *last = 1.0;
+        }
+    }
+
+    /// Solid angle of a row's texels, up to a factor.
+    fn row_weight(&self, y: usize) -> f64 {
+        match self.layout {
+            EnvLayout::LatLong => {
+                ((y as f64 + 0.5) / self.height as f64 * std::f64::consts::PI).sin()
+            }
+            EnvLayout::EqualArea => 1.0,
+        }
+    }
+
+    /// Mean radiance over the sphere.
+    pub fn mean(&self) -> Rgb {
+        let mut sum = [0.0; 3];
+        let mut weights = 0.0;
+        for y in 0..self.height {
+            let w = self.row_weight(y);
+            weights += w * self.width as f64;
+            for t in &self.texels[y * self.width..(y + 1) * self.width] {
+                for c in 0..3 {
+                    sum[c] += w * f64::from(t[c]);
+                }
+            }
+        }
+        sum.map(|s| (s / weights) as f32)
+    }
+
+    /// A texel with the layout's own neighbours beyond the border.
+    fn texel(&self, x: i64, y: i64) -> Rgb {
+        let (w, h) = (self.width as i64, self.height as i64);
+        let (x, y) = match self.layout {
+            EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
+            EnvLayout::EqualArea => octahedral_wrap(x, y, w),
+        };
+        self.texels[(y * w + x) as usize]
+    }
+
+    /// Radiance from unit `direction` (internal space, pointing away from the scene) and the density of sampling it, per
+    /// solid angle.
+    #[inline(always)]
+    pub fn radiance_and_pdf<L: Lanes>(&self, direction: Vec3<L>) -> (Vec3<L>, L) {
+        let mut out = [[0.0f32; 4]; 8];
+        for (i, slot) in out.iter_mut().enumerate().take(L::N) {
+            *slot = self.look_up(direction.lane(i));
+        }
+        let column = |c: usize| L::from_fn(|i| out[i][c]);
+        (Vec3::new(column(0), column(1), column(2)), column(3))
+    }
+
+    fn look_up(&self, d: [f32; 3]) -> [f32; 4] {
+        let local: [f32; 3] = std::array::from_fn(|r| {
+            let m = self.to_light[r];
+            m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
+        });
+        let (u, v, solid) = match self.layout {
+            EnvLayout::LatLong => {
+                let z = local[2].clamp(-1.0, 1.0);
+                let turns = local[1].atan2(local[0]) / TAU;
+                let sin = (1.0 - z * z).max(0.0).sqrt();
+                (if turns < 0.0 { turns + 1.0 } else { turns }, z.acos() * FRAC_1_PI, TAU * PI * sin)
+            }
+            EnvLayout::EqualArea => {
+                let (u, v) = equal_area_square(local);
+                (u, v, 2.0 * TAU)
+            }
+        };
+        if !(u.is_finite() && v.is_finite()) {
+            return [0.0; 4];
+        }
+        let (x, y) = (u * self.width as f32, v * self.height as f32);
+        let tx = (x as usize).min(self.width - 1);
+        let ty = (y as usize).min(self.height - 1);
+        let density = self.texel_probability(tx, ty) * (self.width * self.height) as f32;
+        // The density within a texel of a lat-long map varies with the sine; at the very pole it has no limit.
+        let pdf = if solid > 0.0 { density / solid } else { 0.0 };
+        let [r, g, b] = self.bilinear(x - 0.5, y - 0.5);
+        [r, g, b, pdf]
+    }
+
+    fn texel_probability(&self, x: usize, y: usize) -> f32 {
+        let step = |cdf: &[f32], i: usize| cdf[i] - if i == 0 { 0.0 } else { cdf[i - 1] };
+        let row = &self.columns[y * self.width..(y + 1) * self.width];
+        step(&self.rows, y) * step(row, x)
+    }
+
+    fn bilinear(&self, x: f32, y: f32) -> Rgb {
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let (x0, y0) = (x0 as i64, y0 as i64);
+        let (a, b) = (self.texel(x0, y0), self.texel(x0 + 1, y0));
+        let (c, d) = (self.texel(x0, y0 + 1), self.texel(x0 + 1, y0 + 1));
+        std::array::from_fn(|i| {
+            let top = (1.0 - fx) * a[i] + fx * b[i];
+            let bottom = (1.0 - fx) * c[i] + fx * d[i];
+            (1.0 - fy) * top + fy * bottom
+        })
+    }
+
+    /// A direction towards the map, by inversion of rows and then columns.
+    pub fn sample(&self, u: [f32; 2]) -> [f32; 3] {
+        let (y, fy) = invert(&self.rows, u[1]);
+        let row = &self.columns[y * self.width..(y + 1) * self.width];
+        let (x, fx) = invert(row, u[0]);
+        let (u, v) = (
+            (x as f32 + fx) / self.width as f32,
+            (y as f32 + fy) / self.height as f32,
+        );
+        let local = match self.layout {
+            EnvLayout::LatLong => {
+                let ((sin_t, cos_t), (sin_p, cos_p)) = ((v * PI).sin_cos(), (u * TAU).sin_cos());
+                [sin_t * cos_p, sin_t * sin_p, cos_t]
+            }
+            EnvLayout::EqualArea => equal_area_sphere(u, v),
+        };
+        // Rows are orthonormal: the inverse is the transpose.
+        let d: [f32; 3] = std::array::from_fn(|c| {
+            (0..3).map(|r| self.to_light[r][c] * local[r]).sum::<f32>()
+        });
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        d.map(|x| x / length)
+    }
+}
+
+/// The interval of a cumulative table that holds `u`, and where in it.
+fn invert(cdf: &[f32], u: f32) -> (usize, f32) {
+    let i = cdf.partition_point(|end| *end <= u).min(cdf.len() - 1);
+    let start = if i == 0 { 0.0 } else { cdf[i - 1] };
+    let width = cdf[i] - start;
+    let f = if width > 0.0 { (u - start) / width } else { 0.5 };
+    (i, f.clamp(0.0, 0.999_999_9))
+}
+
+/// Texel coordinates one step outside an octahedral square fold back into it.
+fn octahedral_wrap(x: i64, y: i64, n: i64) -> (i64, i64) {
+    let (mut x, mut y) = (x, y);
+    if x < 0 {
+        x = -x - 1;
+        y = n - 1 - y;
+    } else if x >= n {
+        x = 2 * n - 1 - x;
+        y = n - 1 - y;
+    }
+    if y < 0 {
+        x = n - 1 - x;
+        y = -y - 1;
+    } else if y >= n {
+        x = n - 1 - x;
+        y = 2 * n - 1 - y;
+    }
+    (x.clamp(0, n - 1), y.clamp(0, n - 1))
+}
+
+/// Unit square to sphere (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD").
+fn equal_area_sphere(u: f32, v: f32) -> [f32; 3] {
+    let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    let (up, vp) = (u.abs(), v.abs());
+    let signed = 1.0 - (up + vp);
+    let d = signed.abs();
+    let r = 1.0 - d;
+    let phi = if r == 0.0 { 1.0 } else { (vp - up) / r + 1.0 } * (PI / 4.0);
+    let z = (1.0 - r * r).copysign(signed);
+    let s = r * (2.0 - r * r).max(0.0).sqrt();
+    let (sin, cos) = phi.sin_cos();
+    [cos.copysign(u) * s, sin.copysign(v) * s, z]
+}
+
+/// The inverse of [`equal_area_sphere`].
+fn equal_area_square(d: [f32; 3]) -> (f32, f32) {
+    let [x, y, z] = d.map(f32::abs);
+    let r = (1.0 - z).max(0.0).sqrt();
+    let (a, b) = (x.max(y), x.min(y));
+    let ratio = if a == 0.0 { 0.0 } else { b / a };
+    let phi = ratio.atan() * 2.0 * FRAC_1_PI;
+    let phi = if x < y { 1.0 - phi } else { phi };
+    let mut v = phi * r;
+    let mut u = r - v;
+    if d[2] < 0.0 {
+        (u, v) = (1.0 - v, 1.0 - u);
+    }
+    (
+        (u.copysign(d[0]) + 1.0) * 0.5,
+        (v.copysign(d[1]) + 1.0) * 0.5,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_area_round_trip() {
+        for i in 0..64 {
+            for j in 0..64 {
+                let (u, v) = ((i as f32 + 0.37) / 64.0, (j as f32 + 0.61) / 64.0);
+                let d = equal_area_sphere(u, v);
+                let (a, b) = equal_area_square(d);
+                // sqrt(1 - |z|) amplifies rounding near the poles: sqrt(eps).
+                assert!((a - u).abs() < 1e-3 && (b - v).abs() < 1e-3, "{u} {v} {a} {b}");
+            }
+        }
+    }
+}

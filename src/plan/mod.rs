@@ -1,0 +1,168 @@
+//! What a scene calls for: effects present, strategies that can carry light, primary samples that exist.
+//!
+//! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
+
+use crate::camera::Camera;
+use crate::light::LightTable;
+use crate::scene::Scene;
+use crate::surface::{Kind, MaterialTable};
+use std::fmt;
+
+/// The plan of a render.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// BSDF kernels, a queue each.
+    pub kinds: Vec<Kind>,
+    /// One plan per depth, `0..=max_depth`.
+    pub depths: Vec<DepthPlan>,
+    /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
+    pub per_bounce: usize,
+    /// The lens takes two primary samples.
+    pub lens: bool,
+    /// Choosing a light takes one primary sample.
+    pub light_choice: bool,
+    /// Light subpaths of any length can be joined to camera subpaths (some BSDF is not a delta).
+    pub connectable: bool,
+    /// Camera subpaths can meet a light by chance.
+    pub hits_lights: bool,
+}
+
+/// The plan for paths with `depth` scattering events.
+#[derive(Clone, Debug)]
+pub struct DepthPlan {
+    pub depth: u32,
+    /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light, ascending.
+    pub strategies: Vec<u32>,
+    pub layout: Layout,
+}
+
+/// Where primary samples live in the matrix `[dimension][path]`. Three streams in a row: camera, light, connection; a change of strategy
+/// re-labels none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// First sample of the camera stream; exists if there is more than one strategy.
+    pub strategy: usize,
+    pub raster: usize,
+    pub lens: usize,
+    pub camera_bounce: usize,
+    pub light_choice: usize,
+    /// Four samples: position and direction.
+    pub emission: usize,
+    pub light_bounce: usize,
+    pub connection_choice: usize,
+    /// Two samples: a point on a light (`s = 1`) or on the lens (`t = 1`).
+    pub connection: usize,
+    pub per_bounce: usize,
+    /// Rows of the matrix.
+    pub total: usize,
+}
+
+impl Plan {
+    pub fn new(
+        scene: &Scene,
+        max_depth: u32,
+        materials: &MaterialTable,
+        lights: &LightTable,
+        camera: &Camera,
+    ) -> Self {
+        let used = |material: usize| {
+            (scene.shapes.iter()).any(|s| s.material as usize == material)
+        };
+        let mut kinds: Vec<Kind> = (materials.entries.iter().enumerate())
+            .filter(|(i, _)| used(*i))
+            .map(|(_, e)| e.kind)
+            .collect();
+        kinds.sort();
+        kinds.dedup();
+        let mut plan = Self {
+            per_bounce: if kinds.iter().any(|k| k.has_lobes()) { 3 } else { 2 },
+            lens: camera.has_lens(),
+            light_choice: lights.needs_choice(),
+            connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
+            hits_lights: lights.any_non_delta(),
+            kinds,
+            depths: Vec::new(),
+        };
+        plan.depths = (0..=max_depth).map(|k| plan.depth_plan(k)).collect();
+        plan
+    }
+
+    fn depth_plan(&self, depth: u32) -> DepthPlan {
+        // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected. Directly seen lights are left to
+        // chance alone, as in pbrt.
+        let mut strategies = Vec::new();
+        if self.hits_lights && (depth == 0 || !self.kinds.is_empty()) {
+            strategies.push(0);
+        }
+        if self.connectable && depth > 0 {
+            strategies.extend(1..=depth + 1);
+        }
+        let layout = self.layout(depth as usize, &strategies);
+        DepthPlan { depth, strategies, layout }
+    }
+
+    fn layout(&self, depth: usize, strategies: &[u32]) -> Layout {
+        let mut next = 0;
+        let mut take = |n: usize| {
+            let at = next;
+            next += n;
+            at
+        };
+        let light_subpath = strategies.iter().any(|s| *s >= 2);
+        let light_bounces = if light_subpath { depth.saturating_sub(1) } else { 0 };
+        let connects = strategies.iter().any(|s| *s >= 1);
+        let choice = usize::from(self.light_choice);
+        let strategy = take(usize::from(strategies.len() > 1));
+        let raster = take(2);
+        let lens = take(if self.lens { 2 } else { 0 });
+        let camera_bounce = take(depth * self.per_bounce);
+        let light_choice = take(if light_subpath { choice } else { 0 });
+        let emission = take(if light_subpath { 4 } else { 0 });
+        let light_bounce = take(light_bounces * self.per_bounce);
+        let connection_choice = take(if connects { choice } else { 0 });
+        let connection = take(if connects { 2 } else { 0 });
+        Layout {
+            strategy,
+            raster,
+            lens,
+            camera_bounce,
+            light_choice,
+            emission,
+            light_bounce,
+            connection_choice,
+            connection,
+            per_bounce: self.per_bounce,
+            total: next,
+        }
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<_> = self.kinds.iter().map(|k| k.name()).collect();
+        writeln!(f, "  kernels       {}", if names.is_empty() { "none".into() } else { names.join(", ") })?;
+        let yes = |on: bool, what: &'static str, why: &'static str| {
+            format!("{} ({why})", if on { what.to_string() } else { format!("no {what}") })
+        };
+        let lens = if self.lens { "lensradius > 0" } else { "pinhole" };
+        writeln!(f, "  lens          {}", yes(self.lens, "lens samples", lens))?;
+        let many = if self.light_choice { "more than one light" } else { "at most one light" };
+        writeln!(f, "  lights        {}", yes(self.light_choice, "choice sample", many))?;
+        let lobes = if self.per_bounce == 3 { "a BSDF has several lobes" } else { "every BSDF has one lobe" };
+        writeln!(f, "  lobes         {}", yes(self.per_bounce == 3, "lobe sample", lobes))?;
+        let chance = if self.hits_lights { "an area or infinite light" } else { "every light is a delta light" };
+        writeln!(f, "  s = 0         {}", yes(self.hits_lights, "camera subpaths meet lights", chance))?;
+        let join = if self.connectable { "a BSDF that is not a delta" } else { "no light, or delta BSDFs only" };
+        writeln!(f, "  s >= 1        {}", yes(self.connectable, "connections", join))?;
+        writeln!(f, "  depth  strategies s          primary samples")?;
+        for d in &self.depths {
+            let list = match d.strategies.as_slice() {
+                [] => "none".to_string(),
+                [one] => one.to_string(),
+                [first, .., last] => format!("{first}..{last}"),
+            };
+            writeln!(f, "  {:>5}  {:<21} {}", d.depth, list, d.layout.total)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of pbrt-v3, section 8.4.1).
+
+use super::{Bsdf, BsdfSample, BsdfValue, Mode};
+use crate::simd::{Lanes, Vec3, math};
+use std::f32::consts::FRAC_1_PI;
+
+/// Row: reflectance.
+pub struct Diffuse;
+
+/// Row: reflectance, A, B.
+pub struct OrenNayar;
+
+/// Oren and Nayar's A and B for a roughness in degrees.
+pub fn oren_nayar_coefficients(sigma_degrees: f32) -> (f32, f32) {
+    let sigma2 = sigma_degrees.to_radians().powi(2);
+    (
+        1.0 - sigma2 / (2.0 * (sigma2 + 0.33)),
+        0.45 * sigma2 / (sigma2 + 0.09),
+    )
+}
+
+/// Cosine-distributed direction on `wo`'s side, and its density.
+#[inline(always)]
+pub(super) fn cosine_sample<L: Lanes>(wo: Vec3<L>, u: [L; 3]) -> (Vec3<L>, L) {
+    let mut wi = math::cosine_hemisphere(u[0], u[1]);
+    let pdf = wi.z * L::splat(FRAC_1_PI);
+    wi.z = wi.z.copysign(wo.z);
+    (wi, pdf)
+}
+
+/// True where both directions are strictly on one side.
+#[inline(always)]
+pub(super) fn same_side<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
+    (wo.z * wi.z).gt(L::zero())
+}
+
+impl Bsdf for Diffuse {
+    const DELTA: bool = false;
+
+    #[inline(always)]
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+        let (wi, pdf) = cosine_sample(wo, u);
+        BsdfSample {
+            wi,
+            weight: Vec3::new(row[0], row[1], row[2]).or_zero(pdf.gt(L::zero())),
+            pdf,
+            pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
+        }
+    }
+
+    #[inline(always)]
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+        let valid = same_side(wo, wi);
+        let inv_pi = L::splat(FRAC_1_PI).or_zero(valid);
+        BsdfValue {
+            f: Vec3::new(row[0], row[1], row[2]) * inv_pi,
+            pdf: wi.z.abs() * inv_pi,
+            pdf_reverse: wo.z.abs() * inv_pi,
+        }
+    }
+}
+
+impl OrenNayar {
+    /// The factor that multiplies `reflectance / pi`.
+    #[inline(always)]
+    fn factor<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> L {
+        let tiny = L::splat(f32::MIN_POSITIVE);
+        let (ci, co) = (wi.z.abs(), wo.z.abs());
+        let si = (L::one() - ci * ci).max(L::zero()).sqrt();
+        let so = (L::one() - co * co).max(L::zero()).sqrt();
+        // cos(phi_i - phi_o) from the projections; 0 where one of them has no direction.
+        let planar = wi.x.mul_add(wo.x, wi.y * wo.y);
+        let norm = si * so;
+        let cos_phi = L::select(norm.gt(tiny), planar / norm, L::zero());
+        let cos_phi = cos_phi.max(L::zero()).min(L::one());
+        // sin(alpha) tan(beta): the larger cosine belongs to the smaller angle.
+        let sin_tan = si * so / ci.max(co).max(tiny);
+        (row[4] * cos_phi).mul_add(sin_tan, row[3])
+    }
+}
+
+impl Bsdf for OrenNayar {
+    const DELTA: bool = false;
+
+    #[inline(always)]
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+        let (wi, pdf) = cosine_sample(wo, u);
+        let weight = Vec3::new(row[0], row[1], row[2]) * Self::factor(row, wo, wi);
+        BsdfSample {
+            wi,
+            weight: weight.or_zero(pdf.gt(L::zero())),
+            pdf,
+            pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
+        }
+    }
+
+    #[inline(always)]
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+        let lambert = Diffuse::eval(row, wo, wi);
+        BsdfValue {
+            f: lambert.f * Self::factor(row, wo, wi),
+            ..lambert
+        }
+    }
+}

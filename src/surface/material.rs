@@ -1,0 +1,185 @@
+//! Materials as kernels see them: a kind and a parameter row each.
+
+use super::diffuse::oren_nayar_coefficients;
+use super::microfacet::SMOOTH_ALPHA;
+use super::{Kind, texture};
+use crate::scene::{
+    ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
+};
+use crate::simd::Row;
+
+/// One material of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    pub kind: Kind,
+    /// Its row must be evaluated per hit.
+    pub textured: bool,
+}
+
+/// The materials of a scene, in the order of [`Scene::materials`].
+pub struct MaterialTable {
+    pub entries: Vec<Entry>,
+    /// Parameter rows; those of textured materials are unused.
+    pub rows: Vec<Row>,
+    materials: Vec<MaterialKind>,
+    textures: Vec<Texture>,
+    images: Vec<Image>,
+    /// Some material needs a tangent.
+    pub anisotropic: bool,
+}
+
+impl MaterialTable {
+    pub fn new(scene: &Scene) -> Self {
+        let mut table = Self {
+            entries: Vec::new(),
+            rows: Vec::new(),
+            materials: Vec::new(),
+            textures: scene.textures.clone(),
+            images: scene.images.clone(),
+            anisotropic: false,
+        };
+        for Material { kind, .. } in &scene.materials {
+            let textured = params(kind)
+                .iter()
+                .any(|p| matches!(p, Param::Texture(_)));
+            let entry = Entry {
+                kind: kernel(kind),
+                textured,
+            };
+            if let MaterialKind::Conductor { roughness, .. } = kind {
+                table.anisotropic |= roughness.u != roughness.v;
+            }
+            table.materials.push(kind.clone());
+            table.entries.push(entry);
+            let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
+            table.rows.push(row);
+        }
+        table
+    }
+
+    /// The parameter row of a material at texture coordinates `uv`.
+    pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
+        let at = |p: Param| texture::evaluate(&self.textures, &self.images, p, uv);
+        // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
+        let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
+        let mut row = [0.0; 8];
+        match &self.materials[material] {
+            MaterialKind::Diffuse { reflectance, sigma } => {
+                row[..3].copy_from_slice(&unit(*reflectance));
+                (row[3], row[4]) = oren_nayar_coefficients(at(*sigma)[0].clamp(0.0, 90.0));
+            }
+            MaterialKind::Mirror { reflectance } => {
+                row[..3].copy_from_slice(&unit(*reflectance));
+            }
+            MaterialKind::Conductor { fresnel, roughness } => {
+                let (eta, k) = match *fresnel {
+                    ConductorFresnel::EtaK { eta, k } => (at(eta), at(k)),
+                    ConductorFresnel::Reflectance(r) => ([1.0; 3], unit(r).map(k_of_reflectance)),
+                };
+                row[..3].copy_from_slice(&eta.map(|v| v.max(0.0)));
+                row[3..6].copy_from_slice(&k.map(|v| v.max(0.0)));
+                row[6] = alpha(at(roughness.u)[0], roughness.remap);
+                row[7] = alpha(at(roughness.v)[0], roughness.remap);
+            }
+            MaterialKind::Dielectric {
+                reflectance,
+                transmittance,
+                eta,
+            } => {
+                row[..3].copy_from_slice(&unit(*reflectance));
+                row[3..6].copy_from_slice(&unit(*transmittance));
+                row[6] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            }
+            MaterialKind::Plastic {
+                diffuse,
+                specular,
+                roughness,
+            } => {
+                row[..3].copy_from_slice(&unit(*diffuse));
+                row[3..6].copy_from_slice(&unit(*specular));
+                row[6] = alpha(at(roughness.u)[0], roughness.remap);
+                row[7] = alpha(at(roughness.v)[0], roughness.remap);
+            }
+            MaterialKind::Interface => {}
+        }
+        Row(row)
+    }
+}
+
+/// The kernel of a material. A constant roughness decides between smooth and rough; a textured one is rough throughout.
+fn kernel(kind: &MaterialKind) -> Kind {
+    match kind {
+        MaterialKind::Diffuse { sigma, .. } => match sigma {
+            Param::Constant([0.0, ..]) => Kind::Diffuse,
+            _ => Kind::OrenNayar,
+        },
+        MaterialKind::Mirror { .. } => Kind::Mirror,
+        MaterialKind::Conductor { roughness, .. } => match (roughness.u, roughness.v) {
+            (Param::Constant(u), Param::Constant(v))
+                if raw_alpha(u[0], roughness.remap).max(raw_alpha(v[0], roughness.remap))
+                    < SMOOTH_ALPHA =>
+            {
+                Kind::SmoothConductor
+            }
+            _ => Kind::RoughConductor,
+        },
+        MaterialKind::Dielectric { .. } => Kind::SmoothDielectric,
+        MaterialKind::Plastic { .. } => Kind::Plastic,
+        // Never hit: interfaces are left out of the tracer.
+        MaterialKind::Interface => Kind::Diffuse,
+    }
+}
+
+fn params(kind: &MaterialKind) -> Vec<Param> {
+    let rough = |r: &Roughness| [r.u, r.v];
+    match kind {
+        MaterialKind::Diffuse { reflectance, sigma } => vec![*reflectance, *sigma],
+        MaterialKind::Mirror { reflectance } => vec![*reflectance],
+        MaterialKind::Conductor { fresnel, roughness } => {
+            let mut list = rough(roughness).to_vec();
+            match fresnel {
+                ConductorFresnel::EtaK { eta, k } => list.extend([*eta, *k]),
+                ConductorFresnel::Reflectance(r) => list.push(*r),
+            }
+            list
+        }
+        MaterialKind::Dielectric {
+            reflectance,
+            transmittance,
+            eta,
+        } => vec![*reflectance, *transmittance, *eta],
+        MaterialKind::Plastic {
+            diffuse,
+            specular,
+            roughness,
+        } => {
+            let mut list = rough(roughness).to_vec();
+            list.extend([*diffuse, *specular]);
+            list
+        }
+        MaterialKind::Interface => Vec::new(),
+    }
+}
+
+fn raw_alpha(roughness: f32, remap: Remap) -> f32 {
+    match remap {
+        Remap::None => roughness,
+        Remap::V3 => {
+            let x = roughness.max(1e-3).ln();
+            1.62142 + 0.819955 * x + 0.1734 * x * x + 0.0171201 * x.powi(3) + 0.000640711 * x.powi(4)
+        }
+        Remap::V4 => roughness.max(0.0).sqrt(),
+    }
+}
+
+/// Trowbridge-Reitz alpha of a roughness, kept in what `f32` evaluates well.
+fn alpha(roughness: f32, remap: Remap) -> f32 {
+    let a = raw_alpha(roughness, remap);
+    if a.is_nan() { 1.0 } else { a.clamp(SMOOTH_ALPHA, 1e3) }
+}
+
+/// The extinction with `eta = 1` whose reflectance at normal incidence is `r` (pbrt-v4, `ConductorMaterial`).
+fn k_of_reflectance(r: f32) -> f32 {
+    let r = r.clamp(0.0, 0.9999);
+    2.0 * r.sqrt() / (1.0 - r).sqrt()
+}

@@ -1,0 +1,85 @@
+//! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
+
+use crate::simd::{Lanes, Vec3, math};
+use std::f32::consts::FRAC_1_PI;
+
+/// Roughness below which a surface is treated as smooth (pbrt-v4's `EffectivelySmooth`).
+pub const SMOOTH_ALPHA: f32 = 1e-3;
+
+/// Anisotropic Trowbridge-Reitz; all directions in the upper hemisphere (`z >= 0`).
+#[derive(Clone, Copy)]
+pub struct TrowbridgeReitz<L> {
+    pub ax: L,
+    pub ay: L,
+}
+
+/// Density of a reflected direction and the factors its BRDF needs.
+pub struct Reflection<L> {
+    /// `D G / (4 cos_o cos_i)`, 1/sr.
+    pub brdf: L,
+    /// Density of `wi` given `wo` by visible normals, and the reverse; solid angle.
+    pub pdf: L,
+    pub pdf_reverse: L,
+    /// Cosine between either direction and the half vector.
+    pub cos_h: L,
+}
+
+impl<L: Lanes> TrowbridgeReitz<L> {
+    /// Normal distribution, normalised so that its projection integrates to 1.
+    #[inline(always)]
+    pub fn d(&self, h: Vec3<L>) -> L {
+        let (x, y) = (h.x / self.ax, h.y / self.ay);
+        let s = x.mul_add(x, y.mul_add(y, h.z * h.z));
+        L::splat(FRAC_1_PI) / (self.ax * self.ay * s * s)
+    }
+
+    /// `sqrt(ax^2 x^2 + ay^2 y^2 + z^2)`: Smith's Lambda is `(this / z - 1) / 2` (Heitz 2014, equation 72).
+    #[inline(always)]
+    pub fn stretch(&self, w: Vec3<L>) -> L {
+        let (x, y) = (w.x * self.ax, w.y * self.ay);
+        x.mul_add(x, y.mul_add(y, w.z * w.z)).sqrt()
+    }
+
+    /// Height-correlated masking cancels the cosines: `G / (4 zo zi) = 1 / (2 (zo li + zi lo))`.
+    #[inline(always)]
+    pub fn reflection(&self, wo: Vec3<L>, wi: Vec3<L>) -> Reflection<L> {
+        let h = (wo + wi).normalize();
+        let (lo, li) = (self.stretch(wo), self.stretch(wi));
+        let d = self.d(h) * L::splat(0.5);
+        Reflection {
+            brdf: d / wo.z.mul_add(li, wi.z * lo),
+            pdf: d / (wo.z + lo),
+            pdf_reverse: d / (wi.z + li),
+            cos_h: wo.dot(h).max(L::zero()).min(L::one()),
+        }
+    }
+
+    /// A visible normal (Heitz 2018, "Sampling the GGX Distribution of Visible Normals", listing 1).
+    #[inline(always)]
+    pub fn sample_normal(&self, wo: Vec3<L>, u: L, v: L) -> Vec3<L> {
+        let stretched = Vec3::new(wo.x * self.ax, wo.y * self.ay, wo.z).normalize();
+        let len2 = stretched.x.mul_add(stretched.x, stretched.y * stretched.y);
+        let has_tangent = len2.gt(L::splat(1e-30));
+        let inv = L::one() / len2.sqrt();
+        let t1 = Vec3::select(
+            has_tangent,
+            Vec3::new(-stretched.y * inv, stretched.x * inv, L::zero()),
+            Vec3::splat([1.0, 0.0, 0.0]),
+        );
+        let t2 = stretched.cross(t1);
+        let (a, b) = math::concentric_disk(u, v);
+        let s = (L::one() + stretched.z) * L::splat(0.5);
+        let edge = (L::one() - a * a).max(L::zero()).sqrt();
+        let b = (L::one() - s).mul_add(edge, s * b);
+        let c = (L::one() - a * a - b * b).max(L::zero()).sqrt();
+        let n = t1.mul_add(a, t2.mul_add(b, stretched * c));
+        Vec3::new(n.x * self.ax, n.y * self.ay, n.z.max(L::splat(1e-6))).normalize()
+    }
+}
+
+/// Flips a pair of directions so that `wo.z >= 0`; returns the sign that flips them back.
+#[inline(always)]
+pub fn upper<L: Lanes>(wo: Vec3<L>) -> (Vec3<L>, L) {
+    let sign = L::one().copysign(wo.z);
+    (Vec3::new(wo.x, wo.y, wo.z.abs()), sign)
+}

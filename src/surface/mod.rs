@@ -1,0 +1,142 @@
+//! Scattering at surfaces: one file a BSDF, eight hits at a time, queued by kind.
+//!
+//! 1. [`MaterialTable`] reduces a scene's materials to a [`Kind`] and a *parameter row* of eight floats each. Rows of
+//!    constant materials are shared; textured ones are evaluated into a row per hit ([`texture`]).
+//! 2. A BSDF is a type implementing [`Bsdf`] over local directions (`z` along the shading normal) and a parameter row. It
+//!    never sees a scene.
+//! 3. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
+
+pub mod conductor;
+pub mod dielectric;
+pub mod diffuse;
+pub mod fresnel;
+pub mod material;
+pub mod microfacet;
+pub mod mirror;
+pub mod plastic;
+pub mod texture;
+
+pub use self::material::MaterialTable;
+use crate::simd::{Lanes, Vec3};
+
+/// The kinds of BSDF kernels; a shading queue each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Kind {
+    Diffuse,
+    OrenNayar,
+    Mirror,
+    SmoothConductor,
+    RoughConductor,
+    SmoothDielectric,
+    Plastic,
+}
+
+impl Kind {
+    pub const ALL: [Kind; 7] = [
+        Kind::Diffuse,
+        Kind::OrenNayar,
+        Kind::Mirror,
+        Kind::SmoothConductor,
+        Kind::RoughConductor,
+        Kind::SmoothDielectric,
+        Kind::Plastic,
+    ];
+
+    /// True if the BSDF is a sum of delta distributions: it cannot be connected to.
+    pub fn is_delta(self) -> bool {
+        matches!(
+            self,
+            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric
+        )
+    }
+
+    /// True if sampling reads a third primary sample, the choice of lobe.
+    pub fn has_lobes(self) -> bool {
+        matches!(self, Kind::SmoothDielectric | Kind::Plastic)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Diffuse => "diffuse",
+            Kind::OrenNayar => "diffuse (Oren-Nayar)",
+            Kind::Mirror => "mirror",
+            Kind::SmoothConductor => "smooth conductor",
+            Kind::RoughConductor => "rough conductor",
+            Kind::SmoothDielectric => "smooth dielectric",
+            Kind::Plastic => "plastic",
+        }
+    }
+}
+
+/// Calls `$f::<BsdfType, ...>($args)` for the BSDF type of a kind.
+#[macro_export]
+macro_rules! for_kind {
+    ($kind:expr, $self:ident . $f:ident :: <_ $(, $g:ty)*> ($($arg:expr),* $(,)?)) => {
+        match $kind {
+            $crate::surface::Kind::Diffuse => $self.$f::<$crate::surface::diffuse::Diffuse $(, $g)*>($($arg),*),
+            $crate::surface::Kind::OrenNayar => $self.$f::<$crate::surface::diffuse::OrenNayar $(, $g)*>($($arg),*),
+            $crate::surface::Kind::Mirror => $self.$f::<$crate::surface::mirror::Mirror $(, $g)*>($($arg),*),
+            $crate::surface::Kind::SmoothConductor => $self.$f::<$crate::surface::conductor::Smooth $(, $g)*>($($arg),*),
+            $crate::surface::Kind::RoughConductor => $self.$f::<$crate::surface::conductor::Rough $(, $g)*>($($arg),*),
+            $crate::surface::Kind::SmoothDielectric => $self.$f::<$crate::surface::dielectric::Smooth $(, $g)*>($($arg),*),
+            $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
+        }
+    };
+}
+
+/// What is carried along a subpath: radiance on camera subpaths is scaled by the square of the index ratio at refraction,
+/// importance on light subpaths is not (Veach 1997, section 5.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Camera subpath: the sampled direction is where light comes from.
+    Radiance,
+    /// Light subpath.
+    Importance,
+}
+
+/// A sampled direction.
+pub struct BsdfSample<L: Lanes> {
+    /// Local, unit.
+    pub wi: Vec3<L>,
+    /// `f(wo, wi) |cos wi| / pdf`, cosine against the shading normal; 0 in lanes without a sample.
+    pub weight: Vec3<L>,
+    /// Density of `wi` given `wo`, solid angle. For delta BSDFs 1.
+    pub pdf: L,
+    /// Density of `wo` given `wi`. For delta BSDFs 1 (their choice of lobe is symmetric).
+    pub pdf_reverse: L,
+}
+
+/// A BSDF evaluated for a pair of directions.
+pub struct BsdfValue<L: Lanes> {
+    /// `f(wo, wi)`, without a cosine.
+    pub f: Vec3<L>,
+    /// Density of `wi` given `wo`, solid angle.
+    pub pdf: L,
+    /// Density of `wo` given `wi`.
+    pub pdf_reverse: L,
+}
+
+impl<L: Lanes> BsdfValue<L> {
+    /// No scattering.
+    #[inline(always)]
+    pub fn black() -> Self {
+        Self {
+            f: Vec3::zero(),
+            pdf: L::zero(),
+            pdf_reverse: L::zero(),
+        }
+    }
+}
+
+/// A scattering function over a parameter row. Directions are local and point away from the surface.
+pub trait Bsdf {
+    /// Consists of delta distributions only.
+    const DELTA: bool;
+
+    /// Samples a direction from three primary samples (the third is 0 unless [`Kind::has_lobes`]).
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
+
+    /// Value and densities for two given directions (0 for delta BSDFs).
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L>;
+}

@@ -1,0 +1,70 @@
+//! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
+
+use super::diffuse::{cosine_sample, same_side};
+use super::microfacet::{TrowbridgeReitz, upper};
+use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
+use crate::simd::{Lanes, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// Row: diffuse (3), specular (3), alpha x, alpha y.
+pub struct Plastic;
+
+/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside (`FresnelDielectric(1.5f, 1.f)`), so that the
+/// lobe reflects fully beyond 41.8 degrees; its scenes are made for that look.
+const ETA: f32 = 1.0 / 1.5;
+
+/// Probability of sampling the diffuse lobe: a half, unless one of the lobes is black.
+#[inline(always)]
+fn diffuse_probability<L: Lanes>(row: &[L; 8]) -> L {
+    let no_diffuse = (row[0].max(row[1]).max(row[2])).le(L::zero());
+    let no_specular = (row[3].max(row[4]).max(row[5])).le(L::zero());
+    let p = L::select(no_specular, L::one(), L::splat(0.5));
+    L::select(no_diffuse, L::zero(), p)
+}
+
+impl Bsdf for Plastic {
+    const DELTA: bool = false;
+
+    #[inline(always)]
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+        let distribution = TrowbridgeReitz {
+            ax: row[6],
+            ay: row[7],
+        };
+        let (up, sign) = upper(wo);
+        let diffuse = u[2].lt(diffuse_probability(row));
+        let h = distribution.sample_normal(up, u[0], u[1]);
+        let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
+        let wi = Vec3::select(diffuse, cosine_sample(up, u).0, glossy);
+        let value = Self::eval(row, up, wi);
+        let valid = value.pdf.gt(L::zero());
+        BsdfSample {
+            wi: Vec3::new(wi.x, wi.y, wi.z * sign),
+            weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+            pdf: value.pdf,
+            pdf_reverse: value.pdf_reverse,
+        }
+    }
+
+    #[inline(always)]
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+        let distribution = TrowbridgeReitz {
+            ax: row[6],
+            ay: row[7],
+        };
+        let valid = same_side(wo, wi);
+        let (o, i) = (upper(wo).0, upper(wi).0);
+        let r = distribution.reflection(o, i);
+        let reflectance = fresnel::dielectric(r.cos_h, L::splat(ETA)).reflectance;
+        let inv_pi = L::splat(FRAC_1_PI);
+        let f = (Vec3::new(row[0], row[1], row[2]) * inv_pi)
+            + Vec3::new(row[3], row[4], row[5]) * (r.brdf * reflectance);
+        let p = diffuse_probability(row);
+        let mix = |cos: L, glossy: L| (p * inv_pi).mul_add(cos, (L::one() - p) * glossy);
+        BsdfValue {
+            f: f.or_zero(valid),
+            pdf: mix(i.z, r.pdf).or_zero(valid),
+            pdf_reverse: mix(o.z, r.pdf_reverse).or_zero(valid),
+        }
+    }
+}

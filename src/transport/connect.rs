@@ -1,0 +1,335 @@
+//! The last step of a path: its tips are joined, or the camera subpath has met a light. One visibility ray at most.
+
+use super::World;
+use super::mis::{self, Partial};
+use super::paths::{Paths, Side, Tip};
+use super::samples::Samples;
+use super::walk::push_where;
+use crate::geometry::shading_frame;
+use crate::scene::NONE;
+use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::surface::Bsdf;
+
+/// Which dimensions a connection reads.
+#[derive(Clone, Copy)]
+pub(super) struct ConnectionSamples {
+    pub choice: usize,
+    pub point: usize,
+}
+
+impl<L: Lanes> Tip<L> {
+    #[inline(always)]
+    fn partial(&self) -> Partial<L> {
+        Partial {
+            d_vcm: self.d_vcm,
+            d_vc: self.d_vc,
+        }
+    }
+}
+
+impl World {
+    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times.
+    pub(super) fn emission<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
+        let mut lights = [0u32; 8];
+        let mut on = [0u32; 8];
+        let mut n = 0;
+        for (i, &path) in list.iter().enumerate() {
+            let prim = paths.tips[0].energy[path as usize].0[3].to_bits();
+            let (_, light) = self.geometry.shape_of(prim);
+            if light != NONE {
+                (lights[n], on[n]) = (light, path);
+                n += 1;
+            }
+            if n == L::N || (i + 1 == list.len() && n > 0) {
+                let chunk = &on[..n];
+                let tip = paths.tips[0].load::<L>(chunk);
+                let cos = tip.wo.dot(tip.ng);
+                let seen = self.lights.emitted(&self.geometry, &lights[..n], tip.p, cos);
+                let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
+                let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
+                let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
+                add(paths, chunk, rgb);
+                n = 0;
+            }
+        }
+    }
+
+    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments.
+    pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
+        for chunk in list.chunks(L::N) {
+            let ray = L::load_rows(&paths.ray, chunk);
+            let flight = L::load_rows(&paths.flight, chunk);
+            let beta = Vec3::new(flight[0], flight[1], flight[2]);
+            // Densities stay over solid angle: nothing was arrived at.
+            let partial = Partial {
+                d_vcm: flight[3],
+                d_vc: flight[4],
+            };
+            let direction = Vec3::new(ray[4], ray[5], ray[6]);
+            // Each environment is a path space of its own, with its own densities.
+            for &light in &self.lights.infinite {
+                let seen = self.lights.escaped(light, direction);
+                let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
+                let weight = partial.weight_hit(seen.direct_pdf, emission);
+                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
+                add(paths, chunk, rgb);
+            }
+        }
+    }
+
+    /// Joins the tips of the paths in the lists `direct` (`s = 1`), `lens` (`t = 1`) and `general`, and adds the visible
+    /// contributions, `choices` times, to their outcomes.
+    pub(super) fn connect<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        at: ConnectionSamples,
+        choices: f32,
+    ) {
+        let mut lists = std::mem::take(&mut paths.lists);
+        lists.scratch.clear();
+        let joined = &mut lists.scratch;
+        self.link_direct::<L>(paths, samples, &lists.direct, at, joined);
+        let direct_end = joined.len();
+        self.link_lens::<L>(paths, samples, &lists.lens, at, joined);
+        let lens_end = joined.len();
+        self.link_tips::<L>(paths, &lists.general, joined);
+
+        let (direct, rest) = joined.split_at(direct_end);
+        let (lens, general) = rest.split_at(lens_end - direct_end);
+        for (list, side) in [
+            (direct, Side::Camera),
+            (general, Side::Camera),
+            (lens, Side::Light),
+            (general, Side::Light),
+        ] {
+            if list.is_empty() {
+                continue;
+            }
+            self.queue(paths, list, side, &mut lists.queues);
+            for &kind in &self.plan.kinds {
+                let queue = &lists.queues[kind as usize];
+                if !queue.is_empty() {
+                    crate::for_kind!(kind, self.evaluate::<_, L>(paths, queue, side));
+                }
+            }
+        }
+        // Contributions first: no ray for what carries nothing.
+        lists.trace.clear();
+        self.weigh_direct::<L>(paths, direct, choices, &mut lists.trace);
+        self.weigh_lens::<L>(paths, lens, choices, &mut lists.trace);
+        self.weigh_tips::<L>(paths, general, choices, &mut lists.trace);
+        paths.rays += lists.trace.len() as u64;
+        (self.tracer).occluded::<L>(&paths.ray, &lists.trace, &mut paths.blocked);
+        for &path in &lists.trace {
+            if paths.blocked[path as usize] == 0 {
+                let value = &paths.value[0][path as usize].0;
+                let rgb = &mut paths.outcome[path as usize].rgb;
+                for c in 0..3 {
+                    rgb[c] += value[c];
+                }
+            }
+        }
+        paths.lists = lists;
+    }
+
+    fn link_direct<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        at: ConnectionSamples,
+        joined: &mut Vec<u32>,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[0].load::<L>(chunk);
+            let light = if self.plan.light_choice {
+                self.lights.choose::<L>(samples.gather(at.choice, chunk), chunk.len())
+            } else {
+                [0; 8]
+            };
+            let u = [samples.gather(at.point, chunk), samples.gather(at.point + 1, chunk)];
+            let light = &light[..chunk.len()];
+            let seen = self.lights.sample_direct(&self.geometry, light, tip.p, u);
+            let w = seen.to_light;
+            shadow_ray(&mut paths.ray, chunk, tip.offset(w), seen.target);
+            store_link(&mut paths.link, chunk, w, L::one());
+            let r = seen.radiance;
+            let chance = L::one().or_zero(seen.delta.not());
+            L::store_rows(
+                [r.x, r.y, r.z, seen.pdf, seen.emission_ratio, chance, L::zero(), L::zero()],
+                &mut paths.end,
+                chunk,
+            );
+            push_where(joined, chunk, seen.valid.bits());
+        }
+    }
+
+    fn link_lens<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        at: ConnectionSamples,
+        joined: &mut Vec<u32>,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[1].load::<L>(chunk);
+            let lens = if self.plan.lens {
+                (samples.gather(at.point, chunk), samples.gather(at.point + 1, chunk))
+            } else {
+                (L::zero(), L::zero())
+            };
+            let link = self.camera.connect(tip.p, lens);
+            shadow_ray(&mut paths.ray, chunk, tip.offset(link.to_camera), link.origin);
+            store_link(&mut paths.link, chunk, -link.to_camera, L::one());
+            let zero = L::zero();
+            L::store_rows(
+                [zero, zero, zero, link.pdf, zero, zero, zero, zero],
+                &mut paths.end,
+                chunk,
+            );
+            for (i, &path) in chunk.iter().enumerate() {
+                paths.outcome[path as usize].raster = [link.raster.0.lane(i), link.raster.1.lane(i)];
+            }
+            push_where(joined, chunk, link.valid.bits());
+        }
+    }
+
+    fn link_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], joined: &mut Vec<u32>) {
+        for chunk in list.chunks(L::N) {
+            let camera = paths.tips[0].load::<L>(chunk);
+            let light = paths.tips[1].load::<L>(chunk);
+            let v = light.p - camera.p;
+            let d2 = v.length2();
+            let w = v * (L::one() / d2.sqrt());
+            shadow_ray(&mut paths.ray, chunk, camera.offset(w), light.offset(-w));
+            store_link(&mut paths.link, chunk, w, d2);
+            // Coincident tips have no direction between them and contribute nothing.
+            push_where(joined, chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+        }
+    }
+
+    /// Values and densities of one side's BSDF along the link.
+    fn evaluate<B: Bsdf, L: Lanes>(&self, paths: &mut Paths, list: &[u32], side: Side) {
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[side as usize].load::<L>(chunk);
+            let link = L::load_rows(&paths.link, chunk);
+            let w = Vec3::new(link[0], link[1], link[2]);
+            let wi = if side == Side::Camera { w } else { -w };
+            let mut params = [0u32; 8];
+            for (i, slot) in params.iter_mut().enumerate().take(chunk.len()) {
+                *slot = tip.params.lane(i).to_bits();
+            }
+            let row = L::load_rows(&paths.params, &params[..chunk.len()]);
+            let frame = shading_frame(tip.ns, tip.tangent);
+            let value = B::eval(&row, frame.to_local(tip.wo), frame.to_local(wi));
+            let wi_ng = wi.dot(tip.ng);
+            let cos = match side {
+                Side::Camera => wi.dot(tip.ns).abs(),
+                Side::Light => {
+                    mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng))
+                }
+            };
+            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
+            let f = (value.f * cos).or_zero(agree);
+            let zero = L::zero();
+            L::store_rows(
+                [f.x, f.y, f.z, value.pdf, value.pdf_reverse, wi_ng.abs(), zero, zero],
+                &mut paths.value[side as usize],
+                chunk,
+            );
+        }
+    }
+
+    fn weigh_direct<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[0].load::<L>(chunk);
+            let value = L::load_rows(&paths.value[0], chunk);
+            let end = L::load_rows(&paths.end, chunk);
+            let weight = tip.partial().weight_direct(
+                value[3],
+                value[4],
+                value[5],
+                end[3],
+                end[4] * L::splat(paths.light_subpaths),
+                end[5].gt(L::zero()),
+            );
+            let scale = weight * L::splat(choices) / end[3];
+            let f = Vec3::new(value[0], value[1], value[2]);
+            let rgb = tip.beta.mul_elem(f).mul_elem(Vec3::new(end[0], end[1], end[2])) * scale;
+            keep(paths, chunk, rgb, live);
+        }
+    }
+
+    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[1].load::<L>(chunk);
+            let value = L::load_rows(&paths.value[1], chunk);
+            let end = L::load_rows(&paths.end, chunk);
+            let weight = tip.partial().weight_camera(end[3] * value[5], value[4]);
+            let f = Vec3::new(value[0], value[1], value[2]);
+            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(choices));
+            keep(paths, chunk, rgb, live);
+        }
+    }
+
+    fn weigh_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+        for chunk in list.chunks(L::N) {
+            let tips = [paths.tips[0].load::<L>(chunk), paths.tips[1].load::<L>(chunk)];
+            let values = [
+                L::load_rows(&paths.value[0], chunk),
+                L::load_rows(&paths.value[1], chunk),
+            ];
+            let inv_d2 = L::one() / L::load_rows(&paths.link, chunk)[3];
+            let side = |i: usize| mis::Side {
+                partial: tips[i].partial(),
+                pdf: values[i][3],
+                pdf_reverse: values[i][4],
+                cos: values[i][5],
+            };
+            let weight = mis::weight_connect(&side(0), &side(1), inv_d2);
+            let f = |i: usize| {
+                let v = &values[i];
+                tips[i].beta.mul_elem(Vec3::new(v[0], v[1], v[2]))
+            };
+            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * L::splat(choices));
+            keep(paths, chunk, rgb, live);
+        }
+    }
+}
+
+/// From `o` to `target`: `t = 1` is the target.
+#[inline(always)]
+fn shadow_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, target: Vec3<L>) {
+    let d = target - o;
+    L::store_rows([o.x, o.y, o.z, L::one(), d.x, d.y, d.z, L::zero()], rays, list);
+}
+
+#[inline(always)]
+fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: L) {
+    let zero = L::zero();
+    L::store_rows([w.x, w.y, w.z, distance2, zero, zero, zero, zero], links, list);
+}
+
+/// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
+/// alive.
+#[inline(always)]
+fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut Vec<u32>) {
+    let zero = L::zero();
+    L::store_rows([rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero], &mut paths.value[0], list);
+    let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
+    push_where(live, list, dark.not().bits());
+}
+
+/// Adds to the outcomes of the paths in `list`.
+#[inline(always)]
+fn add<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
+    for (i, &path) in list.iter().enumerate() {
+        let v = rgb.lane(i);
+        let out = &mut paths.outcome[path as usize].rgb;
+        for c in 0..3 {
+            out[c] += v[c];
+        }
+    }
+}

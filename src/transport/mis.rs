@@ -1,0 +1,134 @@
+//! Multiple importance sampling by two running sums.
+//!
+//! The balance heuristic weighs a path sampled with `s` light vertices by its density over the sum of the densities of all strategies
+//! that could have made it. Walking a subpath, two quantities collect everything about its own vertices that a later weight needs, so
+//! that no vertex has to be kept (van Antwerpen 2011; Georgiev 2012, "Implementing Vertex Connection and Merging", section 4,
+//! with no merging: the terms in eta vanish):
+//!
+//! * `dVCM`: one over the density of the latest vertex, times that of sampling its predecessor's connection;
+//! * `dVC`: the sum over all strategies further back, all densities in reverse relative to forward.
+//!
+//! All cosines here are against geometric normals: they convert densities, they do not shade. Ratios only ever multiply quantities of
+//! one path, and saturate: a weight ends at 0 or 1, not at NaN.
+
+use crate::simd::{Lanes, Mask, Vec3};
+
+/// The running sums of a subpath tip.
+#[derive(Clone, Copy, Debug)]
+pub struct Partial<L> {
+    pub d_vcm: L,
+    pub d_vc: L,
+}
+
+/// Beyond this a sum cannot change a weight any more, and a product of two of them still fits `f32`.
+const SATURATED: f32 = 1e18;
+
+#[inline(always)]
+fn saturate<L: Lanes>(x: L) -> L {
+    x.min(L::splat(SATURATED))
+}
+
+impl<L: Lanes> Partial<L> {
+    /// Arrival at a surface: the density of the new vertex goes from solid angle to area (equations 31 to 33). `distance2` is 1 where the
+    /// first hop comes from infinity.
+    #[inline(always)]
+    pub fn arrive(self, distance2: L, cos: L) -> Self {
+        Self {
+            d_vcm: saturate(self.d_vcm * distance2 / cos),
+            d_vc: saturate(self.d_vc / cos),
+        }
+    }
+
+    /// Scattering (equations 34 and 35; a delta BSDF can be neither connected nor reversed otherwise than it was sampled, equations 53 and 54).
+    #[inline(always)]
+    pub fn scatter(self, cos_out: L, pdf: L, pdf_reverse: L, delta: bool) -> Self {
+        if delta {
+            Self {
+                d_vcm: L::zero(),
+                d_vc: saturate(self.d_vc * cos_out),
+            }
+        } else {
+            let inv = L::one() / pdf;
+            Self {
+                d_vcm: saturate(inv),
+                d_vc: saturate(cos_out * inv * self.d_vc.mul_add(pdf_reverse, self.d_vcm)),
+            }
+        }
+    }
+
+    /// `dVCM + dVC * pdf_reverse`: all strategies further back than a connection here.
+    #[inline(always)]
+    fn back(self, pdf_reverse: L) -> L {
+        self.d_vc.mul_add(pdf_reverse, self.d_vcm)
+    }
+
+    /// `s = 0`: the camera subpath met a light (equation 43). Densities as in [`crate::light::Emitted`].
+    #[inline(always)]
+    pub fn weight_hit(self, direct_pdf: L, emission_pdf: L) -> L {
+        weight(direct_pdf * self.d_vcm + emission_pdf * self.d_vc)
+    }
+
+    /// `s = 1` (equations 44 and 45). `pdf` and `pdf_reverse` of the BSDF at the camera tip towards the light, `cos` there; `by_chance` is
+    /// false for delta lights.
+    #[inline(always)]
+    pub fn weight_direct(
+        self,
+        pdf: L,
+        pdf_reverse: L,
+        cos: L,
+        light_pdf: L,
+        emission_ratio: L,
+        by_chance: L::Mask,
+    ) -> L {
+        let w_light = (pdf / light_pdf).or_zero(by_chance);
+        let w_camera = emission_ratio * cos * self.back(pdf_reverse);
+        weight(w_light + w_camera)
+    }
+
+    /// `t = 1` (equation 46): a light tip joined to the camera, whose density over area at the tip is `camera_pdf`.
+    #[inline(always)]
+    pub fn weight_camera(self, camera_pdf: L, pdf_reverse: L) -> L {
+        weight(camera_pdf * self.back(pdf_reverse))
+    }
+}
+
+/// A tip's side of a general connection.
+pub struct Side<L> {
+    pub partial: Partial<L>,
+    /// BSDF density towards the other tip, solid angle, and the reverse.
+    pub pdf: L,
+    pub pdf_reverse: L,
+    /// Absolute cosine towards the other tip.
+    pub cos: L,
+}
+
+/// Camera tip to light tip (equations 40 to 42).
+#[inline(always)]
+pub fn weight_connect<L: Lanes>(camera: &Side<L>, light: &Side<L>, inv_distance2: L) -> L {
+    let w_light = camera.pdf * light.cos * inv_distance2 * light.partial.back(light.pdf_reverse);
+    let w_camera = light.pdf * camera.cos * inv_distance2 * camera.partial.back(camera.pdf_reverse);
+    weight(w_light + w_camera)
+}
+
+/// `1 / (1 + others)`; an overflown sum means weight 0, and so does one that is not a number.
+#[inline(always)]
+fn weight<L: Lanes>(others: L) -> L {
+    let w = L::one() / (L::one() + others);
+    w.or_zero(others.ge(L::zero()))
+}
+
+/// Veach's correction for shading normals on light subpaths: the cosine factor at a vertex is
+/// `|wi . ng| |wo . ns| / |wo . ng|` instead of `|wi . ns|` (Veach 1997, section 5.3; `wo` towards the light). 0 where undefined.
+#[inline(always)]
+pub fn adjoint_cosine<L: Lanes>(wi_ng: L, wo_ns: L, wo_ng: L) -> L {
+    let den = wo_ng.abs();
+    (wi_ng.abs() * wo_ns.abs() / den).or_zero(den.gt(L::zero()))
+}
+
+/// True where `wo` and `wi` lie on sides of the true surface that agree with the sides of the shading surface: otherwise light
+/// would leak through, or a closed surface be seen from behind.
+#[inline(always)]
+pub fn sides_agree<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>, ng: Vec3<L>, ns: Vec3<L>) -> L::Mask {
+    let agree = |w: Vec3<L>| (w.dot(ng) * w.dot(ns)).gt(L::zero());
+    agree(wo).and(agree(wi))
+}

@@ -1,0 +1,64 @@
+//! Light transport over batches of paths: subpaths walked in lockstep, joined, and weighed.
+//!
+//! 1. A [`World`] is a scene prepared for transport: tables that kernels read, and the tracer.
+//! 2. [`Paths`] is the workspace of a batch. Per path it keeps a ray, a hit, a flight record, and the *tip* of each subpath; no other
+//!    vertex, since a multiplexed path connects only its tips ([`mis`] says why that suffices).
+//! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
+//! 4. [`connect`] joins tips with one visibility ray.
+//! 5. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//!
+//! Nothing here knows about chains, acceptance or pixels.
+
+pub mod connect;
+pub mod evaluate;
+pub mod mis;
+pub mod paths;
+pub mod samples;
+pub mod walk;
+
+pub use self::paths::{Outcome, Paths};
+
+use crate::camera::Camera;
+use crate::geometry::{Geometry, Wanted};
+use crate::light::LightTable;
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::surface::MaterialTable;
+use crate::trace::Tracer;
+
+/// A scene prepared for transport.
+pub struct World {
+    pub geometry: Geometry,
+    pub materials: MaterialTable,
+    pub lights: LightTable,
+    pub camera: Camera,
+    pub tracer: Tracer,
+    pub plan: Plan,
+    /// What hit points must compute.
+    pub wanted: Wanted,
+}
+
+impl World {
+    /// Builds the tracer and every table; `max_depth` is the largest number of scattering events.
+    pub fn new(scene: &Scene, max_depth: u32) -> Self {
+        let geometry = Geometry::new(scene);
+        let materials = MaterialTable::new(scene);
+        let lights = LightTable::new(scene, &geometry);
+        let camera = Camera::new(&scene.camera, &scene.film);
+        let plan = Plan::new(scene, max_depth, &materials, &lights, &camera);
+        let wanted = Wanted {
+            uv: materials.entries.iter().any(|e| e.textured),
+            tangent: materials.anisotropic,
+            spheres: !scene.spheres.is_empty(),
+        };
+        Self {
+            tracer: Tracer::build(scene),
+            geometry,
+            materials,
+            lights,
+            camera,
+            plan,
+            wanted,
+        }
+    }
+}

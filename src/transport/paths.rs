@@ -1,0 +1,219 @@
+//! The workspace of a batch of paths. All records are rows of eight floats ([`Row`]), one per path.
+
+use crate::scene::NONE;
+use crate::simd::{Lanes, Row, Vec3};
+use crate::surface::Kind;
+use crate::transport::World;
+
+/// Which subpath.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Side {
+    Camera = 0,
+    Light = 1,
+}
+
+/// The end vertices of one side's subpaths.
+#[derive(Default)]
+pub struct Tips {
+    /// `[p (3), error, wo (3), dVCM]`: position, its error bound, unit direction to the previous vertex.
+    pub place: Vec<Row>,
+    /// `[ng (3), parameter row (bits), ns (3), dVC]`: unit normals.
+    pub frame: Vec<Row>,
+    /// `[beta (3), primitive (bits), tangent (3), 0]`: throughput.
+    pub energy: Vec<Row>,
+    /// BSDF kernel.
+    pub kind: Vec<Kind>,
+}
+
+impl Tips {
+    fn resize(&mut self, n: usize) {
+        for rows in [&mut self.place, &mut self.frame, &mut self.energy] {
+            rows.resize(n, Row::default());
+        }
+        self.kind.resize(n, Kind::Diffuse);
+    }
+}
+
+/// What became of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Contribution, linear sRGB: radiance over the density of the path, MIS weight and choice of strategy included. 0 if the path
+    /// carries no light.
+    pub rgb: [f32; 3],
+    /// Raster position it contributes to.
+    pub raster: [f32; 2],
+    /// Light vertices of its strategy.
+    pub s: u32,
+    /// The contribution was not finite, or negative, and was replaced by 0.
+    pub rejected: bool,
+}
+
+/// Workspace for up to a fixed number of paths; grows, never shrinks.
+pub struct Paths {
+    /// Paths in the batch.
+    pub n: usize,
+    /// Per path `[ox, oy, oz, tmax, dx, dy, dz, 0]`, see [`crate::trace`].
+    pub ray: Vec<Row>,
+    /// Per path `[t, b1, b2, primitive (bits), ..]`.
+    pub hit: Vec<Row>,
+    /// Per path `[beta (3), dVCM, dVC, distant (0 or 1), 0, 0]` of the subpath on its way.
+    pub flight: Vec<Row>,
+    pub tips: [Tips; 2],
+    /// Parameter rows: first those of the materials, then one per path and side for textured hits.
+    pub params: Vec<Row>,
+    materials: usize,
+    /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
+    pub link: Vec<Row>,
+    /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
+    pub end: Vec<Row>,
+    /// Connection, per side: `[f cos (3), pdf, pdf reverse, |cos ng|, 0, 0]`.
+    pub value: [Vec<Row>; 2],
+    /// Blocked flags of visibility rays.
+    pub blocked: Vec<u32>,
+    /// Strategy `(s, t)` per path.
+    pub s: Vec<u32>,
+    pub t: Vec<u32>,
+    /// Results.
+    pub outcome: Vec<Outcome>,
+    /// Rays traced so far.
+    pub rays: u64,
+    /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
+    pub light_subpaths: f32,
+    pub(super) lists: Lists,
+}
+
+/// Index lists, kept between batches for their memory.
+#[derive(Default)]
+pub struct Lists {
+    pub camera: Vec<u32>,
+    pub light: Vec<u32>,
+    pub trace: Vec<u32>,
+    pub queues: Vec<Vec<u32>>,
+    pub emission: Vec<u32>,
+    pub escaped: Vec<u32>,
+    pub starting: Vec<u32>,
+    pub connect: Vec<u32>,
+    pub direct: Vec<u32>,
+    pub lens: Vec<u32>,
+    pub general: Vec<u32>,
+    pub scratch: Vec<u32>,
+}
+
+impl Paths {
+    pub fn new(world: &World) -> Self {
+        let materials = world.materials.rows.len();
+        Self {
+            n: 0,
+            ray: Vec::new(),
+            hit: Vec::new(),
+            flight: Vec::new(),
+            tips: Default::default(),
+            params: world.materials.rows.clone(),
+            materials,
+            link: Vec::new(),
+            end: Vec::new(),
+            value: Default::default(),
+            blocked: Vec::new(),
+            s: Vec::new(),
+            t: Vec::new(),
+            outcome: Vec::new(),
+            rays: 0,
+            light_subpaths: 1.0,
+            lists: Lists {
+                queues: vec![Vec::new(); Kind::ALL.len()],
+                ..Lists::default()
+            },
+        }
+    }
+
+    /// Makes room for `n` paths and clears their outcomes.
+    pub fn resize(&mut self, n: usize) {
+        self.n = n;
+        if self.ray.len() < n {
+            let [camera_value, light_value] = &mut self.value;
+            for rows in [
+                &mut self.ray,
+                &mut self.hit,
+                &mut self.flight,
+                &mut self.link,
+                &mut self.end,
+                camera_value,
+                light_value,
+            ] {
+                rows.resize(n, Row::default());
+            }
+            for tips in &mut self.tips {
+                tips.resize(n);
+            }
+            self.params.resize(self.materials + 2 * n, Row::default());
+            self.blocked.resize(n, 0);
+            self.s.resize(n, 0);
+            self.t.resize(n, 0);
+        }
+        self.outcome.clear();
+        let dark = Outcome {
+            rgb: [0.0; 3],
+            raster: [0.0; 2],
+            s: 0,
+            rejected: false,
+        };
+        self.outcome.resize(n, dark);
+    }
+
+    /// The parameter row reserved for a textured tip.
+    #[inline(always)]
+    pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
+        (self.materials + 2 * path as usize + side as usize) as u32
+    }
+
+    /// True if the ray of `path` hit nothing.
+    #[inline(always)]
+    pub(super) fn missed(&self, path: u32) -> bool {
+        self.hit[path as usize].0[3].to_bits() == NONE
+    }
+}
+
+/// A tip loaded for shading.
+pub struct Tip<L: Lanes> {
+    pub p: Vec3<L>,
+    pub error: L,
+    pub wo: Vec3<L>,
+    pub d_vcm: L,
+    pub ng: Vec3<L>,
+    pub ns: Vec3<L>,
+    pub d_vc: L,
+    pub beta: Vec3<L>,
+    pub tangent: Vec3<L>,
+    /// Parameter row (bits).
+    pub params: L,
+}
+
+impl Tips {
+    #[inline(always)]
+    pub fn load<L: Lanes>(&self, list: &[u32]) -> Tip<L> {
+        let a = L::load_rows(&self.place, list);
+        let b = L::load_rows(&self.frame, list);
+        let c = L::load_rows(&self.energy, list);
+        Tip {
+            p: Vec3::new(a[0], a[1], a[2]),
+            error: a[3],
+            wo: Vec3::new(a[4], a[5], a[6]),
+            d_vcm: a[7],
+            ng: Vec3::new(b[0], b[1], b[2]),
+            params: b[3],
+            ns: Vec3::new(b[4], b[5], b[6]),
+            d_vc: b[7],
+            beta: Vec3::new(c[0], c[1], c[2]),
+            tangent: Vec3::new(c[4], c[5], c[6]),
+        }
+    }
+}
+
+impl<L: Lanes> Tip<L> {
+    /// Where a ray towards `w` starts: off the surface by its error bound.
+    #[inline(always)]
+    pub fn offset(&self, w: Vec3<L>) -> Vec3<L> {
+        self.ng.mul_add(self.error.copysign(w.dot(self.ng)), self.p)
+    }
+}

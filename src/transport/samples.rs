@@ -1,0 +1,61 @@
+//! Primary samples of a batch of paths: a matrix `[dimension][path]` of numbers in `[0, 1)`.
+
+use crate::simd::Lanes;
+
+/// Row-major by dimension; rows are padded to a multiple of eight paths.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    data: Vec<f32>,
+    stride: usize,
+}
+
+impl Samples {
+    /// Room for `dimensions` by `paths`, all zero.
+    pub fn new(dimensions: usize, paths: usize) -> Self {
+        let mut samples = Self::default();
+        samples.resize(dimensions, paths);
+        samples
+    }
+
+    pub fn resize(&mut self, dimensions: usize, paths: usize) {
+        self.stride = paths.next_multiple_of(8);
+        self.data.clear();
+        self.data.resize(dimensions * self.stride, 0.0);
+    }
+
+    /// Paths a row has room for.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    pub fn dimensions(&self) -> usize {
+        self.data.len().checked_div(self.stride).unwrap_or(0)
+    }
+
+    /// One dimension of all paths.
+    pub fn row(&self, dimension: usize) -> &[f32] {
+        &self.data[dimension * self.stride..][..self.stride]
+    }
+
+    pub fn row_mut(&mut self, dimension: usize) -> &mut [f32] {
+        &mut self.data[dimension * self.stride..][..self.stride]
+    }
+
+    /// A dimension of the paths in `list` (1 to `N` of them; missing lanes repeat the last).
+    #[inline(always)]
+    pub fn gather<L: Lanes>(&self, dimension: usize, list: &[u32]) -> L {
+        let row = self.row(dimension);
+        let last = list.len() - 1;
+        L::from_fn(|i| row[list[i.min(last)] as usize])
+    }
+
+    /// Dimension `first[lane] + offset` of the paths in `list`.
+    #[inline(always)]
+    pub fn gather_each<L: Lanes>(&self, first: &[usize; 8], offset: usize, list: &[u32]) -> L {
+        let last = list.len() - 1;
+        L::from_fn(|i| {
+            let i = i.min(last);
+            self.data[(first[i] + offset) * self.stride + list[i] as usize]
+        })
+    }
+}

@@ -1,0 +1,242 @@
+//! Subpaths on their way: start at the camera or a light, trace a wave, arrive at surfaces, scatter.
+
+use super::World;
+use super::mis::{self, Partial};
+use super::paths::{Paths, Side};
+use super::samples::Samples;
+use crate::geometry::shading_frame;
+use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::surface::{Bsdf, Kind, Mode};
+
+impl World {
+    /// Starts the camera subpaths of `list` at raster positions; `first` is the first dimension of the raster samples, `lens` of the lens
+    /// samples. `one_strategy` says that no strategy joins light tips to the camera.
+    pub(super) fn start_camera<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        (raster, lens): (usize, usize),
+        one_strategy: bool,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let u: L = samples.gather(raster, chunk);
+            let v: L = samples.gather(raster + 1, chunk);
+            let lens = if self.plan.lens {
+                (samples.gather(lens, chunk), samples.gather(lens + 1, chunk))
+            } else {
+                (L::zero(), L::zero())
+            };
+            let (x, y) = self.camera.region.place(u, v);
+            let ray = self.camera.ray(x, y, lens);
+            let d_vcm = if one_strategy {
+                L::zero()
+            } else {
+                L::one() / ray.pdf
+            };
+            let distant = L::splat(f32::from(u8::from(self.camera.is_parallel())));
+            store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
+            let (zero, one) = (L::zero(), L::one());
+            L::store_rows(
+                [one, one, one, d_vcm, zero, distant, zero, zero],
+                &mut paths.flight,
+                chunk,
+            );
+            for (i, &path) in chunk.iter().enumerate() {
+                paths.outcome[path as usize].raster = [x.lane(i), y.lane(i)];
+            }
+        }
+    }
+
+    /// Starts the light subpaths of `list`; those that leave their light are appended to `started`.
+    pub(super) fn start_light<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        (choice, emission): (usize, usize),
+        started: &mut Vec<u32>,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let light = if self.plan.light_choice {
+                self.lights.choose::<L>(samples.gather(choice, chunk), chunk.len())
+            } else {
+                [0; 8]
+            };
+            let u: [L; 4] = std::array::from_fn(|i| samples.gather(emission + i, chunk));
+            let ray = self.lights.sample_emission(&self.geometry, &light[..chunk.len()], u);
+            store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
+            let distant = L::one().or_zero(ray.distant);
+            let b = ray.beta;
+            L::store_rows(
+                [b.x, b.y, b.z, ray.d_vcm, ray.d_vc, distant, L::zero(), L::zero()],
+                &mut paths.flight,
+                chunk,
+            );
+            push_where(started, chunk, ray.valid.bits());
+        }
+    }
+
+    /// Traces the rays of `list`.
+    pub(super) fn trace<L: Lanes>(&self, paths: &mut Paths, list: &[u32]) {
+        paths.rays += list.len() as u64;
+        self.tracer.closest::<L>(&paths.ray, list, &mut paths.hit);
+    }
+
+    /// The subpaths of `list` have hit surfaces: makes the hits their tips.
+    pub(super) fn arrive<L: Lanes>(&self, paths: &mut Paths, list: &[u32], side: Side) {
+        for chunk in list.chunks(L::N) {
+            let ray = L::load_rows(&paths.ray, chunk);
+            let hit = L::load_rows(&paths.hit, chunk);
+            let flight = L::load_rows(&paths.flight, chunk);
+            let mut prim = [0u32; 8];
+            for (slot, &path) in prim.iter_mut().zip(chunk) {
+                *slot = paths.hit[path as usize].0[3].to_bits();
+            }
+            let origin = Vec3::new(ray[0], ray[1], ray[2]);
+            let direction = Vec3::new(ray[4], ray[5], ray[6]);
+            let [t, b1, b2, ..] = hit;
+            let point = self.geometry.surface_point(
+                &prim[..chunk.len()],
+                origin,
+                direction,
+                [t, b1, b2],
+                self.wanted,
+            );
+            let distant = flight[5].gt(L::zero());
+            let distance2 = L::select(distant, L::one(), t * t);
+            let cos = direction.dot(point.ng).abs();
+            let partial = Partial {
+                d_vcm: flight[3],
+                d_vc: flight[4],
+            }
+            .arrive(distance2, cos);
+            let mut params = [0u32; 8];
+            for (i, &path) in chunk.iter().enumerate() {
+                let (shape, _) = self.geometry.shape_of(prim[i]);
+                let entry = self.materials.entries[shape.material as usize];
+                paths.tips[side as usize].kind[path as usize] = entry.kind;
+                params[i] = shape.material;
+                if entry.textured {
+                    params[i] = paths.own_params(side, path);
+                    let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
+                    paths.params[params[i] as usize] =
+                        self.materials.evaluate(shape.material as usize, uv);
+                }
+            }
+            let bits = |v: &[u32; 8]| L::from_fn(|i| f32::from_bits(v[i]));
+            let tips = &mut paths.tips[side as usize];
+            let (p, wo) = (point.p, -direction);
+            L::store_rows(
+                [p.x, p.y, p.z, point.error, wo.x, wo.y, wo.z, partial.d_vcm],
+                &mut tips.place,
+                chunk,
+            );
+            let (ng, ns) = (point.ng, point.ns);
+            L::store_rows(
+                [ng.x, ng.y, ng.z, bits(&params), ns.x, ns.y, ns.z, partial.d_vc],
+                &mut tips.frame,
+                chunk,
+            );
+            let tangent = point.tangent;
+            L::store_rows(
+                [flight[0], flight[1], flight[2], bits(&prim), tangent.x, tangent.y, tangent.z, L::zero()],
+                &mut tips.energy,
+                chunk,
+            );
+        }
+    }
+
+    /// Sorts `list` into the queues of its tips' BSDF kinds.
+    pub(super) fn queue(&self, paths: &Paths, list: &[u32], side: Side, queues: &mut [Vec<u32>]) {
+        for &kind in &self.plan.kinds {
+            queues[kind as usize].clear();
+        }
+        let kinds = &paths.tips[side as usize].kind;
+        for &path in list {
+            queues[kinds[path as usize] as usize].push(path);
+        }
+    }
+
+    /// Scatters the tips of `list`, all of one BSDF; survivors are appended to `alive` with a new ray and flight record. `dimension` gives
+    /// the first of a path's samples for this bounce.
+    pub(super) fn scatter<B: Bsdf, L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        kind: Kind,
+        side: Side,
+        dimension: &dyn Fn(u32) -> usize,
+        alive: &mut Vec<u32>,
+    ) {
+        let mode = match side {
+            Side::Camera => Mode::Radiance,
+            Side::Light => Mode::Importance,
+        };
+        for chunk in list.chunks(L::N) {
+            let tip = paths.tips[side as usize].load::<L>(chunk);
+            let mut params = [0u32; 8];
+            for (i, slot) in params.iter_mut().enumerate().take(chunk.len()) {
+                *slot = tip.params.lane(i).to_bits();
+            }
+            let row = L::load_rows(&paths.params, &params[..chunk.len()]);
+            let mut first = [0usize; 8];
+            for (slot, &path) in first.iter_mut().zip(chunk) {
+                *slot = dimension(path);
+            }
+            let u: [L; 3] = std::array::from_fn(|c| {
+                if c < 2 || kind.has_lobes() {
+                    samples.gather_each(&first, c, chunk)
+                } else {
+                    L::zero()
+                }
+            });
+            let frame = shading_frame(tip.ns, tip.tangent);
+            let sample = B::sample(&row, frame.to_local(tip.wo), u, mode);
+            let wi = frame.to_world(sample.wi).normalize();
+            let wi_ng = wi.dot(tip.ng);
+            let cos_out = wi_ng.abs();
+            let mut beta = tip.beta.mul_elem(sample.weight);
+            if side == Side::Light {
+                let cos = wi.dot(tip.ns).abs();
+                let adjoint =
+                    mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)) / cos;
+                beta = beta * adjoint.or_zero(cos.gt(L::zero()));
+            }
+            // Reflection stays on the side it came from, transmission leaves it, in both the true and the shading geometry.
+            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
+            let partial = Partial {
+                d_vcm: tip.d_vcm,
+                d_vc: tip.d_vc,
+            }
+            .scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
+            store_ray(&mut paths.ray, chunk, tip.offset(wi), wi);
+            let (zero, b) = (L::zero(), beta);
+            L::store_rows(
+                [b.x, b.y, b.z, partial.d_vcm, partial.d_vc, zero, zero, zero],
+                &mut paths.flight,
+                chunk,
+            );
+            let lit = b.x.max(b.y).max(b.z).gt(L::zero());
+            push_where(alive, chunk, agree.and(lit).bits());
+        }
+    }
+}
+
+/// Rays without an end: `tmax` infinite.
+#[inline(always)]
+fn store_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, d: Vec3<L>) {
+    let far = L::splat(f32::INFINITY);
+    L::store_rows([o.x, o.y, o.z, far, d.x, d.y, d.z, L::zero()], rays, list);
+}
+
+/// Appends the entries of `chunk` whose bit is set.
+#[inline(always)]
+pub(super) fn push_where(out: &mut Vec<u32>, chunk: &[u32], bits: u32) {
+    for (i, &path) in chunk.iter().enumerate() {
+        if bits >> i & 1 != 0 {
+            out.push(path);
+        }
+    }
+}
