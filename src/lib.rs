@@ -2,6 +2,7 @@
 pub mod camera;
 pub mod chain;
 pub mod film;
+pub mod formats;
 pub mod geometry;
 pub mod integrate;
 pub mod light;
