@@ -6,10 +6,15 @@
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
 pub mod image;
+pub mod pbrt;
+pub mod ply;
+pub mod shapes;
+pub mod spectrum;
 
 use glam::{DVec3, Vec2, Vec3};
 
 pub use self::image::Image;
+pub use self::pbrt::{SceneError, load, load_str};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;
@@ -90,11 +95,22 @@ pub enum MaterialKind {
     /// v3 `mirror`: perfect specular reflection without Fresnel.
     Mirror { reflectance: Param },
     /// v3 `metal`, v4 `conductor`: microfacet reflection, complex Fresnel.
-    Conductor { fresnel: ConductorFresnel, roughness: Roughness },
+    Conductor {
+        fresnel: ConductorFresnel,
+        roughness: Roughness,
+    },
     /// v3 `glass`, v4 `dielectric`, smooth. `eta` is inside over outside, RGB equal (no dispersion).
-    Dielectric { reflectance: Param, transmittance: Param, eta: Param },
+    Dielectric {
+        reflectance: Param,
+        transmittance: Param,
+        eta: Param,
+    },
     /// v3 `plastic`: Lambertian plus glossy dielectric reflection (index 1.5).
-    Plastic { diffuse: Param, specular: Param, roughness: Roughness },
+    Plastic {
+        diffuse: Param,
+        specular: Param,
+        roughness: Roughness,
+    },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }
@@ -131,13 +147,30 @@ pub enum Remap {
 pub enum Texture {
     Constant(Rgb),
     /// Product of two textures.
-    Scale { a: Param, b: Param },
+    Scale {
+        a: Param,
+        b: Param,
+    },
     /// `(1 - amount) * a + amount * b`, per channel.
-    Mix { a: Param, b: Param, amount: Param },
+    Mix {
+        a: Param,
+        b: Param,
+        amount: Param,
+    },
     /// 2D checkerboard over `mapping`: `a` where `floor(s) + floor(t)` is even.
-    Checkerboard { a: Param, b: Param, mapping: UvMapping },
+    Checkerboard {
+        a: Param,
+        b: Param,
+        mapping: UvMapping,
+    },
     /// Bilinear look-up; texel values are `scale * texel`, `1 - texel` first if `invert`. Image row 0 is the top: `t = 1`.
-    Image { image: u32, mapping: UvMapping, wrap: Wrap, scale: f32, invert: bool },
+    Image {
+        image: u32,
+        mapping: UvMapping,
+        wrap: Wrap,
+        scale: f32,
+        invert: bool,
+    },
 }
 
 /// `(s, t) = (su * u + du, sv * v + dv)`.
@@ -167,19 +200,39 @@ pub struct Light {
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
     /// Lambertian emission of one triangle, radiance `l` from its front (both sides if `two_sided`).
-    Triangle { triangle: u32, l: Rgb, two_sided: bool },
+    Triangle {
+        triangle: u32,
+        l: Rgb,
+        two_sided: bool,
+    },
     /// The same for one analytic sphere.
-    Sphere { sphere: u32, l: Rgb, two_sided: bool },
+    Sphere {
+        sphere: u32,
+        l: Rgb,
+        two_sided: bool,
+    },
     /// Intensity `i` (W/sr, per internal length squared) at `p`.
     Point { p: Vec3, i: Rgb },
     /// As pbrt: intensity `i` times `smoothstep`-like falloff between the two cosines around unit `axis`.
-    Spot { p: Vec3, axis: Vec3, i: Rgb, cos_total: f32, cos_falloff: f32, falloff: SpotFalloff },
+    Spot {
+        p: Vec3,
+        axis: Vec3,
+        i: Rgb,
+        cos_total: f32,
+        cos_falloff: f32,
+        falloff: SpotFalloff,
+    },
     /// Light travelling along unit `direction` (from the light into the scene) with irradiance `l` on a facing surface.
     Distant { direction: Vec3, l: Rgb },
     /// Constant radiance from everywhere outside.
     InfiniteConstant { l: Rgb },
     /// Radiance `scale * image(direction)`; `to_light` are the rows of the rotation from internal to light space.
-    InfiniteImage { image: u32, scale: Rgb, to_light: [[f32; 3]; 3], layout: EnvLayout },
+    InfiniteImage {
+        image: u32,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        layout: EnvLayout,
+    },
 }
 
 /// How the spot's smooth edge is shaped between `cos_total` (0) and `cos_falloff` (1), `x` linear in the cosine.
@@ -245,10 +298,17 @@ pub enum FilterKind {
     Box,
     Triangle,
     /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2 sigma^2)`.
-    Gaussian { alpha: f32 },
-    Mitchell { b: f32, c: f32 },
+    Gaussian {
+        alpha: f32,
+    },
+    Mitchell {
+        b: f32,
+        c: f32,
+    },
     /// Lanczos-windowed sinc.
-    Sinc { tau: f32 },
+    Sinc {
+        tau: f32,
+    },
 }
 
 /// The `Integrator` directive, reduced to what Phalanx can do.
