@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use super::error::SceneError;
 use super::geometry::{Geometry, WorldShape};
 use super::loader::{Loader, Pending};
-use super::transform::{inverse, rows};
+use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
     IntegratorSettings, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle, Vertex,
@@ -134,7 +134,8 @@ fn sphere_extent(m: &DMat3) -> DVec3 {
 fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
     let p = (v.p - space.centre) * space.scale;
     Vertex {
-        p: p.as_vec3().to_array(),
+        // Beyond the bounds lie only vertices no triangle refers to.
+        p: narrow_point(p).to_array(),
         n: v.n.to_array(),
         uv: v.uv.to_array(),
     }

@@ -13,7 +13,7 @@ use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::ParamSet;
 use super::textures::{Channels, Tables};
-use super::transform::similarity;
+use super::transform::{narrow_point, similarity};
 use crate::scene::image::{Encoding, Image};
 use crate::scene::{EnvLayout, Light, LightKind, Rgb, Space, SpotFalloff};
 
@@ -56,8 +56,9 @@ enum WorldLightKind {
 impl WorldLight {
     /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
     pub fn to_internal(&self, space: &Space) -> Light {
-        let point = |p: DVec3| ((p - space.centre) * space.scale).as_vec3();
-        let intensity = |i: Rgb| i.map(|c| (f64::from(c) * space.scale * space.scale) as f32);
+        let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);
+        let intensity =
+            |i: Rgb| i.map(|c| ((f64::from(c) * space.scale * space.scale) as f32).min(f32::MAX));
         let unit = |v: DVec3| v.as_vec3().normalize_or(Vec3::Z);
         let kind = match self.kind {
             WorldLightKind::Point { p, i } => LightKind::Point {

@@ -410,10 +410,16 @@ impl ParamSet {
         Ok(param)
     }
 
+    /// A float that is one in `f32` as well.
     pub fn float(&self, name: &str) -> Result<Option<f64>, SceneError> {
-        Ok(self
-            .single(name, &[Type::Float], 1)?
-            .map(|p| p.values.numbers()[0]))
+        let Some(param) = self.single(name, &[Type::Float], 1)? else {
+            return Ok(None);
+        };
+        let value = param.values.numbers()[0];
+        if !(value as f32).is_finite() {
+            return Err(self.error_at(param, format_args!("is {value}, which is out of range")));
+        }
+        Ok(Some(value))
     }
 
     pub fn float_or(&self, name: &str, default: f64) -> Result<f64, SceneError> {

@@ -1,6 +1,6 @@
 //! Transforms as pbrt defines them, in `f64`: scenes far from the origin lose what `f32` cannot hold.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// World-to-camera transform of `LookAt`; `None` if the directions do not span a frame.
 pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
@@ -103,6 +103,13 @@ pub(super) fn similarity(t: &DAffine3) -> Option<Similarity> {
         scale,
         translation: t.translation,
     })
+}
+
+/// A point in internal space as `f32`. What lies further out than this is as good as infinitely far, yet its square
+/// must stay finite.
+pub(super) fn narrow_point(p: DVec3) -> Vec3 {
+    const FAR: f64 = 1e15;
+    p.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)).as_vec3()
 }
 
 /// Three rows of a 3x4 matrix.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3, Vec2};
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::ParamSet;
-use super::transform::{Similarity, inverse, rows, similarity};
+use super::transform::{Similarity, inverse, narrow_point, rows, similarity};
 use crate::scene::{
     Camera, Film, Filter, FilterKind, IntegratorKind, IntegratorSettings, Projection, Space,
 };
@@ -61,6 +61,9 @@ pub(super) fn film(kind: &str, set: &ParamSet, report: &mut Report) -> Result<Fi
             set.float_or("exposuretime", 1.0)? * set.float_or("iso", 100.0)? / 100.0
         }
     };
+    if !(scale as f32).is_finite() {
+        return Err(set.error("the factor on its values is out of range"));
+    }
     set.finish(report);
     Ok(Film {
         width: width as u32,
@@ -312,7 +315,8 @@ impl WorldCamera {
     }
 
     pub fn to_internal(self, space: &Space) -> Camera {
-        let translation = (self.placed.translation - space.centre) * space.scale;
+        let translation =
+            narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
         let screen = match self.projection {
             Projection::Perspective => self.screen,
             Projection::Orthographic => self.screen.map(|x| x * space.scale),
@@ -324,7 +328,7 @@ impl WorldCamera {
                 translation,
             }),
             screen: screen.map(|x| x as f32),
-            lens_radius: (self.lens_radius * space.scale) as f32,
+            lens_radius: ((self.lens_radius * space.scale) as f32).min(f32::MAX),
             focal_distance: ((self.focal_distance * space.scale) as f32).min(f32::MAX),
         }
     }
