@@ -6,11 +6,15 @@
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
 pub mod image;
+pub mod pbrt;
+pub mod ply;
+pub mod shapes;
 pub mod spectrum;
 
 use glam::{DVec3, Vec2, Vec3};
 
 pub use self::image::Image;
+pub use self::pbrt::{SceneError, load, load_str};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;

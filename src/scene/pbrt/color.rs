@@ -1,0 +1,222 @@
+//! Colours and spectra of both dialects, reduced to linear sRGB.
+
+use super::dialect::Dialect;
+use super::error::SceneError;
+use super::params::{Param, ParamSet, Type, Values};
+use crate::scene::Rgb;
+use crate::scene::spectrum::{self, Meaning};
+
+/// v4's `ColorSpace`, the space of `rgb` values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ColorSpace {
+    #[default]
+    Srgb,
+    DciP3,
+    Rec2020,
+    Aces2065,
+}
+
+/// Rows times column: linear colour to linear sRGB.
+type Matrix = [[f64; 3]; 3];
+
+/// CIE XYZ to linear sRGB (IEC 61966-2-1), as pbrt has it.
+const XYZ_TO_SRGB: Matrix = [
+    [3.240479, -1.537150, -0.498535],
+    [-0.969256, 1.875991, 0.041556],
+    [0.055648, -0.204043, 1.057311],
+];
+
+/// P3 primaries with a D65 white, as pbrt-v4's `dci-p3`.
+const P3_TO_SRGB: Matrix = [
+    [1.224940, -0.224940, 0.0],
+    [-0.042057, 1.042057, 0.0],
+    [-0.019638, -0.078636, 1.098274],
+];
+
+/// ITU-R BT.2020 to BT.709 (ITU-R BT.2407).
+const REC2020_TO_SRGB: Matrix = [
+    [1.660491, -0.587641, -0.072850],
+    [-0.124550, 1.132900, -0.008349],
+    [-0.018151, -0.100579, 1.118730],
+];
+
+/// ACES AP0 to sRGB with Bradford adaptation from the ACES white to D65: what is white stays white.
+const ACES_TO_SRGB: Matrix = [
+    [2.521686, -1.134131, -0.387555],
+    [-0.276480, 1.372719, -0.096239],
+    [-0.015378, -0.152975, 1.168353],
+];
+
+impl ColorSpace {
+    pub fn parse(name: &str) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "srgb" => Self::Srgb,
+            "dci-p3" => Self::DciP3,
+            "rec2020" => Self::Rec2020,
+            "aces2065-1" => Self::Aces2065,
+            _ => return None,
+        })
+    }
+
+    fn to_srgb(self, c: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Srgb => c,
+            Self::DciP3 => apply(&P3_TO_SRGB, c),
+            Self::Rec2020 => apply(&REC2020_TO_SRGB, c),
+            Self::Aces2065 => apply(&ACES_TO_SRGB, c),
+        }
+    }
+}
+
+fn apply(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
+    m.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2])
+}
+
+/// Rec. 709 luminance.
+pub(super) fn luminance(c: Rgb) -> f32 {
+    0.212671 * c[0] + 0.715160 * c[1] + 0.072169 * c[2]
+}
+
+/// What a colour is for; decides about clamping and normalisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// A reflectance; v4 clamps it to `[0, 1]`.
+    Albedo,
+    /// Index of refraction and the like.
+    Unbounded,
+    /// Emission. v4 scales every light by the inverse of its spectrum's luminous efficacy, so a spectrum that is not `rgb`
+    /// has luminance 1 whatever its samples' magnitude.
+    Emission,
+}
+
+impl ParamSet {
+    /// A colour parameter of any of the types that stand for one.
+    pub fn color(&self, name: &str, meaning: Use) -> Result<Option<Rgb>, SceneError> {
+        match self.find(name) {
+            Some(param) => self.color_of(param, meaning).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// The colour a parameter means, or an error if it is of no such type.
+    pub fn color_of(&self, param: &Param, meaning: Use) -> Result<Rgb, SceneError> {
+        let fail = |what: String| self.error_at(param, what);
+        let spectrum_meaning = if meaning == Use::Emission {
+            Meaning::Illuminant
+        } else {
+            Meaning::Reflectance
+        };
+        let three = |v: &[f64]| match *v {
+            [r, g, b] => Ok([r, g, b]),
+            _ => Err(fail(format!("expected 3 values, found {}", v.len()))),
+        };
+        let rgb = match (param.ty, &param.values) {
+            (Type::Rgb, Values::Numbers(v)) => narrow(param.color_space.to_srgb(three(v)?)),
+            (Type::Xyz, Values::Numbers(v)) => narrow(apply(&XYZ_TO_SRGB, three(v)?)),
+            (Type::Blackbody, Values::Numbers(v)) => {
+                // v3 writes a temperature and a factor.
+                let (kelvin, scale) = match *v.as_slice() {
+                    [kelvin] => (kelvin, 1.0),
+                    [kelvin, scale] => (kelvin, scale),
+                    _ => {
+                        return Err(fail(format!(
+                            "expected a temperature in kelvin, found {} values",
+                            v.len()
+                        )));
+                    }
+                };
+                if !(1.0..=1e6).contains(&kelvin) {
+                    return Err(fail(format!(
+                        "temperature {kelvin} is not between 1 and 1000000 kelvin"
+                    )));
+                }
+                let color = spectrum::blackbody(kelvin as f32).map(|c| c * scale as f32);
+                self.normalised(color, meaning)
+            }
+            (Type::Spectrum, Values::Numbers(v)) => {
+                if v.is_empty() || v.len() % 2 != 0 {
+                    return Err(fail(format!(
+                        "a spectrum is a list of wavelengths and values in turn, found {} numbers",
+                        v.len()
+                    )));
+                }
+                let pairs: Vec<_> = v
+                    .chunks_exact(2)
+                    .map(|p| (p[0] as f32, p[1] as f32))
+                    .collect();
+                let color = spectrum::samples(&pairs, spectrum_meaning).map_err(fail)?;
+                self.normalised(color, meaning)
+            }
+            (Type::Spectrum, Values::Strings(v)) => {
+                let [name] = v.as_slice() else {
+                    return Err(fail(format!(
+                        "expected the name of one spectrum, found {}",
+                        v.len()
+                    )));
+                };
+                let color = match spectrum::named(name) {
+                    Some(color) => color,
+                    None => {
+                        let path = self.dir.join(name);
+                        if !path.is_file() {
+                            return Err(fail(format!(
+                                "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
+                                param.name
+                            )));
+                        }
+                        spectrum::read_spd(&path)
+                            .and_then(|pairs| spectrum::samples(&pairs, spectrum_meaning))
+                            .map_err(fail)?
+                    }
+                };
+                self.normalised(color, meaning)
+            }
+            _ => {
+                return Err(fail(
+                    "is no colour; expected rgb, xyz, spectrum or blackbody".to_owned(),
+                ));
+            }
+        };
+        if !rgb.iter().all(|c| c.is_finite()) {
+            return Err(fail("is out of range".to_owned()));
+        }
+        Ok(match (self.dialect, meaning) {
+            (Dialect::V4, Use::Albedo) => rgb.map(|c| c.clamp(0.0, 1.0)),
+            _ => rgb.map(|c| c.max(0.0)),
+        })
+    }
+
+    fn normalised(&self, color: Rgb, meaning: Use) -> Rgb {
+        let y = luminance(color);
+        if self.dialect == Dialect::V4 && meaning == Use::Emission && y > 0.0 {
+            color.map(|c| c / y)
+        } else {
+            color
+        }
+    }
+}
+
+fn narrow(c: [f64; 3]) -> Rgb {
+    c.map(|c| c as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_stays_white() {
+        for space in [ColorSpace::DciP3, ColorSpace::Rec2020, ColorSpace::Aces2065] {
+            for c in space.to_srgb([1.0; 3]) {
+                assert!((c - 1.0).abs() < 2e-5, "{space:?}: {c}");
+            }
+        }
+    }
+
+    #[test]
+    fn xyz_of_d65_is_white() {
+        for c in apply(&XYZ_TO_SRGB, [0.950456, 1.0, 1.088754]) {
+            assert!((c - 1.0).abs() < 1e-4, "{c}");
+        }
+    }
+}

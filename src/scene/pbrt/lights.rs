@@ -1,0 +1,382 @@
+//! `LightSource` and `AreaLightSource`.
+//!
+//! v4 gives every light a photometric unit: its spectrum is divided by the luminous efficacy, then `power` (lumen) or
+//! `illuminance` (lux) replace that unit. In linear sRGB this comes to: `rgb` values stand as they are, other spectra have
+//! luminance 1 (`Use::Emission`), and `power` divides by the geometric factor alone, as pbrt does.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+use super::color::{Use, luminance};
+use super::dialect::Dialect;
+use super::error::{Report, SceneError};
+use super::params::ParamSet;
+use super::textures::{Channels, Tables};
+use super::transform::{narrow_point, similarity};
+use crate::scene::image::{Encoding, Image};
+use crate::scene::{EnvLayout, Light, LightKind, Rgb, Space, SpotFalloff};
+
+/// A light that is no surface, in world space.
+#[derive(Clone, Debug)]
+pub(super) struct WorldLight {
+    origin: String,
+    kind: WorldLightKind,
+}
+
+#[derive(Clone, Debug)]
+enum WorldLightKind {
+    Point {
+        p: DVec3,
+        i: Rgb,
+    },
+    Spot {
+        p: DVec3,
+        axis: DVec3,
+        i: Rgb,
+        cos_total: f64,
+        cos_falloff: f64,
+        falloff: SpotFalloff,
+    },
+    Distant {
+        direction: DVec3,
+        l: Rgb,
+    },
+    Constant {
+        l: Rgb,
+    },
+    Image {
+        image: u32,
+        scale: Rgb,
+        to_light: DMat3,
+        layout: EnvLayout,
+    },
+}
+
+impl WorldLight {
+    /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
+    pub fn to_internal(&self, space: &Space) -> Light {
+        let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);
+        let intensity =
+            |i: Rgb| i.map(|c| ((f64::from(c) * space.scale * space.scale) as f32).min(f32::MAX));
+        let unit = |v: DVec3| v.as_vec3().normalize_or(Vec3::Z);
+        let kind = match self.kind {
+            WorldLightKind::Point { p, i } => LightKind::Point {
+                p: point(p),
+                i: intensity(i),
+            },
+            WorldLightKind::Spot {
+                p,
+                axis,
+                i,
+                cos_total,
+                cos_falloff,
+                falloff,
+            } => LightKind::Spot {
+                p: point(p),
+                axis: unit(axis),
+                i: intensity(i),
+                cos_total: cos_total as f32,
+                cos_falloff: cos_falloff as f32,
+                falloff,
+            },
+            WorldLightKind::Distant { direction, l } => LightKind::Distant {
+                direction: unit(direction),
+                l,
+            },
+            WorldLightKind::Constant { l } => LightKind::InfiniteConstant { l },
+            WorldLightKind::Image {
+                image,
+                scale,
+                to_light,
+                layout,
+            } => LightKind::InfiniteImage {
+                image,
+                scale,
+                to_light: to_light.transpose().as_mat3().to_cols_array_2d(),
+                layout,
+            },
+        };
+        Light {
+            origin: self.origin.clone(),
+            kind,
+        }
+    }
+}
+
+/// Builds the light of a `LightSource` directive placed by `ctm`; `None` if it emits nothing.
+pub(super) fn build(
+    kind: &str,
+    set: &ParamSet,
+    ctm: &DAffine3,
+    tables: &mut Tables,
+    report: &mut Report,
+) -> Result<Option<WorldLight>, SceneError> {
+    let placed = |p: DVec3| {
+        let p = ctm.transform_point3(p);
+        if p.is_finite() {
+            Ok(p)
+        } else {
+            Err(set.error("its position overflows"))
+        }
+    };
+    let built = match kind {
+        "point" => {
+            let mut i = emission(set, "I")?;
+            i = with_unit(set, i, "power", 4.0 * PI)?;
+            let from = set.point_or("from", DVec3::ZERO)?;
+            let p = match set.dialect {
+                // v3 adds `from` to where the transform puts the origin, it does not transform it.
+                Dialect::V3 => placed(DVec3::ZERO)? + from,
+                Dialect::V4 => placed(from)?,
+            };
+            (i, WorldLightKind::Point { p, i })
+        }
+        "spot" => {
+            let cone = set.float_in("coneangle", 30.0, 0.0, 180.0)?;
+            let delta = set.float_in("conedeltaangle", 5.0, 0.0, 180.0)?;
+            let (cos_total, cos_falloff) =
+                (cone.to_radians().cos(), (cone - delta).to_radians().cos());
+            let k = 2.0 * PI * ((1.0 - cos_falloff) + (cos_falloff - cos_total) / 2.0);
+            let i = with_unit(set, emission(set, "I")?, "power", k)?;
+            let from = set.point_or("from", DVec3::ZERO)?;
+            let to = set.point_or("to", DVec3::Z)?;
+            if similarity(ctm).is_none() {
+                report.warn_at(
+                    &set.site,
+                    "the cone is circular; shear and stretch of the transform only move it",
+                );
+            }
+            let axis = direction(set, ctm, to - from)?;
+            let falloff = match set.dialect {
+                Dialect::V3 => SpotFalloff::V3,
+                Dialect::V4 => SpotFalloff::V4,
+            };
+            (
+                i,
+                WorldLightKind::Spot {
+                    p: placed(from)?,
+                    axis,
+                    i,
+                    cos_total,
+                    cos_falloff,
+                    falloff,
+                },
+            )
+        }
+        "distant" => {
+            let mut l = emission(set, "L")?;
+            l = with_unit(set, l, "illuminance", 1.0)?;
+            let from = set.point_or("from", DVec3::ZERO)?;
+            let to = set.point_or("to", DVec3::Z)?;
+            (
+                l,
+                WorldLightKind::Distant {
+                    direction: direction(set, ctm, to - from)?,
+                    l,
+                },
+            )
+        }
+        "infinite" => infinite(set, ctm, tables, report)?,
+        "goniometric" | "projection" | "exinfinite" => {
+            return Err(
+                set.error("this light is not supported; use point, spot, distant or infinite")
+            );
+        }
+        _ => return Err(set.error("this light is unknown; use point, spot, distant or infinite")),
+    };
+    set.accept(&["nsamples", "samples"]);
+    set.finish(report);
+    let (power, kind) = built;
+    Ok((power != [0.0; 3]).then(|| WorldLight {
+        origin: set.site.origin(),
+        kind,
+    }))
+}
+
+/// `name` times `scale`.
+fn emission(set: &ParamSet, name: &str) -> Result<Rgb, SceneError> {
+    let value = set.color(name, Use::Emission)?.unwrap_or([1.0; 3]);
+    scaled(set, value)
+}
+
+fn scaled(set: &ParamSet, value: Rgb) -> Result<Rgb, SceneError> {
+    let scale = match (set.dialect, set.find("scale").map(|p| p.ty)) {
+        // A v3 scale is a colour, yet many files write a plain number, as v4 does.
+        (Dialect::V3, Some(ty)) if ty != super::params::Type::Float => {
+            set.color("scale", Use::Unbounded)?.unwrap_or([1.0; 3])
+        }
+        _ => [set.float_in("scale", 1.0, 0.0, f64::INFINITY)? as f32; 3],
+    };
+    Ok([
+        value[0] * scale[0],
+        value[1] * scale[1],
+        value[2] * scale[2],
+    ])
+}
+
+/// v4's `power` or `illuminance`: replaces the unit by a target that `k` units of the light reach.
+fn with_unit(set: &ParamSet, value: Rgb, name: &str, k: f64) -> Result<Rgb, SceneError> {
+    if set.dialect == Dialect::V3 {
+        return Ok(value);
+    }
+    let target = set.float_or(name, -1.0)?;
+    let factor = target / k;
+    if target <= 0.0 {
+        return Ok(value);
+    }
+    if !(factor as f32).is_finite() {
+        return Err(set.error(format_args!(
+            "\"{name}\" cannot be reached: the light has no extent"
+        )));
+    }
+    Ok(value.map(|c| c * factor as f32))
+}
+
+fn direction(set: &ParamSet, ctm: &DAffine3, v: DVec3) -> Result<DVec3, SceneError> {
+    ctm.transform_vector3(v).try_normalize().ok_or_else(|| {
+        set.error("\"from\" and \"to\" are the same point, so the light has no direction")
+    })
+}
+
+fn infinite(
+    set: &ParamSet,
+    ctm: &DAffine3,
+    tables: &mut Tables,
+    report: &mut Report,
+) -> Result<(Rgb, WorldLightKind), SceneError> {
+    set.refuse(
+        &["portal"],
+        "portals are not supported; remove it, the picture stays the same but for noise",
+    )?;
+    let name = if set.dialect == Dialect::V3 {
+        "mapname"
+    } else {
+        "filename"
+    };
+    let file = set.string(name)?;
+    if file.is_some() && set.dialect == Dialect::V4 && set.has("L") {
+        return Err(
+            set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
+        );
+    }
+    let l = emission(set, "L")?;
+    let Some(file) = file.filter(|f| !f.is_empty()) else {
+        let l = with_unit(set, l, "illuminance", PI)?;
+        return Ok((l, WorldLightKind::Constant { l }));
+    };
+    let image = tables
+        .image(set.dir.join(file), Encoding::Auto, Channels::Rgb)
+        .map_err(|e| set.error(e))?;
+    let Some(picture) = tables.images.get(image as usize) else {
+        return Err(set.error("the image is missing"));
+    };
+    let Some(placed) = similarity(ctm) else {
+        return Err(set
+            .error("an infinite light can be rotated and mirrored, but not sheared or stretched"));
+    };
+    if placed.scale != 1.0 && (placed.scale - 1.0).abs() > 1e-3 {
+        report.warn_at(
+            &set.site,
+            "the scale of the transform has no effect on an infinite light",
+        );
+    }
+    let (layout, scale) = match set.dialect {
+        Dialect::V3 => (EnvLayout::LatLong, l),
+        Dialect::V4 => {
+            if picture.width != picture.height {
+                return Err(set.error(format_args!(
+                    "{} is {}x{}, but an environment must be a square equal-area map; convert it with `imgtool \
+                     makeequiarea`",
+                    picture.name, picture.width, picture.height
+                )));
+            }
+            let k = upward_illuminance(picture);
+            (EnvLayout::EqualArea, with_unit(set, l, "illuminance", k)?)
+        }
+    };
+    // The rows of the inverse, which of an orthonormal frame is its transpose.
+    Ok((
+        scale,
+        WorldLightKind::Image {
+            image,
+            scale,
+            to_light: placed.frame.transpose(),
+            layout,
+        },
+    ))
+}
+
+/// Illuminance of an upward-facing patch under an equal-area octahedral map as pbrt-v4 estimates it for `illuminance`: the sum
+/// over texels of the upper hemisphere, each of solid angle `2 pi / texels` (sic, half of what a texel has).
+fn upward_illuminance(image: &Image) -> f64 {
+    let (w, h) = (image.width as usize, image.height as usize);
+    let mut sum = 0.0;
+    for (i, texel) in image.texels.iter().enumerate() {
+        let (x, y) = ((i % w) as f64, (i / w) as f64);
+        let u = (2.0 * (x + 0.5) / w as f64 - 1.0).abs();
+        let v = (2.0 * (y + 0.5) / h as f64 - 1.0).abs();
+        // Clarberg 2008: the inner diamond is the upper hemisphere, with z = 1 - r^2.
+        let r = u + v;
+        if r < 1.0 {
+            sum += f64::from(luminance(*texel)) * (1.0 - r * r);
+        }
+    }
+    sum * 2.0 * PI / (w * h).max(1) as f64
+}
+
+/// Emission that the shapes after an `AreaLightSource` have.
+#[derive(Clone, Debug)]
+pub(super) struct AreaLight {
+    pub set: ParamSet,
+    l: Rgb,
+    pub two_sided: bool,
+    /// v4's `power`; the radiance then depends on the area of each primitive.
+    power: Option<f64>,
+}
+
+impl AreaLight {
+    pub fn build(kind: &str, set: ParamSet, report: &mut Report) -> Result<Self, SceneError> {
+        if !(kind == "diffuse" || kind == "area" && set.dialect == Dialect::V3) {
+            return Err(set.error("this area light is unknown; use \"diffuse\""));
+        }
+        set.refuse(
+            &["filename"],
+            "images on area lights are not supported; use \"rgb L\"",
+        )?;
+        let l = emission(&set, "L")?;
+        let two_sided = set.bool_or("twosided", false)?;
+        let power = match set.dialect {
+            Dialect::V3 => None,
+            Dialect::V4 => set.float("power")?.filter(|p| *p > 0.0),
+        };
+        set.accept(&["nsamples", "samples"]);
+        set.finish(report);
+        Ok(Self {
+            set,
+            l,
+            two_sided,
+            power,
+        })
+    }
+
+    pub fn has_power(&self) -> bool {
+        self.power.is_some()
+    }
+
+    /// Radiance of a primitive of this area (world space).
+    pub fn radiance(&self, area: f64) -> Rgb {
+        match self.power {
+            Some(power) if area > 0.0 => {
+                let sides = if self.two_sided { 2.0 } else { 1.0 };
+                let factor = (power / (sides * area * PI)) as f32;
+                self.l.map(|c| c * factor)
+            }
+            _ => self.l,
+        }
+    }
+
+    pub fn is_black(&self) -> bool {
+        self.l == [0.0; 3]
+    }
+}

@@ -1,0 +1,752 @@
+//! One method per group of directives: reads its arguments and changes the state or adds to the scene.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use glam::{DAffine3, DVec3};
+
+use super::color::ColorSpace;
+use super::dialect::Dialect;
+use super::error::{Report, SceneError, Site};
+use super::geometry::{Geometry, Setting};
+use super::lexer::{Token, TokenKind};
+use super::lights::{self, AreaLight, WorldLight};
+use super::params::ParamSet;
+use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
+use super::stream::{Item, TokenStream};
+use super::textures::{self, Class, Tables};
+use super::{materials, shape, transform};
+use crate::scene::{Material, MaterialKind};
+
+/// Instances are copies; beyond this many bytes that is worth a word.
+const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
+
+/// A directive whose meaning depends on others that may follow it.
+#[derive(Debug)]
+pub(super) struct Pending {
+    pub kind: String,
+    pub set: ParamSet,
+    pub ctm: DAffine3,
+}
+
+/// The directives of which the last one counts.
+#[derive(Debug, Default)]
+pub(super) struct View {
+    pub camera: Option<Pending>,
+    pub film: Option<Pending>,
+    pub filter: Option<Pending>,
+    pub sampler: Option<Pending>,
+    pub integrator: Option<Pending>,
+}
+
+#[derive(Debug)]
+struct Object {
+    name: String,
+    geometry: Geometry,
+    warned_of_light: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Section {
+    Options,
+    World,
+    End,
+}
+
+#[derive(Debug)]
+pub(super) struct Loader {
+    stream: TokenStream,
+    pub dialect: Dialect,
+    dir: Rc<Path>,
+    states: StateStack,
+    section: Section,
+    coordinate_systems: HashMap<String, [DAffine3; 2]>,
+    objects: HashMap<String, Rc<Geometry>>,
+    open_object: Option<Object>,
+    instance_bytes: usize,
+    default_material: Option<u32>,
+    /// Materials that could not be made, to be mentioned if nothing ever uses them.
+    failed_materials: Vec<Rc<MaterialDef>>,
+    pub view: View,
+    pub geometry: Geometry,
+    pub lights: Vec<WorldLight>,
+    pub tables: Tables,
+    pub report: Report,
+}
+
+impl Loader {
+    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>) -> Self {
+        Self {
+            stream,
+            dialect,
+            dir,
+            states: StateStack::new(),
+            section: Section::Options,
+            coordinate_systems: HashMap::new(),
+            objects: HashMap::new(),
+            open_object: None,
+            instance_bytes: 0,
+            default_material: None,
+            failed_materials: Vec::new(),
+            view: View::default(),
+            geometry: Geometry::default(),
+            lights: Vec::new(),
+            tables: Tables::default(),
+            report: Report::default(),
+        }
+    }
+
+    /// Interprets the whole scene.
+    pub fn run(&mut self, start: &Site) -> Result<(), SceneError> {
+        while let Some(item) = self.stream.next()? {
+            match item {
+                Item::ImportEnd(pos) => self.end(Block::Import, &Site::new(pos, "Import"))?,
+                Item::Token(token) if token.kind != TokenKind::Word => {
+                    return Err(token.pos().error(format_args!(
+                        "expected a directive, found {}",
+                        token.shown()
+                    )));
+                }
+                Item::Token(token) => {
+                    if self.section == Section::End {
+                        let site = Site::new(token.pos(), token.raw());
+                        self.report.warn_at(
+                            &site,
+                            "what follows WorldEnd is ignored; a file holds one picture",
+                        );
+                        break;
+                    }
+                    self.directive(&token)?;
+                }
+            }
+        }
+        if let Some(open) = self.states.open_block() {
+            self.report.warn_at(&open, "has no end");
+        }
+        if self.section == Section::Options {
+            return Err(start.error("the scene has no WorldBegin"));
+        }
+        for material in std::mem::take(&mut self.failed_materials) {
+            if let (Err(error), false) = (&material.built, material.used.get()) {
+                self.report.warn(format!("{error} (not used by any shape)"));
+            }
+        }
+        if self.instance_bytes > NOTABLE_INSTANCE_BYTES {
+            let megabytes = self.instance_bytes >> 20;
+            self.report.warn_at(
+                start,
+                format_args!("object instances are copies, which take {megabytes} MB here"),
+            );
+        }
+        Ok(())
+    }
+
+    fn directive(&mut self, token: &Token) -> Result<(), SceneError> {
+        let name = token.raw();
+        let site = Site::new(token.pos(), name);
+        match name {
+            "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform"
+            | "ConcatTransform" | "CoordinateSystem" | "CoordSysTransform" | "ActiveTransform"
+            | "TransformTimes" => self.transform(name, &site),
+            "ReverseOrientation" => {
+                self.in_world(&site)?;
+                self.states.current.reverse = !self.states.current.reverse;
+                Ok(())
+            }
+            "AttributeBegin" => self.begin(Block::Attribute, &site),
+            "AttributeEnd" => self.end(Block::Attribute, &site),
+            "TransformBegin" => self.begin(Block::Transform, &site),
+            "TransformEnd" => self.end(Block::Transform, &site),
+            "ObjectBegin" | "ObjectEnd" | "ObjectInstance" => self.object(name, &site),
+            "Include" | "Import" => self.include(name, &site),
+            "WorldBegin" | "WorldEnd" => self.section(name, &site),
+            "Camera" | "Film" | "Sampler" | "PixelFilter" | "Integrator" | "Accelerator" => {
+                self.option(name, &site)
+            }
+            "Material" | "MakeNamedMaterial" | "NamedMaterial" => self.material(name, &site),
+            "Texture" => self.texture(&site),
+            "LightSource" | "AreaLightSource" => self.light(name, &site),
+            "Shape" => self.shape(&site),
+            "ColorSpace" | "Option" | "Attribute" => self.v4_setting(name, &site),
+            "MakeNamedMedium" | "MediumInterface" => self.medium(name, &site),
+            "SurfaceIntegrator" | "VolumeIntegrator" | "Volume" | "Renderer" => {
+                Err(site.error("is pbrt-v2; use a scene of pbrt-v3 or pbrt-v4"))
+            }
+            _ => {
+                let shown = token.shown();
+                Err(site.pos.error(format_args!(
+                    "unknown directive {shown}; expected one of pbrt-v3 or pbrt-v4"
+                )))
+            }
+        }
+    }
+
+    // Arguments.
+
+    fn argument(&mut self, site: &Site, what: &str) -> Result<Token, SceneError> {
+        match self.stream.next_token()? {
+            Some(token) => Ok(token),
+            None => Err(site.error(format_args!("the file ends where {what} was expected"))),
+        }
+    }
+
+    fn quoted(&mut self, site: &Site, what: &str) -> Result<String, SceneError> {
+        let token = self.argument(site, what)?;
+        if token.kind != TokenKind::Quoted {
+            let site = Site::new(token.pos(), &site.label);
+            return Err(site.error(format_args!(
+                "expected {what} in quotes, found {}",
+                token.shown()
+            )));
+        }
+        Ok(token.text().into_owned())
+    }
+
+    /// `N` numbers, with or without brackets.
+    fn numbers<const N: usize>(&mut self, site: &Site) -> Result<[f64; N], SceneError> {
+        let bracketed = self
+            .stream
+            .peek()?
+            .is_some_and(|t| t.kind == TokenKind::Open);
+        if bracketed {
+            self.stream.next_token()?;
+        }
+        let mut out = [0.0; N];
+        for x in &mut out {
+            let token = self.argument(site, "a number")?;
+            *x = token.number().map_err(|_| {
+                let site = Site::new(token.pos(), &site.label);
+                site.error(format_args!(
+                    "expected {N} numbers, found {}",
+                    token.shown()
+                ))
+            })?;
+        }
+        if bracketed {
+            let token = self.argument(site, "']'")?;
+            if token.kind != TokenKind::Close {
+                let site = Site::new(token.pos(), &site.label);
+                return Err(site.error(format_args!(
+                    "expected ']' after {N} numbers, found {}",
+                    token.shown()
+                )));
+            }
+        }
+        Ok(out)
+    }
+
+    fn params(&mut self, site: Site) -> Result<ParamSet, SceneError> {
+        let color_space = self.states.current.color_space;
+        ParamSet::read(
+            &mut self.stream,
+            site,
+            self.dialect,
+            Rc::clone(&self.dir),
+            color_space,
+            &mut self.report,
+        )
+    }
+
+    /// `"kind"` and its parameters, with the defaults that `Attribute` set for `target`.
+    fn kind_and_params(
+        &mut self,
+        site: &Site,
+        target: &str,
+    ) -> Result<(String, ParamSet), SceneError> {
+        let kind = self.quoted(site, "a type")?;
+        let mut set = self.params(Site::new(
+            site.pos.clone(),
+            format!("{} \"{kind}\"", site.label),
+        ))?;
+        if let Some(defaults) = self.states.current.attributes.get(target) {
+            set.add_defaults(defaults);
+        }
+        Ok((kind, set))
+    }
+
+    fn in_world(&self, site: &Site) -> Result<(), SceneError> {
+        match self.section {
+            Section::Options => Err(site.error("belongs after WorldBegin")),
+            _ => Ok(()),
+        }
+    }
+
+    fn in_options(&self, site: &Site) -> Result<(), SceneError> {
+        match self.section {
+            Section::Options => Ok(()),
+            _ => Err(site.error("belongs before WorldBegin")),
+        }
+    }
+
+    // Transforms and blocks.
+
+    fn transform(&mut self, name: &str, site: &Site) -> Result<(), SceneError> {
+        let change = match name {
+            "Identity" => {
+                return self.states.current.change(site, |_| DAffine3::IDENTITY);
+            }
+            "Translate" => DAffine3::from_translation(DVec3::from(self.numbers::<3>(site)?)),
+            "Scale" => DAffine3::from_scale(DVec3::from(self.numbers::<3>(site)?)),
+            "Rotate" => {
+                let [degrees, x, y, z] = self.numbers(site)?;
+                transform::rotate(degrees, DVec3::new(x, y, z))
+                    .ok_or_else(|| site.error("its axis is zero; use for instance 0 0 1"))?
+            }
+            "LookAt" => {
+                let n: [f64; 9] = self.numbers(site)?;
+                let v = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
+                transform::look_at(v(0), v(3), v(6)).ok_or_else(|| {
+                    site.error("the eye is the point looked at, or the up vector is zero or along the view")
+                })?
+            }
+            "Transform" | "ConcatTransform" => {
+                let m = transform::from_numbers(&self.numbers(site)?).ok_or_else(|| {
+                    site.error("the matrix is not affine: its fourth row must be 0 0 0 1")
+                })?;
+                if name == "Transform" {
+                    return self.states.current.change(site, |_| m);
+                }
+                m
+            }
+            "CoordinateSystem" => {
+                let name = self.quoted(site, "a name")?;
+                self.coordinate_systems
+                    .insert(name, self.states.current.ctm);
+                return Ok(());
+            }
+            "CoordSysTransform" => {
+                let name = self.quoted(site, "a name")?;
+                let Some(ctm) = self.coordinate_systems.get(&name) else {
+                    return Err(site.error(format_args!(
+                        "there is no coordinate system named \"{name}\""
+                    )));
+                };
+                self.states.current.ctm = *ctm;
+                return Ok(());
+            }
+            "ActiveTransform" => {
+                let token = self.argument(site, "StartTime, EndTime or All")?;
+                self.states.current.active = match token.raw() {
+                    "StartTime" => [true, false],
+                    "EndTime" => [false, true],
+                    "All" => [true, true],
+                    _ => {
+                        return Err(site.error(format_args!(
+                            "expected StartTime, EndTime or All, found {}",
+                            token.shown()
+                        )));
+                    }
+                };
+                return Ok(());
+            }
+            _ => {
+                // TransformTimes: of no consequence while nothing moves.
+                self.in_options(site)?;
+                self.numbers::<2>(site)?;
+                return Ok(());
+            }
+        };
+        self.states.current.change(site, |ctm| ctm * change)
+    }
+
+    fn begin(&mut self, block: Block, site: &Site) -> Result<(), SceneError> {
+        if block != Block::Transform {
+            self.in_world(site)?;
+        }
+        self.states.begin(block, site)
+    }
+
+    fn end(&mut self, block: Block, site: &Site) -> Result<(), SceneError> {
+        self.states.end(block, self.dialect, site)
+    }
+
+    fn object(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        self.in_world(site)?;
+        match directive {
+            "ObjectBegin" => {
+                let name = self.quoted(site, "a name")?;
+                if let Some(open) = &self.open_object {
+                    return Err(site.error(format_args!(
+                        "object \"{}\" is still open; objects do not nest",
+                        open.name
+                    )));
+                }
+                self.begin(Block::Object, site)?;
+                self.open_object = Some(Object {
+                    name,
+                    geometry: Geometry::default(),
+                    warned_of_light: false,
+                });
+                Ok(())
+            }
+            "ObjectEnd" => {
+                self.end(Block::Object, site)?;
+                if let Some(object) = self.open_object.take()
+                    && self
+                        .objects
+                        .insert(object.name.clone(), Rc::new(object.geometry))
+                        .is_some()
+                {
+                    self.report.warn_at(
+                        site,
+                        format_args!("object \"{}\" replaces an earlier one", object.name),
+                    );
+                }
+                Ok(())
+            }
+            _ => {
+                let name = self.quoted(site, "a name")?;
+                if self.open_object.is_some() {
+                    return Err(site.error("objects cannot hold instances; repeat the shapes"));
+                }
+                let Some(object) = self.objects.get(&name) else {
+                    return Err(site.error(format_args!("there is no object named \"{name}\"")));
+                };
+                let by = self.states.current.fixed_ctm(site)?;
+                self.geometry.add_instance(site, object, &by)?;
+                self.instance_bytes = self.instance_bytes.saturating_add(object.bytes());
+                Ok(())
+            }
+        }
+    }
+
+    fn include(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "a file name")?;
+        let path = self.dir.join(&name);
+        let import = (directive == "Import").then(|| site.pos.clone());
+        if import.is_some() {
+            self.begin(Block::Import, site)?;
+        }
+        self.stream
+            .include(&path, import)
+            .map_err(|e| site.error(e))
+    }
+
+    fn section(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        if directive == "WorldEnd" {
+            self.in_world(site)?;
+            match self.dialect {
+                Dialect::V3 => self.section = Section::End,
+                Dialect::V4 => self
+                    .report
+                    .warn_at(site, "pbrt-v4 scenes have no WorldEnd; ignored"),
+            }
+            return Ok(());
+        }
+        self.in_options(site)?;
+        self.section = Section::World;
+        self.states.current.ctm = [DAffine3::IDENTITY; 2];
+        self.states.current.active = [true; 2];
+        self.coordinate_systems
+            .insert("world".to_owned(), self.states.current.ctm);
+        Ok(())
+    }
+
+    // What is rendered how.
+
+    fn option(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        self.in_options(site)?;
+        let (kind, set) = self.kind_and_params(site, "option")?;
+        let mut ctm = DAffine3::IDENTITY;
+        if directive == "Camera" {
+            ctm = self.states.current.fixed_ctm(&set.site)?;
+            let camera_to_world = transform::inverse(&ctm).ok_or_else(|| {
+                set.error("the current transform collapses space, so there is no view of it")
+            })?;
+            self.coordinate_systems
+                .insert("camera".to_owned(), [camera_to_world; 2]);
+        }
+        let pending = Some(Pending { kind, set, ctm });
+        match directive {
+            "Camera" => self.view.camera = pending,
+            "Film" => self.view.film = pending,
+            "Sampler" => self.view.sampler = pending,
+            "PixelFilter" => self.view.filter = pending,
+            "Integrator" => self.view.integrator = pending,
+            // How rays are traced is our own affair.
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn v4_setting(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        match directive {
+            "ColorSpace" => {
+                let name = self.quoted(site, "a name")?;
+                let Some(space) = ColorSpace::parse(&name) else {
+                    return Err(site.error(format_args!(
+                        "\"{name}\" is unknown; use srgb, dci-p3, rec2020 or aces2065-1"
+                    )));
+                };
+                if self.section == Section::Options && space != ColorSpace::Srgb {
+                    self.report
+                        .warn_at(site, "the picture is written in linear sRGB all the same");
+                }
+                self.states.current.color_space = space;
+                Ok(())
+            }
+            "Option" => {
+                let set = self.params(site.clone())?;
+                set.accept(&[
+                    "rendercoordsys",
+                    "seed",
+                    "wavefront",
+                    "disablewavelengthjitter",
+                    "msereferenceout",
+                ]);
+                set.finish(&mut self.report);
+                Ok(())
+            }
+            _ => {
+                let (target, mut set) = self.kind_and_params(site, "")?;
+                if !["shape", "light", "material", "medium", "texture"].contains(&target.as_str()) {
+                    return Err(site.error(format_args!(
+                        "\"{target}\" is unknown; use shape, light, material, medium or texture"
+                    )));
+                }
+                let attributes = Rc::make_mut(&mut self.states.current.attributes);
+                if let Some(earlier) = attributes.get(&target) {
+                    set.add_defaults(earlier);
+                }
+                attributes.insert(target, set);
+                Ok(())
+            }
+        }
+    }
+
+    fn medium(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        let inside = self.quoted(site, "a name")?;
+        if directive == "MakeNamedMedium" {
+            // Of consequence only once a MediumInterface names it.
+            self.params(site.clone())?;
+            return Ok(());
+        }
+        let mut outside = String::new();
+        if self
+            .stream
+            .peek()?
+            .is_some_and(|t| t.kind == TokenKind::Quoted)
+        {
+            outside = self.quoted(site, "a name")?;
+        }
+        if inside.is_empty() && outside.is_empty() {
+            return Ok(());
+        }
+        Err(site.error("participating media are not supported; remove it, or name no medium: MediumInterface \"\" \"\""))
+    }
+
+    // Surfaces and lights.
+
+    fn texture(&mut self, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "a name")?;
+        let class = match self
+            .quoted(site, "a type, \"float\" or \"spectrum\"")?
+            .as_str()
+        {
+            "float" => Class::Float,
+            "spectrum" | "color" => Class::Color,
+            other => {
+                return Err(site.error(format_args!(
+                    "texture type \"{other}\" is unknown; use float or spectrum"
+                )));
+            }
+        };
+        let (kind, set) = self.kind_and_params(site, "texture")?;
+        let names = &mut self.states.current.textures;
+        let built = textures::build(
+            &kind,
+            class,
+            &set,
+            names,
+            &mut self.tables,
+            &mut self.report,
+        );
+        let map = match class {
+            Class::Float => &mut names.float,
+            Class::Color => &mut names.color,
+        };
+        if Rc::make_mut(map).insert(name.clone(), built).is_some() {
+            self.report.warn_at(
+                &set.site,
+                format_args!("texture \"{name}\" replaces an earlier one"),
+            );
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        match directive {
+            "NamedMaterial" => {
+                let name = self.quoted(site, "a name")?;
+                self.states.current.material =
+                    CurrentMaterial::Named(Rc::new(site.clone()), name.into());
+            }
+            "Material" => {
+                let (kind, set) = self.kind_and_params(site, "material")?;
+                let name = kind.clone();
+                self.states.current.material =
+                    CurrentMaterial::Made(self.make_material(name, kind, set));
+            }
+            _ => {
+                let (name, mut set) = self.kind_and_params(site, "material")?;
+                let Some(kind) = set.string("type")?.map(str::to_owned) else {
+                    return Err(set.error("needs a \"string type\""));
+                };
+                set.site.label.push_str(&format!(" of type \"{kind}\""));
+                let made = self.make_material(name.clone(), kind, set);
+                if Rc::make_mut(&mut self.states.current.named_materials)
+                    .insert(name.clone(), made)
+                    .is_some()
+                {
+                    self.report.warn_at(
+                        site,
+                        format_args!("material \"{name}\" replaces an earlier one"),
+                    );
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn make_material(&mut self, name: String, kind: String, set: ParamSet) -> Rc<MaterialDef> {
+        let built = materials::build(&kind, &set, &self.states.current.textures);
+        if built.is_ok() {
+            set.finish(&mut self.report);
+        }
+        let failed = built.is_err();
+        let made = Rc::new(MaterialDef {
+            name,
+            kind,
+            set,
+            built,
+            index: Cell::new(None),
+            used: Cell::new(false),
+        });
+        if failed {
+            self.failed_materials.push(Rc::clone(&made));
+        }
+        made
+    }
+
+    /// Index of the current material for a shape with these parameters.
+    fn material_for(&mut self, shape: &ParamSet) -> Result<u32, SceneError> {
+        let made = match &self.states.current.material {
+            CurrentMaterial::Default => {
+                if let (Some(index), false) = (self.default_material, materials::overrides(shape)) {
+                    return Ok(index);
+                }
+                let kind = if self.dialect == Dialect::V3 {
+                    "matte"
+                } else {
+                    "diffuse"
+                };
+                let set = ParamSet::empty(shape.site.clone(), self.dialect, Rc::clone(&self.dir));
+                let made = self.make_material("default".to_owned(), kind.to_owned(), set);
+                if !(self.dialect == Dialect::V3 && materials::overrides(shape)) {
+                    let index = self.add_material(&made, made.built.clone()?);
+                    self.default_material = Some(index);
+                    return Ok(index);
+                }
+                made
+            }
+            CurrentMaterial::Made(made) => Rc::clone(made),
+            CurrentMaterial::Named(site, name) => {
+                match self.states.current.named_materials.get(&**name) {
+                    Some(made) => Rc::clone(made),
+                    None => {
+                        return Err(site.error(format_args!(
+                            "there is no material named \"{name}\"; make it with MakeNamedMaterial"
+                        )));
+                    }
+                }
+            }
+        };
+        made.used.set(true);
+        if self.dialect == Dialect::V3 && materials::overrides(shape) {
+            let kind = materials::build(
+                &made.kind,
+                &shape.over(&made.set),
+                &self.states.current.textures,
+            )?;
+            if made.built.as_ref().is_ok_and(|built| *built != kind) || made.built.is_err() {
+                return Ok(self.add_material(&made, kind));
+            }
+        }
+        if let Some(index) = made.index.get() {
+            return Ok(index);
+        }
+        let index = self.add_material(&made, made.built.clone()?);
+        made.index.set(Some(index));
+        Ok(index)
+    }
+
+    fn add_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
+        self.tables.materials.push(Material {
+            name: made.name.clone(),
+            origin: made.set.site.origin(),
+            kind,
+        });
+        self.tables.materials.len() as u32 - 1
+    }
+
+    fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
+        self.in_world(site)?;
+        let (kind, set) = self.kind_and_params(site, "light")?;
+        if directive == "AreaLightSource" {
+            let light = AreaLight::build(&kind, set, &mut self.report)?;
+            self.states.current.light = Some(Rc::new(light));
+            return Ok(());
+        }
+        let ctm = self.states.current.fixed_ctm(&set.site)?;
+        if let Some(light) = lights::build(&kind, &set, &ctm, &mut self.tables, &mut self.report)? {
+            self.lights.push(light);
+        }
+        Ok(())
+    }
+
+    fn shape(&mut self, site: &Site) -> Result<(), SceneError> {
+        self.in_world(site)?;
+        let (kind, set) = self.kind_and_params(site, "shape")?;
+        let ctm = self.states.current.fixed_ctm(&set.site)?;
+        let material = self.material_for(&set)?;
+        let material_kind = &self.tables.materials[material as usize].kind;
+        let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
+        if light.is_some()
+            && *material_kind == MaterialKind::Interface
+            && self.dialect == Dialect::V4
+        {
+            self.report.warn_at(
+                &set.site,
+                "its area light is ignored, as its material is \"interface\"",
+            );
+            light = None;
+        }
+        if let (Some(object), Some(_)) = (&mut self.open_object, &light) {
+            light = None;
+            if !object.warned_of_light {
+                object.warned_of_light = true;
+                self.report.warn_at(
+                    &set.site,
+                    "area lights in objects are ignored, as in pbrt; place the shape itself",
+                );
+            }
+        }
+        let setting = Setting {
+            site: Rc::new(set.site.clone()),
+            ctm,
+            reverse: self.states.current.reverse,
+            material,
+            needs_uv: materials::needs_uv(material_kind),
+            light,
+        };
+        let geometry = match &mut self.open_object {
+            Some(object) => &mut object.geometry,
+            None => &mut self.geometry,
+        };
+        shape::build(&kind, &set, &setting, geometry, &mut self.report)?;
+        set.finish(&mut self.report);
+        Ok(())
+    }
+}

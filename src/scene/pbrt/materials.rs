@@ -1,0 +1,232 @@
+//! Materials of both dialects, reduced to the kinds of [`MaterialKind`]. Defaults are those of the dialect.
+
+use super::color::Use;
+use super::dialect::Dialect;
+use super::error::SceneError;
+use super::params::{ParamSet, Values};
+use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
+use crate::scene::spectrum;
+use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Rgb, Roughness};
+
+/// Copper, pbrt's default metal, if the table of named spectra does not have it.
+const COPPER_ETA: Rgb = [0.200_438, 0.924_033, 1.102_212];
+const COPPER_K: Rgb = [3.912_949, 2.452_848, 2.142_188];
+
+/// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
+const OVERRIDABLE: [&str; 12] = [
+    "Kd",
+    "Ks",
+    "Kr",
+    "Kt",
+    "sigma",
+    "eta",
+    "k",
+    "index",
+    "roughness",
+    "uroughness",
+    "vroughness",
+    "remaproughness",
+];
+
+/// Whether a v3 shape's own parameters change its material.
+pub(super) fn overrides(shape: &ParamSet) -> bool {
+    OVERRIDABLE.iter().any(|name| shape.has(name))
+}
+
+/// What could be used instead of a material that is not supported.
+fn instead_of(kind: &str) -> Option<&'static str> {
+    Some(match kind {
+        "thindielectric" => "dielectric on a closed surface",
+        "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
+        "coatedconductor" => "conductor",
+        "uber" | "substrate" | "disney" => "plastic or matte",
+        "mix" => "one of the mixed materials",
+        "translucent" | "diffusetransmission" => "matte (v3) or diffuse (v4)",
+        "fourier" | "measured" => "metal (v3) or conductor (v4)",
+        "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
+        _ => return None,
+    })
+}
+
+/// The material of a `Material` or `MakeNamedMaterial` directive of type `kind`.
+pub(super) fn build(
+    kind: &str,
+    set: &ParamSet,
+    names: &TextureNames,
+) -> Result<MaterialKind, SceneError> {
+    set.refuse(
+        &["bumpmap", "displacement", "normalmap"],
+        "bump, displacement and normal maps are not supported; remove it, or displace the mesh itself",
+    )?;
+    let material = match (set.dialect, kind) {
+        (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
+        (Dialect::V3, "matte") => MaterialKind::Diffuse {
+            reflectance: color_param_or(set, names, "Kd", 0.5)?,
+            sigma: float_param_or(set, names, "sigma", 0.0)?,
+        },
+        (Dialect::V4, "diffuse") => MaterialKind::Diffuse {
+            reflectance: color_param_or(set, names, "reflectance", 0.5)?,
+            sigma: Param::Constant([0.0; 3]),
+        },
+        (Dialect::V3, "mirror") => MaterialKind::Mirror {
+            reflectance: color_param_or(set, names, "Kr", 0.9)?,
+        },
+        (Dialect::V3, "metal") => MaterialKind::Conductor {
+            fresnel: eta_k(set, names)?,
+            roughness: roughness(set, names, 0.01)?,
+        },
+        (Dialect::V4, "conductor") => MaterialKind::Conductor {
+            fresnel: match color_param(set, names, "reflectance", Use::Albedo)? {
+                Some(_) if set.has("eta") || set.has("k") => {
+                    return Err(set.error(
+                        "\"reflectance\" and \"eta\" or \"k\" exclude each other; give one",
+                    ));
+                }
+                Some(reflectance) => ConductorFresnel::Reflectance(reflectance),
+                None => eta_k(set, names)?,
+            },
+            roughness: roughness(set, names, 0.0)?,
+        },
+        (Dialect::V3, "plastic") => MaterialKind::Plastic {
+            diffuse: color_param_or(set, names, "Kd", 0.25)?,
+            specular: color_param_or(set, names, "Ks", 0.25)?,
+            roughness: roughness(set, names, 0.1)?,
+        },
+        (Dialect::V3, "glass") => {
+            smooth(set, names)?;
+            let eta = match float_param(set, names, "eta")? {
+                Some(eta) => eta,
+                None => float_param_or(set, names, "index", 1.5)?,
+            };
+            MaterialKind::Dielectric {
+                reflectance: color_param_or(set, names, "Kr", 1.0)?,
+                transmittance: color_param_or(set, names, "Kt", 1.0)?,
+                eta: positive(set, eta)?,
+            }
+        }
+        (Dialect::V4, "dielectric") => {
+            smooth(set, names)?;
+            let is_number = set
+                .find("eta")
+                .is_some_and(|p| p.ty == super::params::Type::Float);
+            let eta = if is_number {
+                float_param(set, names, "eta")?
+            } else {
+                // Without dispersion the index is one number: that of the green middle of the spectrum.
+                color_param(set, names, "eta", Use::Unbounded)?.map(|eta| match eta {
+                    Param::Constant(c) => Param::Constant([c[1]; 3]),
+                    texture => texture,
+                })
+            };
+            MaterialKind::Dielectric {
+                reflectance: Param::Constant([1.0; 3]),
+                transmittance: Param::Constant([1.0; 3]),
+                eta: positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))?,
+            }
+        }
+        (dialect, other) => {
+            let supported = match dialect {
+                Dialect::V3 => "matte, mirror, metal, glass, plastic or none",
+                Dialect::V4 => "diffuse, conductor, dielectric or interface",
+            };
+            return Err(match instead_of(other) {
+                Some(instead) => set.error(format_args!(
+                    "this material is not supported; use {instead} (supported: {supported})"
+                )),
+                None => set.error(format_args!(
+                    "material \"{other}\" is unknown; use {supported}"
+                )),
+            });
+        }
+    };
+    set.accept(&["type"]);
+    Ok(material)
+}
+
+fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
+    let or_copper = |name: &str, spectrum: &str, default: Rgb| -> Result<Param, SceneError> {
+        Ok(match color_param(set, names, name, Use::Unbounded)? {
+            Some(param) => param,
+            None => Param::Constant(spectrum::named(spectrum).unwrap_or(default)),
+        })
+    };
+    Ok(ConductorFresnel::EtaK {
+        eta: or_copper("eta", "metal-Cu-eta", COPPER_ETA)?,
+        k: or_copper("k", "metal-Cu-k", COPPER_K)?,
+    })
+}
+
+fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
+    let both = float_param_or(set, names, "roughness", default)?;
+    let one = |name: &str| -> Result<Param, SceneError> {
+        let value = float_param(set, names, name)?.unwrap_or(both);
+        match value {
+            Param::Constant([x, ..]) if x < 0.0 => {
+                Err(set.error(format_args!("roughness {x} is negative")))
+            }
+            _ => Ok(value),
+        }
+    };
+    let (u, v) = (one("uroughness")?, one("vroughness")?);
+    let remap = match (set.bool_or("remaproughness", true)?, set.dialect) {
+        (false, _) => Remap::None,
+        (true, Dialect::V3) => Remap::V3,
+        (true, Dialect::V4) => Remap::V4,
+    };
+    Ok(Roughness { u, v, remap })
+}
+
+/// Glass must be smooth, whatever way its roughness is written.
+fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
+    let given = roughness(set, names, 0.0)?;
+    if given.u == Param::Constant([0.0; 3]) && given.v == given.u {
+        return Ok(());
+    }
+    let what = "rough dielectrics are not supported; use roughness 0";
+    for name in ["uroughness", "vroughness", "roughness"] {
+        let rough = |p: &&super::params::Param| p.values != Values::Numbers(vec![0.0]);
+        if let Some(param) = set.find(name).filter(rough) {
+            return Err(set.error_at(param, what));
+        }
+    }
+    Err(set.error(what))
+}
+
+fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
+    match eta {
+        // v4 reads an index of 0 as "no change".
+        Param::Constant([0.0, ..]) if set.dialect == Dialect::V4 => Ok(Param::Constant([1.0; 3])),
+        Param::Constant([x, ..]) if !(x > 0.0) => Err(set.error(format_args!(
+            "index of refraction {x} is not positive; glass has 1.5"
+        ))),
+        eta => Ok(eta),
+    }
+}
+
+/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
+pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
+    let textured = |p: &Param| matches!(p, Param::Texture(_));
+    let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
+    match kind {
+        MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
+        MaterialKind::Mirror { reflectance } => textured(reflectance),
+        MaterialKind::Conductor { fresnel, roughness } => {
+            let fresnel = match fresnel {
+                ConductorFresnel::EtaK { eta, k } => textured(eta) || textured(k),
+                ConductorFresnel::Reflectance(r) => textured(r),
+            };
+            fresnel || anisotropic(roughness)
+        }
+        MaterialKind::Dielectric {
+            reflectance,
+            transmittance,
+            eta,
+        } => textured(reflectance) || textured(transmittance) || textured(eta),
+        MaterialKind::Plastic {
+            diffuse,
+            specular,
+            roughness,
+        } => textured(diffuse) || textured(specular) || anisotropic(roughness),
+        MaterialKind::Interface => false,
+    }
+}

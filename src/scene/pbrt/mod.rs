@@ -1,0 +1,73 @@
+//! The pbrt text format, v3 and v4, into a [`Scene`].
+//!
+//! 1. `lexer` and `stream` turn files into tokens, `Include` spliced in.
+//! 2. `dialect` decides between v3 and v4 before anything is interpreted.
+//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`.
+//! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for, geometry in world space and
+//!    `f64` (`geometry`).
+//! 5. `finish` finds the internal space and fills the tables.
+
+mod color;
+mod dialect;
+mod error;
+mod finish;
+mod geometry;
+mod lexer;
+mod lights;
+mod loader;
+mod materials;
+mod params;
+mod shape;
+mod state;
+mod stream;
+mod textures;
+mod transform;
+mod view;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+use std::rc::Rc;
+
+pub use self::error::SceneError;
+use self::error::{Pos, Site};
+use self::lexer::Source;
+use self::loader::Loader;
+use self::stream::TokenStream;
+use crate::scene::Scene;
+
+/// Loads a scene file (`.pbrt` or `.pbrt.gz`) and all it refers to.
+pub fn load(path: &Path) -> Result<Scene, SceneError> {
+    let source = stream::read_main(path).map_err(SceneError)?;
+    let dir = path.parent().unwrap_or(Path::new(""));
+    load_source(source, Some(path), dir)
+}
+
+/// Loads a scene from text. Messages call it `name`; files it refers to are looked for in `dir`.
+pub fn load_str(text: &str, name: &str, dir: &Path) -> Result<Scene, SceneError> {
+    load_source(
+        Source {
+            name: name.into(),
+            text: text.to_owned(),
+        },
+        None,
+        dir,
+    )
+}
+
+fn load_source(source: Source, path: Option<&Path>, dir: &Path) -> Result<Scene, SceneError> {
+    let source = Rc::new(source);
+    let dialect = dialect::detect(&source, dir);
+    let start = Site::new(
+        Pos {
+            file: Rc::clone(&source.name),
+            line: 1,
+            column: 1,
+        },
+        "WorldBegin",
+    );
+    let mut loader = Loader::new(TokenStream::new(source, path), dialect, dir.into());
+    loader.run(&start)?;
+    finish::finish(loader)
+}

@@ -1,0 +1,557 @@
+//! Parameter lists, `"type name" [ values ]`: typed access with defaults, and a record of what was asked for, so that
+//! what nobody asked for can be reported.
+
+use std::cell::Cell;
+use std::fmt;
+use std::path::Path;
+use std::rc::Rc;
+
+use glam::{DVec2, DVec3};
+
+use super::color::ColorSpace;
+use super::dialect::Dialect;
+use super::error::{Pos, Report, SceneError, Site};
+use super::lexer::{Token, TokenKind};
+use super::stream::TokenStream;
+
+/// Types of both dialects; spellings that mean the same are one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Type {
+    Integer,
+    Float,
+    Bool,
+    String,
+    Point2,
+    Point3,
+    Vector2,
+    Vector3,
+    Normal,
+    Rgb,
+    Xyz,
+    Spectrum,
+    Blackbody,
+    Texture,
+}
+
+impl Type {
+    fn parse(name: &str) -> Option<Self> {
+        Some(match name {
+            "integer" => Self::Integer,
+            "float" => Self::Float,
+            "bool" => Self::Bool,
+            "string" => Self::String,
+            "point2" => Self::Point2,
+            "point" | "point3" => Self::Point3,
+            "vector2" => Self::Vector2,
+            "vector" | "vector3" => Self::Vector3,
+            "normal" | "normal3" => Self::Normal,
+            "rgb" | "color" => Self::Rgb,
+            "xyz" => Self::Xyz,
+            "spectrum" => Self::Spectrum,
+            "blackbody" => Self::Blackbody,
+            "texture" => Self::Texture,
+            _ => return None,
+        })
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Integer => "integer",
+            Self::Float => "float",
+            Self::Bool => "bool",
+            Self::String => "string",
+            Self::Point2 => "point2",
+            Self::Point3 => "point3",
+            Self::Vector2 => "vector2",
+            Self::Vector3 => "vector3",
+            Self::Normal => "normal",
+            Self::Rgb => "rgb",
+            Self::Xyz => "xyz",
+            Self::Spectrum => "spectrum",
+            Self::Blackbody => "blackbody",
+            Self::Texture => "texture",
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Strings(Vec<String>),
+    Bools(Vec<bool>),
+}
+
+impl Values {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Numbers(v) => v.len(),
+            Self::Strings(v) => v.len(),
+            Self::Bools(v) => v.len(),
+        }
+    }
+
+    fn numbers(&self) -> &[f64] {
+        match self {
+            Self::Numbers(v) => v,
+            _ => &[],
+        }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Param {
+    pub ty: Type,
+    pub name: String,
+    pub values: Values,
+    pub pos: Pos,
+    /// The `ColorSpace` in force where it was written.
+    pub color_space: ColorSpace,
+    used: Cell<bool>,
+}
+
+/// The parameters of one directive, with what is needed to interpret them.
+#[derive(Clone, Debug)]
+pub(super) struct ParamSet {
+    pub site: Site,
+    pub dialect: Dialect,
+    /// Folder that file names are relative to.
+    pub dir: Rc<Path>,
+    params: Vec<Rc<Param>>,
+}
+
+/// A list of this many numbers is larger than any scene text should hold.
+const MAX_VALUES: usize = 1 << 30;
+
+impl ParamSet {
+    pub fn empty(site: Site, dialect: Dialect, dir: Rc<Path>) -> Self {
+        Self {
+            site,
+            dialect,
+            dir,
+            params: Vec::new(),
+        }
+    }
+
+    /// Reads parameters until something that is not one.
+    pub fn read(
+        stream: &mut TokenStream,
+        site: Site,
+        dialect: Dialect,
+        dir: Rc<Path>,
+        color_space: ColorSpace,
+        report: &mut Report,
+    ) -> Result<Self, SceneError> {
+        let mut set = Self::empty(site, dialect, dir);
+        while stream.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
+            let Some(declaration) = stream.next_token()? else {
+                break;
+            };
+            let param = set.read_one(stream, &declaration, color_space)?;
+            if let Some(at) = set.params.iter().position(|p| p.name == param.name) {
+                let site = Site::new(param.pos.clone(), set.site.label.clone());
+                report.warn_at(
+                    &site,
+                    format_args!(
+                        "parameter \"{}\" given twice; the last one counts",
+                        param.name
+                    ),
+                );
+                set.params.remove(at);
+            }
+            set.params.push(Rc::new(param));
+        }
+        Ok(set)
+    }
+
+    fn read_one(
+        &self,
+        stream: &mut TokenStream,
+        declaration: &Token,
+        color_space: ColorSpace,
+    ) -> Result<Param, SceneError> {
+        let pos = declaration.pos();
+        let fail = |pos: &Pos, what: fmt::Arguments<'_>| {
+            Err(Site::new(pos.clone(), &self.site.label).error(what))
+        };
+        let text = declaration.text();
+        let mut words = text.split_ascii_whitespace();
+        let (Some(ty), Some(name), None) = (words.next(), words.next(), words.next()) else {
+            return fail(
+                &pos,
+                format_args!(
+                    "expected a parameter as \"type name\", found {}",
+                    declaration.shown()
+                ),
+            );
+        };
+        let Some(ty) = Type::parse(ty) else {
+            return fail(
+                &pos,
+                format_args!(
+                    "parameter \"{name}\" has the unknown type \"{ty}\"; the types are integer, float, bool, string, \
+                     point2, point3, vector2, vector3, normal, rgb, xyz, spectrum, blackbody, texture"
+                ),
+            );
+        };
+        let mut values = match ty {
+            Type::Bool => Values::Bools(Vec::new()),
+            Type::String | Type::Texture => Values::Strings(Vec::new()),
+            _ => Values::Numbers(Vec::new()),
+        };
+        let bracketed = stream.peek()?.is_some_and(|t| t.kind == TokenKind::Open);
+        if bracketed {
+            stream.next_token()?;
+        }
+        loop {
+            let Some(token) = stream.next_token()? else {
+                let what = if bracketed {
+                    "has no closing ']'"
+                } else {
+                    "has no value"
+                };
+                return fail(&pos, format_args!("parameter \"{name}\" {what}"));
+            };
+            if bracketed && token.kind == TokenKind::Close {
+                break;
+            }
+            if ty == Type::Spectrum && token.kind == TokenKind::Quoted && values.len() == 0 {
+                // A spectrum is a list of samples, or a name, or a file's name.
+                values = Values::Strings(Vec::new());
+            }
+            match &mut values {
+                Values::Numbers(list) if list.len() < MAX_VALUES => {
+                    list.push(match token.number() {
+                        Ok(x) => x,
+                        Err(e) => return Err(self.amend(&token, name, e)),
+                    })
+                }
+                Values::Numbers(_) => {
+                    return fail(
+                        &pos,
+                        format_args!("parameter \"{name}\" has too many values"),
+                    );
+                }
+                Values::Strings(list) if token.kind == TokenKind::Quoted => {
+                    list.push(token.text().into_owned())
+                }
+                Values::Strings(_) => {
+                    return fail(
+                        &token.pos(),
+                        format_args!(
+                            "parameter \"{name}\": expected a string in quotes, found {}",
+                            token.shown()
+                        ),
+                    );
+                }
+                Values::Bools(list) => list.push(match token.raw() {
+                    "true" => true,
+                    "false" => false,
+                    _ => {
+                        return fail(
+                            &token.pos(),
+                            format_args!(
+                                "parameter \"{name}\": expected true or false, found {}",
+                                token.shown()
+                            ),
+                        );
+                    }
+                }),
+            }
+            if !bracketed {
+                break;
+            }
+        }
+        if ty == Type::Integer
+            && values
+                .numbers()
+                .iter()
+                .any(|x| x.fract() != 0.0 || x.abs() > 9e15)
+        {
+            return fail(
+                &pos,
+                format_args!("parameter \"{name}\" must be an integer"),
+            );
+        }
+        Ok(Param {
+            ty,
+            name: name.to_owned(),
+            values,
+            pos,
+            color_space,
+            used: Cell::new(false),
+        })
+    }
+
+    /// A token's own message, with the directive and the parameter put in front.
+    fn amend(&self, token: &Token, name: &str, error: SceneError) -> SceneError {
+        let pos = token.pos();
+        let message = error
+            .0
+            .strip_prefix(&format!("{pos}: "))
+            .map(str::to_owned)
+            .unwrap_or(error.0);
+        Site::new(pos, &self.site.label).error(format_args!("parameter \"{name}\": {message}"))
+    }
+
+    /// These parameters, then `others` where these say nothing. Marks of use are shared with the originals.
+    pub fn over(&self, others: &Self) -> Self {
+        let mut set = Self {
+            site: others.site.clone(),
+            ..self.clone()
+        };
+        set.params.extend(others.params.iter().cloned());
+        set
+    }
+
+    /// Adds defaults from an `Attribute` directive, which need not all be used.
+    pub fn add_defaults(&mut self, defaults: &Self) {
+        for param in &defaults.params {
+            param.used.set(true);
+            if !self.params.iter().any(|p| p.name == param.name) {
+                self.params.push(Rc::clone(param));
+            }
+        }
+    }
+
+    pub fn error(&self, what: impl fmt::Display) -> SceneError {
+        self.site.error(what)
+    }
+
+    pub fn error_at(&self, param: &Param, what: impl fmt::Display) -> SceneError {
+        Site::new(param.pos.clone(), &self.site.label)
+            .error(format_args!("parameter \"{}\": {what}", param.name))
+    }
+
+    pub fn site_of(&self, param: &Param) -> Site {
+        Site::new(param.pos.clone(), &self.site.label)
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.params.iter().any(|p| p.name == name)
+    }
+
+    /// Marks these as used; for what has no influence on the picture here.
+    pub fn accept(&self, names: &[&str]) {
+        for param in self
+            .params
+            .iter()
+            .filter(|p| names.contains(&p.name.as_str()))
+        {
+            param.used.set(true);
+        }
+    }
+
+    /// An error if any of these is present: it would alter the picture and is not supported.
+    pub fn refuse(&self, names: &[&str], why: &str) -> Result<(), SceneError> {
+        match self
+            .params
+            .iter()
+            .find(|p| names.contains(&p.name.as_str()))
+        {
+            Some(param) => Err(self.error_at(param, why)),
+            None => Ok(()),
+        }
+    }
+
+    /// Warns of parameters nobody asked for.
+    pub fn finish(&self, report: &mut Report) {
+        for param in self.params.iter().filter(|p| !p.used.replace(true)) {
+            report.warn_at(
+                &self.site_of(param),
+                format_args!("unknown parameter \"{}\" ignored", param.name),
+            );
+        }
+    }
+
+    /// The parameter whatever its type, marked as used.
+    pub fn find(&self, name: &str) -> Option<&Param> {
+        let param = self.params.iter().find(|p| p.name == name)?;
+        param.used.set(true);
+        Some(param)
+    }
+
+    fn typed(&self, name: &str, types: &[Type]) -> Result<Option<&Param>, SceneError> {
+        let Some(param) = self.find(name) else {
+            return Ok(None);
+        };
+        if !types.contains(&param.ty) {
+            let expected: Vec<_> = types.iter().map(|t| t.name()).collect();
+            return Err(self.error_at(
+                param,
+                format_args!(
+                    "has type {}, expected {}",
+                    param.ty.name(),
+                    expected.join(" or ")
+                ),
+            ));
+        }
+        Ok(Some(param))
+    }
+
+    fn single(
+        &self,
+        name: &str,
+        types: &[Type],
+        count: usize,
+    ) -> Result<Option<&Param>, SceneError> {
+        let param = self.typed(name, types)?;
+        if let Some(param) = param
+            && param.values.len() != count
+        {
+            let plural = if count == 1 { "" } else { "s" };
+            return Err(self.error_at(
+                param,
+                format_args!(
+                    "expected {count} value{plural}, found {}",
+                    param.values.len()
+                ),
+            ));
+        }
+        Ok(param)
+    }
+
+    /// A float that is one in `f32` as well.
+    pub fn float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let Some(param) = self.single(name, &[Type::Float], 1)? else {
+            return Ok(None);
+        };
+        let value = param.values.numbers()[0];
+        if !(value as f32).is_finite() {
+            return Err(self.error_at(param, format_args!("is {value}, which is out of range")));
+        }
+        Ok(Some(value))
+    }
+
+    pub fn float_or(&self, name: &str, default: f64) -> Result<f64, SceneError> {
+        Ok(self.float(name)?.unwrap_or(default))
+    }
+
+    /// A float that must lie in `[low, high]`.
+    pub fn float_in(
+        &self,
+        name: &str,
+        default: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<f64, SceneError> {
+        let value = self.float_or(name, default)?;
+        if (low..=high).contains(&value) {
+            return Ok(value);
+        }
+        let expected = match (low, high) {
+            (l, f64::INFINITY) => format!("at least {l}"),
+            (l, h) => format!("between {l} and {h}"),
+        };
+        match self.find(name) {
+            Some(param) => {
+                Err(self.error_at(param, format_args!("is {value}, must be {expected}")))
+            }
+            None => Ok(value),
+        }
+    }
+
+    /// An integer that must lie in `[low, high]`.
+    pub fn int_in(&self, name: &str, default: i64, low: i64, high: i64) -> Result<i64, SceneError> {
+        let Some(param) = self.single(name, &[Type::Integer], 1)? else {
+            return Ok(default);
+        };
+        // Integers were checked to be exact when read.
+        let value = param.values.numbers()[0] as i64;
+        if (low..=high).contains(&value) {
+            return Ok(value);
+        }
+        Err(self.error_at(
+            param,
+            format_args!("is {value}, must be between {low} and {high}"),
+        ))
+    }
+
+    pub fn bool_or(&self, name: &str, default: bool) -> Result<bool, SceneError> {
+        Ok(
+            match self.single(name, &[Type::Bool], 1)?.map(|p| &p.values) {
+                Some(Values::Bools(v)) => v[0],
+                _ => default,
+            },
+        )
+    }
+
+    pub fn string(&self, name: &str) -> Result<Option<&str>, SceneError> {
+        Ok(
+            match self.single(name, &[Type::String], 1)?.map(|p| &p.values) {
+                Some(Values::Strings(v)) => Some(v[0].as_str()),
+                _ => None,
+            },
+        )
+    }
+
+    pub fn point_or(&self, name: &str, default: DVec3) -> Result<DVec3, SceneError> {
+        Ok(self
+            .single(name, &[Type::Point3], 3)?
+            .map_or(default, |p| DVec3::from_slice(p.values.numbers())))
+    }
+
+    pub fn floats(&self, name: &str) -> Result<Option<&[f64]>, SceneError> {
+        Ok(self
+            .typed(name, &[Type::Float])?
+            .map(|p| p.values.numbers()))
+    }
+
+    pub fn ints(&self, name: &str) -> Result<Option<&[f64]>, SceneError> {
+        Ok(self
+            .typed(name, &[Type::Integer])?
+            .map(|p| p.values.numbers()))
+    }
+
+    /// Points or normals, three numbers each.
+    pub fn triples(&self, name: &str, ty: Type) -> Result<Option<Vec<DVec3>>, SceneError> {
+        let Some(param) = self.typed(name, &[ty])? else {
+            return Ok(None);
+        };
+        let numbers = param.values.numbers();
+        if !numbers.len().is_multiple_of(3) {
+            return Err(self.error_at(
+                param,
+                format_args!("has {} numbers, not a multiple of 3", numbers.len()),
+            ));
+        }
+        Ok(Some(
+            numbers.chunks_exact(3).map(DVec3::from_slice).collect(),
+        ))
+    }
+
+    /// Texture coordinates: v3 writes them as `float`, v4 as `point2`.
+    pub fn pairs(&self, name: &str) -> Result<Option<Vec<DVec2>>, SceneError> {
+        let Some(param) = self.typed(name, &[Type::Float, Type::Point2])? else {
+            return Ok(None);
+        };
+        let numbers = param.values.numbers();
+        if !numbers.len().is_multiple_of(2) {
+            return Err(self.error_at(
+                param,
+                format_args!("has {} numbers, not a multiple of 2", numbers.len()),
+            ));
+        }
+        Ok(Some(
+            numbers.chunks_exact(2).map(DVec2::from_slice).collect(),
+        ))
+    }
+
+    /// Indices below `limit`.
+    pub fn indices(&self, name: &str, limit: usize) -> Result<Option<Vec<u32>>, SceneError> {
+        let Some(param) = self.typed(name, &[Type::Integer])? else {
+            return Ok(None);
+        };
+        let numbers = param.values.numbers();
+        let mut out = Vec::with_capacity(numbers.len());
+        for &x in numbers {
+            if x < 0.0 || x >= limit as f64 || x >= f64::from(u32::MAX) {
+                return Err(self.error_at(
+                    param,
+                    format_args!("index {x} is out of range, there are {limit} vertices"),
+                ));
+            }
+            out.push(x as u32);
+        }
+        Ok(Some(out))
+    }
+}

@@ -1,0 +1,250 @@
+//! `Shape` directives.
+
+use glam::{DVec2, DVec3};
+
+use super::dialect::Dialect;
+use super::error::{Report, SceneError};
+use super::geometry::{Geometry, Mesh, Setting};
+use super::params::{ParamSet, Type, Values};
+use crate::scene::shapes::{self, MeshData};
+use crate::scene::{ply, shapes::bilinear_mesh};
+
+/// Each level of subdivision makes four faces of one.
+const MAX_SUBDIVIDED_FACES: usize = 1 << 26;
+
+pub(super) fn build(
+    kind: &str,
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    check_alpha(set)?;
+    set.refuse(
+        &["displacement"],
+        "displacement is not supported; displace the mesh itself",
+    )?;
+    match kind {
+        "trianglemesh" => {
+            let mesh = triangle_mesh(set, report)?;
+            geometry.add_mesh(setting, &mesh, false, report)
+        }
+        "plymesh" => {
+            let Some(name) = set.string("filename")? else {
+                return Err(set.error("needs a \"string filename\""));
+            };
+            set.accept(&["edgelength"]);
+            let path = set.dir.join(name);
+            let data = ply::read_ply(&path).map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            add_data(data, set, setting, geometry, false, report)
+        }
+        "sphere" => sphere(set, setting, geometry),
+        "disk" => {
+            let radius = set.float_in("radius", 1.0, 0.0, f64::INFINITY)?;
+            let inner = set.float_in("innerradius", 0.0, 0.0, f64::INFINITY)?;
+            let height = set.float_or("height", 0.0)?;
+            let phi_max = set.float_in("phimax", 360.0, 0.0, 360.0)?;
+            if inner >= radius {
+                return Err(set.error("has no area; \"radius\" must exceed \"innerradius\""));
+            }
+            let data = shapes::disk(radius as f32, inner as f32, height as f32, phi_max as f32);
+            add_data(data, set, setting, geometry, true, report)
+        }
+        "bilinearmesh" => bilinear(set, setting, geometry, report),
+        "loopsubdiv" => subdivision(set, setting, geometry, report),
+        "cylinder" | "cone" | "paraboloid" | "hyperboloid" | "curve" | "heightfield" | "heightfield2" | "nurbs" => {
+            Err(set.error(
+                "this shape is not supported; use a plymesh or trianglemesh (also supported: sphere, disk, \
+                 bilinearmesh, loopsubdiv)",
+            ))
+        }
+        _ => Err(set.error("this shape is unknown; use trianglemesh, plymesh, sphere, disk, bilinearmesh or loopsubdiv")),
+    }
+}
+
+/// Cut-outs are not supported; fully opaque ones need no support.
+fn check_alpha(set: &ParamSet) -> Result<(), SceneError> {
+    for name in ["alpha", "shadowalpha"] {
+        let opaque = |p: &&super::params::Param| {
+            p.ty == Type::Float && p.values == Values::Numbers(vec![1.0])
+        };
+        if let Some(param) = set.find(name).filter(|p| !opaque(p)) {
+            return Err(set.error_at(
+                param,
+                "cut-outs are not supported; use an alpha of 1, cut the mesh itself, or the material \"interface\" (v4) or \
+                 \"none\" (v3) for what is to be invisible",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn triangle_mesh(set: &ParamSet, report: &mut Report) -> Result<Mesh, SceneError> {
+    let Some(positions) = set.triples("P", Type::Point3)? else {
+        return Err(set.error("needs vertex positions, \"point3 P\" (v3: \"point P\")"));
+    };
+    if positions.len() > u32::MAX as usize / 4 {
+        return Err(set.error("has too many vertices"));
+    }
+    let indices = match set.indices("indices", positions.len())? {
+        Some(indices) => indices,
+        None if positions.len() == 3 && set.dialect == Dialect::V4 => vec![0, 1, 2],
+        None => return Err(set.error("needs vertex indices, \"integer indices\"")),
+    };
+    let triangles = groups::<3>(set, &indices)?;
+    let normals = set.triples("N", Type::Normal)?;
+    check_count(set, "N", normals.as_ref().map(Vec::len), positions.len())?;
+    if let Some(param) = set.find("S") {
+        report.warn_at(
+            &set.site_of(param),
+            "tangents \"S\" are ignored; they follow from the texture coordinates",
+        );
+    }
+    let uvs = texture_coordinates(set)?;
+    check_count(set, "uv", uvs.as_ref().map(Vec::len), positions.len())?;
+    set.accept(&["faceIndices"]);
+    Ok(Mesh {
+        positions,
+        normals,
+        uvs,
+        triangles,
+    })
+}
+
+fn texture_coordinates(set: &ParamSet) -> Result<Option<Vec<DVec2>>, SceneError> {
+    Ok(match set.pairs("uv")? {
+        Some(uv) => Some(uv),
+        None => set.pairs("st")?,
+    })
+}
+
+fn check_count(
+    set: &ParamSet,
+    name: &str,
+    count: Option<usize>,
+    vertices: usize,
+) -> Result<(), SceneError> {
+    match count {
+        Some(count) if count != vertices => Err(set.error(format_args!(
+            "has {count} \"{name}\" for {vertices} vertices; give one for each"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn groups<const N: usize>(set: &ParamSet, indices: &[u32]) -> Result<Vec<[u32; N]>, SceneError> {
+    let (groups, rest) = indices.as_chunks::<N>();
+    if !rest.is_empty() || groups.is_empty() {
+        return Err(set.error(format_args!(
+            "has {} indices, not a multiple of {N}",
+            indices.len()
+        )));
+    }
+    Ok(groups.to_vec())
+}
+
+fn add_data(
+    mut data: MeshData,
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    power_of_whole: bool,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    for warning in data.warnings.drain(..) {
+        report.warn_at(&set.site, warning);
+    }
+    let mesh = Mesh::from_data(data).map_err(|e| set.error(e))?;
+    geometry.add_mesh(setting, &mesh, power_of_whole, report)
+}
+
+fn sphere(set: &ParamSet, setting: &Setting, geometry: &mut Geometry) -> Result<(), SceneError> {
+    let radius = set.float_or("radius", 1.0)?;
+    if !(radius > 0.0) {
+        return Err(set.error(format_args!("radius {radius} is not positive")));
+    }
+    let partial = set.float_or("zmin", -radius)? > -radius
+        || set.float_or("zmax", radius)? < radius
+        || set.float_or("phimax", 360.0)? < 360.0;
+    if partial {
+        return Err(set.error(
+            "partial spheres (zmin, zmax, phimax) are not supported; use a whole sphere, or a plymesh of the part",
+        ));
+    }
+    geometry.add_sphere(setting, radius)
+}
+
+fn narrow(v: &[DVec3]) -> Vec<[f32; 3]> {
+    v.iter().map(|v| v.as_vec3().to_array()).collect()
+}
+
+fn bilinear(
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    set.refuse(
+        &["emissionfilename"],
+        "images on area lights are not supported; use \"rgb L\"",
+    )?;
+    let Some(positions) = set.triples("P", Type::Point3)? else {
+        return Err(set.error("needs vertex positions, \"point3 P\""));
+    };
+    let indices = match set.indices("indices", positions.len())? {
+        Some(indices) => indices,
+        None if positions.len() == 4 => vec![0, 1, 2, 3],
+        None => return Err(set.error("needs vertex indices, \"integer indices\"")),
+    };
+    let patches = groups::<4>(set, &indices)?;
+    let normals = set.triples("N", Type::Normal)?;
+    check_count(set, "N", normals.as_ref().map(Vec::len), positions.len())?;
+    let uvs = texture_coordinates(set)?;
+    check_count(set, "uv", uvs.as_ref().map(Vec::len), positions.len())?;
+    set.accept(&["faceIndices"]);
+
+    let p = narrow(&positions);
+    let n = normals.as_deref().map(narrow);
+    let uv: Option<Vec<[f32; 2]>> = uvs.map(|t| t.iter().map(|t| t.as_vec2().to_array()).collect());
+    let mut add = |indices: &[u32], power_of_whole: bool| {
+        let data =
+            bilinear_mesh(&p, n.as_deref(), uv.as_deref(), indices).map_err(|e| set.error(e))?;
+        add_data(data, set, setting, geometry, power_of_whole, report)
+    };
+    if setting.light.as_ref().is_some_and(|l| l.has_power()) {
+        // Power is that of each patch, not of the triangles it is made of.
+        patches.iter().try_for_each(|patch| add(patch, true))
+    } else {
+        add(&indices, false)
+    }
+}
+
+fn subdivision(
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let name = if set.has("levels") {
+        "levels"
+    } else {
+        "nlevels"
+    };
+    let levels = set.int_in(name, 3, 0, 13)? as u32;
+    set.accept(&["scheme", "nlevels"]);
+    let Some(positions) = set.triples("P", Type::Point3)? else {
+        return Err(set.error("needs vertex positions, \"point3 P\" (v3: \"point P\")"));
+    };
+    let Some(indices) = set.indices("indices", positions.len())? else {
+        return Err(set.error("needs vertex indices, \"integer indices\""));
+    };
+    let faces = groups::<3>(set, &indices)?.len();
+    if faces.saturating_mul(1 << (2 * levels)) > MAX_SUBDIVIDED_FACES {
+        return Err(set.error(format_args!(
+            "{faces} faces subdivided {levels} times are more than {MAX_SUBDIVIDED_FACES}; use fewer levels"
+        )));
+    }
+    let data =
+        shapes::loop_subdivide(levels, &narrow(&positions), &indices).map_err(|e| set.error(e))?;
+    add_data(data, set, setting, geometry, false, report)
+}

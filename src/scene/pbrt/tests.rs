@@ -1,0 +1,1118 @@
+//! Whole scenes, from text to tables.
+
+use std::path::Path;
+
+use glam::{Vec2, Vec3};
+use proptest::prelude::*;
+
+use super::load_str;
+use crate::scene::*;
+
+fn try_load(text: &str) -> Result<Scene, String> {
+    load_str(text, "t.pbrt", Path::new("/nonexistent")).map_err(|e| e.to_string())
+}
+
+fn loaded(text: &str) -> Scene {
+    match try_load(text) {
+        Ok(scene) => scene,
+        Err(e) => panic!("{e}\nin\n{text}"),
+    }
+}
+
+fn v3(world: &str) -> Scene {
+    loaded(&format!("Film \"image\"\nWorldBegin\n{world}\nWorldEnd\n"))
+}
+
+fn v4(world: &str) -> Scene {
+    loaded(&format!("Film \"rgb\"\nWorldBegin\n{world}\n"))
+}
+
+/// The message for a v4 world, whose first line is line 3.
+fn v4_error(world: &str) -> String {
+    try_load(&format!("Film \"rgb\"\nWorldBegin\n{world}\n")).expect_err("an error")
+}
+
+fn v3_error(world: &str) -> String {
+    try_load(&format!("Film \"image\"\nWorldBegin\n{world}\nWorldEnd\n")).expect_err("an error")
+}
+
+/// A triangle in the plane z = 0 whose front is +z.
+const V4_TRIANGLE: &str = "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]";
+const V3_TRIANGLE: &str =
+    "Shape \"trianglemesh\" \"point P\" [0 0 0  1 0 0  0 1 0] \"integer indices\" [0 1 2]";
+
+/// World-space corners of a triangle.
+fn corners(scene: &Scene, triangle: usize) -> [Vec3; 3] {
+    scene.triangles[triangle].v.map(|i| {
+        let p = Vec3::from(scene.vertices[i as usize].p).as_dvec3();
+        (p / scene.space.scale + scene.space.centre).as_vec3()
+    })
+}
+
+fn front(scene: &Scene, triangle: usize) -> Vec3 {
+    let [a, b, c] = corners(scene, triangle);
+    (b - a).cross(c - a).normalize()
+}
+
+fn near(a: Vec3, b: Vec3) {
+    assert!(
+        (a - b).length() < 1e-5 * b.length().max(1.0),
+        "{a} is not {b}"
+    );
+}
+
+fn material(scene: &Scene) -> &MaterialKind {
+    &scene.materials[scene.shapes[0].material as usize].kind
+}
+
+// Space and geometry.
+
+#[test]
+fn internal_space_is_centred_and_of_unit_size() {
+    for shift in [0.0, 1e3, 1e6] {
+        for size in [1e-4, 1.0, 1e6] {
+            let s = v4(&format!(
+                "Translate {shift} 0 0 Scale {size} {size} {size} {V4_TRIANGLE} Shape \"sphere\" \"float radius\" 2"
+            ));
+            let radius = (s.bounds[1] - s.bounds[0]).length() / 2.0;
+            assert!((0.49..=1.01).contains(&radius), "{radius}");
+            assert!((s.bounds[0] + s.bounds[1]).length() < 1e-6);
+            assert_eq!(s.space.scale.log2().fract(), 0.0);
+            near(
+                corners(&s, 0)[1],
+                Vec3::new(shift as f32 + size as f32, 0.0, 0.0),
+            );
+        }
+    }
+}
+
+#[test]
+fn far_scenes_keep_the_digits_of_the_text() {
+    // Neighbouring vertices that f32 could not tell apart at this distance.
+    let s = v4(
+        "Shape \"trianglemesh\" \"point3 P\" [1000000.001 0 0  1000000.002 0 0  1000000.001 0.001 0]",
+    );
+    let [a, b, _] = s.triangles[0]
+        .v
+        .map(|i| Vec3::from(s.vertices[i as usize].p));
+    let edge = f64::from((b - a).length()) / s.space.scale;
+    assert!((edge - 0.001).abs() < 1e-9, "{edge}");
+}
+
+#[test]
+fn transforms_apply_in_reading_order() {
+    let s = v4(&format!(
+        "Translate 1 2 3 Rotate 90 0 0 1 Scale 2 1 1 {V4_TRIANGLE}"
+    ));
+    let [a, b, c] = corners(&s, 0);
+    near(a, Vec3::new(1.0, 2.0, 3.0));
+    near(b, Vec3::new(1.0, 4.0, 3.0));
+    near(c, Vec3::new(0.0, 2.0, 3.0));
+    let s = v4(&format!(
+        "Translate 9 9 9 CoordinateSystem \"here\" Transform [1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1] ConcatTransform 1 0 0 0 0 1 0 0 0 0 1 0 1 0 0 1 {V4_TRIANGLE} CoordSysTransform \"here\" {V4_TRIANGLE} Identity {V4_TRIANGLE}"
+    ));
+    near(corners(&s, 0)[0], Vec3::new(6.0, 6.0, 7.0));
+    near(corners(&s, 1)[0], Vec3::splat(9.0));
+    near(corners(&s, 2)[0], Vec3::ZERO);
+}
+
+#[test]
+fn blocks_restore_what_they_save() {
+    let s = v3(&format!(
+        "Material \"mirror\" AttributeBegin Material \"glass\" Translate 1 0 0 TransformBegin Translate 1 0 0 ReverseOrientation {V3_TRIANGLE} TransformEnd {V3_TRIANGLE} AttributeEnd {V3_TRIANGLE}"
+    ));
+    near(corners(&s, 0)[0], Vec3::new(2.0, 0.0, 0.0));
+    near(corners(&s, 1)[0], Vec3::new(1.0, 0.0, 0.0));
+    near(corners(&s, 2)[0], Vec3::ZERO);
+    // A transform block saves the transform only.
+    near(front(&s, 1), Vec3::NEG_Z);
+    near(front(&s, 2), Vec3::Z);
+    let kind = |shape: usize| &s.materials[s.shapes[shape].material as usize].kind;
+    assert!(matches!(kind(1), MaterialKind::Dielectric { .. }));
+    assert!(matches!(kind(2), MaterialKind::Mirror { .. }));
+}
+
+#[test]
+fn orientation_without_normals() {
+    // The front is the image of the front, turned round by ReverseOrientation.
+    for (set, expected) in [
+        ("", Vec3::Z),
+        ("Scale -1 1 1", Vec3::Z),
+        ("Scale 1 1 -1", Vec3::NEG_Z),
+        ("ReverseOrientation", Vec3::NEG_Z),
+        ("ReverseOrientation ReverseOrientation", Vec3::Z),
+        ("Scale -1 1 1 ReverseOrientation", Vec3::NEG_Z),
+        ("Rotate 180 0 1 0", Vec3::NEG_Z),
+    ] {
+        near(front(&v4(&format!("{set} {V4_TRIANGLE}")), 0), expected);
+        near(front(&v3(&format!("{set} {V3_TRIANGLE}")), 0), expected);
+    }
+}
+
+#[test]
+fn orientation_follows_given_normals() {
+    let mesh = |n: &str| format!("{V4_TRIANGLE} \"normal N\" [{n} {n} {n}]");
+    for (set, n, expected) in [
+        ("", "0 0 1", Vec3::Z),
+        ("", "0 0 -1", Vec3::NEG_Z),
+        ("ReverseOrientation", "0 0 1", Vec3::NEG_Z),
+        ("Scale -1 1 1", "0 0 1", Vec3::Z),
+        ("Scale 1 1 -1", "0 0 1", Vec3::NEG_Z),
+        // No normals to follow: the rule without them.
+        ("Scale 1 1 -1 ReverseOrientation", "0 0 0", Vec3::Z),
+    ] {
+        let s = v4(&format!("{set} {}", mesh(n)));
+        near(front(&s, 0), expected);
+        if n != "0 0 0" {
+            near(Vec3::from(s.vertices[0].n), expected);
+        }
+    }
+}
+
+#[test]
+fn normals_transform_by_the_inverse_transpose() {
+    let s = v4(&format!(
+        "Scale 1 1 2 {V4_TRIANGLE} \"normal N\" [0 1 1 0 1 1 0 1 1]"
+    ));
+    near(
+        Vec3::from(s.vertices[0].n),
+        Vec3::new(0.0, 1.0, 0.5).normalize(),
+    );
+}
+
+#[test]
+fn spheres() {
+    let s = v4(
+        "Translate 1 2 3 Scale -1 2 1 Shape \"sphere\" \"float radius\" 3 ReverseOrientation Shape \"sphere\"",
+    );
+    assert_eq!(s.spheres.len(), 2);
+    // Under a mirror the outside is still the front.
+    assert_eq!(s.spheres[0].facing, 1.0);
+    assert_eq!(s.spheres[1].facing, -1.0);
+    let m = s.spheres[0].to_world;
+    assert!((f64::from(m[1][1]) / s.space.scale - 6.0).abs() < 1e-5);
+    for sphere in &s.spheres {
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f32 = (0..3)
+                    .map(|k| sphere.to_world[i][k] * sphere.to_unit[k][j])
+                    .sum();
+                assert!((product - f32::from(i == j)).abs() < 1e-6);
+            }
+        }
+    }
+    let error = v4_error("Shape \"sphere\" \"float zmax\" 0.5");
+    assert!(
+        error.starts_with("t.pbrt:3:1: Shape \"sphere\": partial spheres"),
+        "{error}"
+    );
+}
+
+#[test]
+fn texture_coordinates_by_default() {
+    // Shared vertices cannot have the coordinates (0,0) (1,0) (1,1) of each triangle; only what looks at them pays.
+    let quad = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [0 1 2 0 2 3]";
+    assert_eq!(v4(quad).vertices.len(), 4);
+    let s = v4(&format!(
+        "Texture \"c\" \"spectrum\" \"checkerboard\" Material \"diffuse\" \"texture reflectance\" \"c\" {quad}"
+    ));
+    assert_eq!(s.vertices.len(), 6);
+    let uvs: Vec<_> = s.vertices[3..].iter().map(|v| Vec2::from(v.uv)).collect();
+    assert_eq!(uvs, [Vec2::ZERO, Vec2::X, Vec2::ONE]);
+}
+
+#[test]
+fn degenerate_triangles_are_dropped_and_counted() {
+    let s = v4(
+        "AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 2 0 0] \"integer indices\" [0 1 3 0 1 1 0 1 2]",
+    );
+    assert_eq!((s.triangles.len(), s.lights.len()), (1, 1));
+    assert_eq!(
+        s.warnings,
+        ["t.pbrt:3:27: Shape \"trianglemesh\": 2 triangles without area dropped"]
+    );
+    let s = v4("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 2 0 0]");
+    assert!(s.triangles.is_empty() && s.shapes.is_empty());
+}
+
+#[test]
+fn instances() {
+    let s = v3(&format!(
+        "Translate 0 0 1 ObjectBegin \"o\" Translate 1 0 0 {V3_TRIANGLE} Shape \"sphere\" ObjectEnd \
+         ObjectInstance \"o\" Scale -1 1 1 ObjectInstance \"o\" {V3_TRIANGLE}"
+    ));
+    assert_eq!(
+        (s.triangles.len(), s.spheres.len(), s.shapes.len()),
+        (3, 2, 5)
+    );
+    // The transform at the instance after the one at the definition.
+    near(corners(&s, 0)[0], Vec3::new(1.0, 0.0, 2.0));
+    near(corners(&s, 1)[0], Vec3::new(-1.0, 0.0, 2.0));
+    for i in 0..3 {
+        near(front(&s, i), Vec3::Z);
+    }
+    for (i, t) in s.triangles.iter().enumerate() {
+        assert_eq!(s.shapes[t.shape as usize].first as usize, i);
+    }
+    assert!(s.spheres.iter().all(|x| x.facing == 1.0));
+}
+
+#[test]
+fn lights_in_objects_are_dropped_with_a_warning() {
+    let s = v4(&format!(
+        "ObjectBegin \"o\" AreaLightSource \"diffuse\" {V4_TRIANGLE} {V4_TRIANGLE} ObjectEnd ObjectInstance \"o\""
+    ));
+    assert!(s.lights.is_empty() && s.shapes.iter().all(|x| x.light == NONE));
+    assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
+}
+
+// Materials and textures.
+
+#[test]
+fn materials_of_v3() {
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let kind = |text: &str| material(&v3(&format!("{text} {V3_TRIANGLE}"))).clone();
+    assert_eq!(
+        kind(""),
+        MaterialKind::Diffuse {
+            reflectance: grey(0.5),
+            sigma: grey(0.0)
+        }
+    );
+    assert_eq!(
+        kind("Material \"matte\" \"color Kd\" [.1 .2 .3] \"float sigma\" 20"),
+        MaterialKind::Diffuse {
+            reflectance: Param::Constant([0.1, 0.2, 0.3]),
+            sigma: grey(20.0)
+        }
+    );
+    assert_eq!(
+        kind("Material \"mirror\""),
+        MaterialKind::Mirror {
+            reflectance: grey(0.9)
+        }
+    );
+    assert_eq!(
+        kind("Material \"plastic\" \"float roughness\" [.3]"),
+        MaterialKind::Plastic {
+            diffuse: grey(0.25),
+            specular: grey(0.25),
+            roughness: Roughness {
+                u: grey(0.3),
+                v: grey(0.3),
+                remap: Remap::V3
+            }
+        }
+    );
+    assert_eq!(
+        kind("Material \"glass\" \"float index\" 1.3"),
+        MaterialKind::Dielectric {
+            reflectance: grey(1.0),
+            transmittance: grey(1.0),
+            eta: grey(1.3)
+        }
+    );
+    let MaterialKind::Conductor { roughness, .. } =
+        kind("Material \"metal\" \"float uroughness\" .2 \"bool remaproughness\" \"false\"")
+    else {
+        panic!("a conductor")
+    };
+    assert_eq!(
+        roughness,
+        Roughness {
+            u: grey(0.2),
+            v: grey(0.01),
+            remap: Remap::None
+        }
+    );
+    assert_eq!(kind("Material \"\""), MaterialKind::Interface);
+    assert_eq!(kind("Material \"none\""), MaterialKind::Interface);
+}
+
+#[test]
+fn materials_of_v4() {
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let kind = |text: &str| material(&v4(&format!("{text} {V4_TRIANGLE}"))).clone();
+    assert_eq!(
+        kind(""),
+        MaterialKind::Diffuse {
+            reflectance: grey(0.5),
+            sigma: grey(0.0)
+        }
+    );
+    assert_eq!(
+        kind(
+            "MakeNamedMaterial \"m\" \"string type\" \"conductor\" \"rgb reflectance\" [.8 .8 .8] NamedMaterial \"m\""
+        ),
+        MaterialKind::Conductor {
+            fresnel: ConductorFresnel::Reflectance(grey(0.8)),
+            roughness: Roughness {
+                u: grey(0.0),
+                v: grey(0.0),
+                remap: Remap::V4
+            }
+        }
+    );
+    assert_eq!(
+        kind("Material \"dielectric\" \"float eta\" 1.7"),
+        MaterialKind::Dielectric {
+            reflectance: grey(1.0),
+            transmittance: grey(1.0),
+            eta: grey(1.7)
+        }
+    );
+    assert_eq!(kind("Material \"interface\""), MaterialKind::Interface);
+}
+
+#[test]
+fn shapes_of_v3_override_material_parameters() {
+    let s = v3(&format!(
+        "Material \"matte\" \"rgb Kd\" [.1 .1 .1] \"float sigma\" 5 {V3_TRIANGLE} \"rgb Kd\" [.9 .9 .9] {V3_TRIANGLE}"
+    ));
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let kind = |shape: usize| s.materials[s.shapes[shape].material as usize].kind.clone();
+    assert_eq!(
+        kind(0),
+        MaterialKind::Diffuse {
+            reflectance: grey(0.9),
+            sigma: grey(5.0)
+        }
+    );
+    assert_eq!(
+        kind(1),
+        MaterialKind::Diffuse {
+            reflectance: grey(0.1),
+            sigma: grey(5.0)
+        }
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+    // In v4 it is a parameter nobody knows.
+    assert_eq!(
+        v4(&format!("{V4_TRIANGLE} \"rgb Kd\" [1 1 1]"))
+            .warnings
+            .len(),
+        1
+    );
+}
+
+#[test]
+fn what_is_not_supported_says_so_where_it_stands() {
+    for (text, expected) in [
+        (
+            format!("Material \"coateddiffuse\" {V4_TRIANGLE}"),
+            "t.pbrt:3:1: Material \"coateddiffuse\": this material is not supported; use diffuse",
+        ),
+        (
+            format!("  Material \"dielectric\" \"float roughness\" 0.1\n{V4_TRIANGLE}"),
+            "t.pbrt:3:25: Material \"dielectric\": parameter \"roughness\": rough dielectrics are not supported; use",
+        ),
+        (
+            format!(
+                "MakeNamedMaterial \"a\" \"string type\" \"hair\" NamedMaterial \"a\" {V4_TRIANGLE}"
+            ),
+            "t.pbrt:3:1: MakeNamedMaterial \"a\" of type \"hair\": this material is not supported; use ",
+        ),
+        (
+            format!("{V4_TRIANGLE} \"float alpha\" 0.5"),
+            "t.pbrt:3:55: Shape \"trianglemesh\": parameter \"alpha\": cut-outs",
+        ),
+        (
+            "MediumInterface \"fog\" \"\"".into(),
+            "t.pbrt:3:1: MediumInterface: participating media are not supported",
+        ),
+        (
+            "LightSource \"projection\"".into(),
+            "t.pbrt:3:1: LightSource \"projection\": this light is not supported; use",
+        ),
+        (
+            "Shape \"curve\"".into(),
+            "t.pbrt:3:1: Shape \"curve\": this shape is not supported; use",
+        ),
+        (
+            format!("ActiveTransform EndTime Translate 1 0 0 {V4_TRIANGLE}"),
+            "t.pbrt:3:41: Shape \"trianglemesh\": motion blur is not supported",
+        ),
+        ("Fog".into(), "t.pbrt:3:1: unknown directive 'Fog'"),
+        (
+            "Shape \"sphere\" \"float radius\" [1 nan]".into(),
+            "t.pbrt:3:34: Shape \"sphere\": parameter \"radius\": 'nan'",
+        ),
+        (
+            "Shape \"sphere\" \"float radius\" [1 2]".into(),
+            "t.pbrt:3:16: Shape \"sphere\": parameter \"radius\": expected 1",
+        ),
+        (
+            "Shape \"sphere\" \"integer radius\" 1".into(),
+            "t.pbrt:3:16: Shape \"sphere\": parameter \"radius\": has type",
+        ),
+        (
+            "Shape \"sphere\" \"float radius\" [1".into(),
+            "t.pbrt:3:16: Shape \"sphere\": parameter \"radius\" has no closing",
+        ),
+        (
+            "Translate 1 2 inf".into(),
+            "t.pbrt:3:15: Translate: expected 3 numbers, found 'inf'",
+        ),
+        (
+            "AttributeEnd".into(),
+            "t.pbrt:3:1: AttributeEnd: there is no AttributeBegin",
+        ),
+        (
+            "NamedMaterial \"m\" Shape \"sphere\"".into(),
+            "t.pbrt:3:1: NamedMaterial: there is no material named \"m\"",
+        ),
+    ] {
+        let error = v4_error(&text);
+        assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
+    }
+    let error = v3_error(&format!("Material \"uber\" {V3_TRIANGLE}"));
+    assert!(
+        error.starts_with(
+            "t.pbrt:3:1: Material \"uber\": this material is not supported; use plastic"
+        ),
+        "{error}"
+    );
+    let error = v3_error(&format!(
+        "Material \"matte\" \"texture bumpmap\" \"b\" {V3_TRIANGLE}"
+    ));
+    assert!(
+        error.starts_with("t.pbrt:3:18: Material \"matte\": parameter \"bumpmap\": bump"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_never_used_need_not_be_supported() {
+    let s = v4(&format!(
+        "Material \"hair\" Material \"diffuse\" {V4_TRIANGLE}"
+    ));
+    assert_eq!(s.materials.len(), 1);
+    assert!(
+        s.warnings[0].starts_with("t.pbrt:3:1: Material \"hair\""),
+        "{:?}",
+        s.warnings
+    );
+    let s = v4("Shape \"sphere\" \"float foo\" 1");
+    assert_eq!(
+        s.warnings,
+        ["t.pbrt:3:16: Shape \"sphere\": unknown parameter \"foo\" ignored"]
+    );
+}
+
+#[test]
+fn textures_fold_and_nest() {
+    let s = v3(&format!(
+        "Texture \"a\" \"color\" \"constant\" \"color value\" [.5 .5 .5] \
+         Texture \"b\" \"spectrum\" \"scale\" \"texture tex1\" \"a\" \"rgb tex2\" [.5 1 1] \
+         Texture \"a\" \"float\" \"constant\" \"float value\" 7 \
+         Texture \"c\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"b\" \"float uscale\" 4 \
+         Texture \"d\" \"spectrum\" \"mix\" \"texture tex1\" \"c\" \"float amount\" .25 \
+         Material \"matte\" \"texture Kd\" \"d\" \"texture sigma\" \"a\" {V3_TRIANGLE}"
+    ));
+    let MaterialKind::Diffuse {
+        reflectance: Param::Texture(d),
+        sigma,
+    } = *material(&s)
+    else {
+        panic!("textured")
+    };
+    assert_eq!(sigma, Param::Constant([7.0; 3]));
+    let Texture::Mix {
+        a: Param::Texture(c),
+        b,
+        amount,
+    } = s.textures[d as usize]
+    else {
+        panic!("a mix")
+    };
+    assert_eq!(
+        (b, amount),
+        (Param::Constant([1.0; 3]), Param::Constant([0.25; 3]))
+    );
+    let mapping = UvMapping {
+        su: 4.0,
+        sv: 1.0,
+        du: 0.0,
+        dv: 0.0,
+    };
+    let folded = Param::Constant([0.25, 0.5, 0.5]);
+    assert_eq!(
+        s.textures[c as usize],
+        Texture::Checkerboard {
+            a: folded,
+            b: Param::Constant([0.0; 3]),
+            mapping
+        }
+    );
+    let error = v3_error(&format!(
+        "Material \"matte\" \"texture Kd\" \"nope\" {V3_TRIANGLE}"
+    ));
+    assert!(error.starts_with("t.pbrt:3:18: "), "{error}");
+    let error = v4_error(&format!(
+        "Texture \"w\" \"spectrum\" \"marble\" Material \"diffuse\" \"texture reflectance\" \"w\" {V4_TRIANGLE}"
+    ));
+    assert!(
+        error.starts_with("t.pbrt:3:1: Texture \"marble\": this kind of texture is not supported"),
+        "{error}"
+    );
+}
+
+#[test]
+fn names_end_with_their_block_in_v3_only() {
+    let world = |triangle: &str| {
+        format!(
+            "Texture \"t\" \"float\" \"constant\" \"float value\" 1 AttributeBegin Texture \"t\" \"float\" \"constant\" \"float value\" 2 AttributeEnd Material \"M\" {triangle}"
+        )
+    };
+    let s = v3(&world(V3_TRIANGLE).replace("\"M\"", "\"matte\" \"texture sigma\" \"t\""));
+    let MaterialKind::Diffuse { sigma, .. } = material(&s) else {
+        panic!("matte")
+    };
+    assert_eq!(*sigma, Param::Constant([1.0; 3]));
+    let s = v4(&world(V4_TRIANGLE)
+        .replace("\"M\"", "\"dielectric\" \"texture eta\" \"t\"")
+        .replace("float\"", "spectrum\"")
+        .replace("float value\" 1", "rgb value\" [1 1 1]")
+        .replace("float value\" 2", "rgb value\" [2 2 2]"));
+    let MaterialKind::Dielectric { eta, .. } = material(&s) else {
+        panic!("dielectric")
+    };
+    assert_eq!(*eta, Param::Constant([2.0; 3]));
+}
+
+// Lights.
+
+#[test]
+fn area_lights() {
+    let s = v3(&format!(
+        "{V3_TRIANGLE} AreaLightSource \"area\" \"color L\" [1 2 3] \"color scale\" [2 2 2] \"integer nsamples\" 4 Shape \"sphere\" {V3_TRIANGLE}"
+    ));
+    assert_eq!(
+        s.shapes.iter().map(|x| x.light).collect::<Vec<_>>(),
+        [NONE, 0, 1]
+    );
+    assert_eq!(
+        s.lights[0].kind,
+        LightKind::Sphere {
+            sphere: 0,
+            l: [2.0, 4.0, 6.0],
+            two_sided: false
+        }
+    );
+    assert_eq!(
+        s.lights[1].kind,
+        LightKind::Triangle {
+            triangle: 1,
+            l: [2.0, 4.0, 6.0],
+            two_sided: false
+        }
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+}
+
+#[test]
+fn power_of_area_lights() {
+    // Half the unit square in area, both sides: L = power / (2 area pi).
+    let s = v4(&format!(
+        "AreaLightSource \"diffuse\" \"float power\" 10 \"bool twosided\" true {V4_TRIANGLE}"
+    ));
+    let LightKind::Triangle {
+        l, two_sided: true, ..
+    } = s.lights[0].kind
+    else {
+        panic!("two-sided")
+    };
+    assert!((l[0] - 10.0 / std::f32::consts::PI).abs() < 1e-5);
+    let s = v4("AreaLightSource \"diffuse\" \"float power\" 10 Scale 2 2 2 Shape \"sphere\"");
+    let LightKind::Sphere { l, .. } = s.lights[0].kind else {
+        panic!("a sphere")
+    };
+    assert!(
+        (l[0] / (10.0 / (16.0 * std::f32::consts::PI.powi(2))) - 1.0).abs() < 1e-3,
+        "{l:?}"
+    );
+}
+
+#[test]
+fn point_lights_scale_with_space() {
+    let s = v4(
+        "Translate 1 0 0 LightSource \"point\" \"rgb I\" [8 8 8] \"point3 from\" [0 2 0] Shape \"sphere\" \"float radius\" 100",
+    );
+    let LightKind::Point { p, i } = s.lights[0].kind else {
+        panic!("a point light")
+    };
+    near(
+        (p.as_dvec3() / s.space.scale + s.space.centre).as_vec3(),
+        Vec3::new(1.0, 2.0, 0.0),
+    );
+    assert!((f64::from(i[0]) - 8.0 * s.space.scale * s.space.scale).abs() < 1e-9);
+    // v3 moves by `from` after the transform.
+    let s = v3(
+        "Scale 2 2 2 Translate 1 0 0 LightSource \"point\" \"point from\" [0 2 0] Shape \"sphere\"",
+    );
+    let LightKind::Point { p, .. } = s.lights[0].kind else {
+        panic!("a point light")
+    };
+    near(
+        (p.as_dvec3() / s.space.scale + s.space.centre).as_vec3(),
+        Vec3::new(2.0, 2.0, 0.0),
+    );
+}
+
+#[test]
+fn directional_lights() {
+    let s = v4(
+        "Rotate 90 0 0 1 LightSource \"distant\" \"rgb L\" [1 2 3] \"float scale\" 2 \"point3 from\" [0 0 0] \"point3 to\" [5 0 0] \
+         LightSource \"spot\" \"point3 to\" [1 0 0] \"float coneangle\" 60 \"float conedeltaangle\" 15 LightSource \"infinite\" \"rgb L\" [1 1 2]",
+    );
+    let LightKind::Distant { direction, l } = s.lights[0].kind else {
+        panic!("distant")
+    };
+    near(direction, Vec3::Y);
+    assert_eq!(l, [2.0, 4.0, 6.0]);
+    let LightKind::Spot {
+        axis,
+        cos_total,
+        cos_falloff,
+        falloff,
+        ..
+    } = s.lights[1].kind
+    else {
+        panic!("spot")
+    };
+    near(axis, Vec3::Y);
+    assert!((cos_total - 0.5).abs() < 1e-6 && (cos_falloff - 0.5_f32.sqrt()).abs() < 1e-6);
+    assert_eq!(falloff, SpotFalloff::V4);
+    assert_eq!(
+        s.lights[2].kind,
+        LightKind::InfiniteConstant { l: [1.0, 1.0, 2.0] }
+    );
+    let s = v4("LightSource \"infinite\" \"float illuminance\" 3");
+    let LightKind::InfiniteConstant { l } = s.lights[0].kind else {
+        panic!("infinite")
+    };
+    assert!((l[0] - 3.0 / std::f32::consts::PI).abs() < 1e-6);
+}
+
+// Camera, film, integrator.
+
+fn header(header: &str) -> Scene {
+    loaded(&format!("{header}\nWorldBegin\nShape \"sphere\"\n"))
+}
+
+#[test]
+fn cameras() {
+    let s = header(
+        "Film \"rgb\" \"integer xresolution\" 200 \"integer yresolution\" 100\nScale -2 2 2 LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 90 \"float lensradius\" 4 \"float focaldistance\" 10",
+    );
+    let c = s.camera;
+    let scale = s.space.scale as f32;
+    // World units are halves of camera units.
+    assert!(
+        (c.lens_radius / scale - 2.0).abs() < 1e-6 && (c.focal_distance / scale - 5.0).abs() < 1e-6
+    );
+    for (a, b) in c.screen.iter().zip([-2.0, 2.0, -1.0, 1.0]) {
+        assert!((a - b).abs() < 1e-6);
+    }
+    let column = |j: usize| Vec3::from(c.to_world.map(|row| row[j]));
+    near(column(2), Vec3::Z);
+    near(column(1), Vec3::Y);
+    near(column(0), Vec3::NEG_X);
+    near(column(3) / scale, Vec3::new(0.0, 0.0, -5.0));
+
+    let s = header(
+        "Film \"rgb\" \"integer xresolution\" 100 \"integer yresolution\" 200\nCamera \"perspective\" \"float fov\" 60",
+    );
+    assert!((s.camera.screen[3] - 2.0 * 30f32.to_radians().tan()).abs() < 1e-6);
+    assert_eq!(s.camera.lens_radius, 0.0);
+    let s = header("Film \"rgb\"\nCamera \"orthographic\" \"float screenwindow\" [-3 3 -2 2]");
+    assert!((s.camera.screen[1] / s.space.scale as f32 - 3.0).abs() < 1e-6);
+
+    for (text, message) in [
+        (
+            "Scale 1 2 1 Camera \"perspective\"",
+            "t.pbrt:1:13: Camera \"perspective\": its transform shears",
+        ),
+        (
+            "Camera \"perspective\" \"float fov\" 180",
+            "t.pbrt:1:1: Camera \"perspective\": field of view 180",
+        ),
+        (
+            "Camera \"realistic\"",
+            "t.pbrt:1:1: Camera \"realistic\": this camera is not supported; use",
+        ),
+        (
+            "Scale 0 1 1 Camera \"perspective\"",
+            "t.pbrt:1:13: Camera \"perspective\": the current transform",
+        ),
+    ] {
+        let error = try_load(&format!("{text} WorldBegin")).expect_err("an error");
+        assert!(error.starts_with(message), "{error}");
+    }
+}
+
+#[test]
+fn films_and_filters() {
+    let s = header(
+        "Film \"image\" \"integer xresolution\" [10] \"integer yresolution\" 20 \"float cropwindow\" [.25 .5 0 1] \"float scale\" 2 \"string filename\" [\"a.exr\"]\nPixelFilter \"gaussian\" \"float xwidth\" 3",
+    );
+    assert_eq!(
+        (s.film.width, s.film.height, s.film.crop, s.film.scale),
+        (10, 20, [3, 5, 0, 20], 2.0)
+    );
+    assert_eq!(s.film.filename.as_deref(), Some("a.exr"));
+    assert_eq!(
+        s.film.filter,
+        Filter {
+            radius: Vec2::new(3.0, 2.0),
+            kind: FilterKind::Gaussian { alpha: 2.0 }
+        }
+    );
+    let s = header(
+        "Film \"rgb\" \"integer pixelbounds\" [1 2 3 4] \"float iso\" 200 \"float exposuretime\" .25",
+    );
+    assert_eq!(
+        (s.film.width, s.film.height, s.film.crop, s.film.scale),
+        (1280, 720, [1, 2, 3, 4], 0.5)
+    );
+    assert_eq!(
+        s.film.filter,
+        Filter {
+            radius: Vec2::splat(1.5),
+            kind: FilterKind::Gaussian { alpha: 2.0 }
+        }
+    );
+    assert_eq!(
+        v3("").film.filter,
+        Filter {
+            radius: Vec2::splat(0.5),
+            kind: FilterKind::Box
+        }
+    );
+    for bad in [
+        "\"integer xresolution\" 0",
+        "\"float cropwindow\" [.5 .5 0 1]",
+        "\"integer xresolution\" 99999999999",
+    ] {
+        assert!(
+            try_load(&format!("Film \"rgb\" {bad} WorldBegin")).is_err(),
+            "{bad}"
+        );
+    }
+}
+
+#[test]
+fn integrators() {
+    let s = header(
+        "Film \"rgb\" Sampler \"independent\" \"integer pixelsamples\" 7 Integrator \"mlt\" \"integer maxdepth\" 9 \"integer chains\" 3 \"float sigma\" .1",
+    );
+    let expected = IntegratorSettings {
+        max_depth: 9,
+        chains: 3,
+        sigma: 0.1,
+        pixel_samples: 7,
+        ..Default::default()
+    };
+    assert_eq!(s.integrator, expected);
+    let s = header("Film \"rgb\" Integrator \"path\" \"float rrthreshold\" 1");
+    assert_eq!(
+        (s.integrator.kind, s.integrator.max_depth, s.warnings.len()),
+        (IntegratorKind::Pt, 5, 0)
+    );
+    let s = header("Film \"rgb\" Integrator \"bdpt\"");
+    assert_eq!(
+        (s.integrator.kind, s.warnings.len()),
+        (IntegratorKind::Mmlt, 1)
+    );
+}
+
+// Files.
+
+#[test]
+fn includes() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let write =
+        |name: &str, text: &str| std::fs::write(dir.path().join(name), text).expect("written");
+    std::fs::create_dir(dir.path().join("sub")).expect("a folder");
+    // Names are relative to the main file's folder everywhere.
+    write(
+        "main.pbrt",
+        "Film \"rgb\" WorldBegin Include \"sub/a.pbrt\" Shape \"sphere\"",
+    );
+    write("sub/a.pbrt", "Translate 1 0 0 Import \"sub/b.pbrt\"");
+    write(
+        "sub/b.pbrt",
+        "Translate 5 0 0 Shape \"sphere\" \"float radius\" 2",
+    );
+    let s = super::load(&dir.path().join("main.pbrt")).expect("loads");
+    assert_eq!(s.spheres.len(), 2);
+    let distance =
+        (s.spheres[0].to_world[0][3] - s.spheres[1].to_world[0][3]) / s.space.scale as f32;
+    assert!((distance - 5.0).abs() < 1e-5);
+
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut gz, b"Film \"rgb\" WorldBegin Shape \"sphere\"")
+        .expect("compressed");
+    std::fs::write(
+        dir.path().join("z.pbrt.gz"),
+        gz.finish().expect("compressed"),
+    )
+    .expect("written");
+    assert_eq!(
+        super::load(&dir.path().join("z.pbrt.gz"))
+            .expect("loads")
+            .spheres
+            .len(),
+        1
+    );
+
+    write(
+        "cycle.pbrt",
+        "Film \"rgb\" WorldBegin\n Include \"sub/c.pbrt\"",
+    );
+    write("sub/c.pbrt", "\nInclude \"cycle.pbrt\"");
+    let error = super::load(&dir.path().join("cycle.pbrt"))
+        .expect_err("a cycle")
+        .to_string();
+    assert!(
+        error.contains("sub/c.pbrt:2:1: Include: ") && error.contains("includes itself"),
+        "{error}"
+    );
+
+    let error = super::load(&dir.path().join("none.pbrt"))
+        .expect_err("no file")
+        .to_string();
+    assert!(error.contains("none.pbrt"), "{error}");
+}
+
+#[test]
+fn files_that_multiply_are_stopped() {
+    let dir = tempfile::tempdir().expect("a folder");
+    for i in 0..40 {
+        let next = format!("Include \"{}.pbrt\" ", i + 1);
+        let text = if i == 39 {
+            String::new()
+        } else {
+            next.repeat(2)
+        };
+        std::fs::write(dir.path().join(format!("{i}.pbrt")), text).expect("written");
+    }
+    let main = "Film \"rgb\" WorldBegin Include \"0.pbrt\"";
+    let error = load_str(main, "t", dir.path())
+        .expect_err("too many")
+        .to_string();
+    assert!(error.contains("too many included files"), "{error}");
+}
+
+#[test]
+fn deep_nesting_does_not_recurse() {
+    let n = 10_000;
+    let s = v4(&format!(
+        "{}{}",
+        "AttributeBegin ".repeat(n),
+        "AttributeEnd ".repeat(n)
+    ));
+    assert!(s.warnings.is_empty());
+    assert!(v4_error(&"AttributeBegin ".repeat(100_000)).contains("blocks are open"));
+}
+
+#[test]
+fn hostile_sizes_fail_before_allocation() {
+    for text in [
+        "Shape \"loopsubdiv\" \"integer levels\" 13 \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2 0 1 2]",
+        "Shape \"loopsubdiv\" \"integer levels\" 1000000 \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 -1]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 4294967296]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 1]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]",
+        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"normal N\" [0 0 1]",
+    ] {
+        v4_error(text);
+    }
+}
+
+/// Pieces of scenes, in any order.
+fn soup() -> impl Strategy<Value = String> {
+    let pieces = [
+        "WorldBegin",
+        "WorldEnd",
+        "AttributeBegin",
+        "AttributeEnd",
+        "TransformBegin",
+        "TransformEnd",
+        "Film",
+        "Camera",
+        "Shape",
+        "Material",
+        "MakeNamedMaterial",
+        "NamedMaterial",
+        "Texture",
+        "LightSource",
+        "AreaLightSource",
+        "ObjectBegin",
+        "ObjectEnd",
+        "ObjectInstance",
+        "Include",
+        "Import",
+        "Translate",
+        "Scale",
+        "Rotate",
+        "LookAt",
+        "Identity",
+        "Transform",
+        "ReverseOrientation",
+        "CoordSysTransform",
+        "ActiveTransform",
+        "Attribute",
+        "Option",
+        "ColorSpace",
+        "Integrator",
+        "Sampler",
+        "PixelFilter",
+        "MediumInterface",
+        "true",
+        "false",
+        "[",
+        "]",
+        "\"sphere\"",
+        "\"trianglemesh\"",
+        "\"loopsubdiv\"",
+        "\"bilinearmesh\"",
+        "\"disk\"",
+        "\"matte\"",
+        "\"diffuse\"",
+        "\"metal\"",
+        "\"conductor\"",
+        "\"dielectric\"",
+        "\"spectrum\"",
+        "\"float\"",
+        "\"checkerboard\"",
+        "\"imagemap\"",
+        "\"scale\"",
+        "\"perspective\"",
+        "\"orthographic\"",
+        "\"rgb\"",
+        "\"image\"",
+        "\"mlt\"",
+        "\"path\"",
+        "\"infinite\"",
+        "\"point\"",
+        "\"spot\"",
+        "\"distant\"",
+        "\"rgb L\"",
+        "\"float radius\"",
+        "\"point3 P\"",
+        "\"integer indices\"",
+        "\"normal N\"",
+        "\"float fov\"",
+        "\"rgb reflectance\"",
+        "\"texture Kd\"",
+        "\"blackbody L\"",
+        "\"spectrum eta\"",
+        "\"bool twosided\"",
+        "\"string filename\"",
+        "\"float scale\"",
+        "\"float\"",
+        "\"x y z\"",
+        "\"",
+        "#",
+        "\n",
+        "0",
+        "1",
+        "-1",
+        "2",
+        "1e300",
+        "1e-300",
+        "-1e308",
+        "3.5",
+        "nan",
+        "inf",
+        "99999999999999999999",
+        "é",
+        "\u{0}",
+    ];
+    prop::collection::vec(prop::sample::select(pieces.to_vec()), 0..60).prop_map(|p| p.join(" "))
+}
+
+/// Well-formed enough to reach the builders with odd numbers.
+fn odd_numbers() -> impl Strategy<Value = String> {
+    let number = prop::sample::select(vec![
+        "0", "1", "-1", "2", "0.5", "1e30", "1e-30", "1e200", "-1e308", "1e-320", "7", "1e38",
+        "3e38",
+    ]);
+    (prop::collection::vec(number, 40), 0..8usize).prop_map(|(n, shape)| {
+        let shape = [
+            "Shape \"sphere\" \"float radius\" A",
+            "Shape \"disk\" \"float radius\" A \"float height\" B",
+            "Shape \"trianglemesh\" \"point3 P\" [A B C A A C B B C]",
+            "Shape \"bilinearmesh\" \"point3 P\" [A B C A A C B B C C C C]",
+            "LightSource \"point\" \"point3 from\" [A B C] \"float power\" B",
+            "LightSource \"spot\" \"point3 to\" [A B C] \"float coneangle\" C",
+            "LightSource \"distant\" \"point3 to\" [A B C] \"blackbody L\" A",
+            "ObjectBegin \"o\" Shape \"sphere\" Scale A B C ObjectEnd ObjectInstance \"o\"",
+        ][shape];
+        let shape = shape.replace('A', n[30]).replace('B', n[31]).replace('C', n[32]);
+        format!(
+            "Film \"rgb\" \"float iso\" {} LookAt {} {} {} {} {} {} {} {} {} Scale {} {} {} Camera \"perspective\" \
+             \"float fov\" {} \"float lensradius\" {} WorldBegin AreaLightSource \"diffuse\" \"float power\" {} \
+             Translate {} {} {} Rotate {} {} {} {} Scale {} {} {} {shape}",
+            n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], "1", "1", "1", n[13], n[14], n[15], n[16], n[17],
+            n[18], n[19], n[20], n[21], n[22], n[23], n[24], n[25]
+        )
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn token_soup_never_panics(text in soup()) {
+        let _ = try_load(&text);
+        let _ = try_load(&format!("WorldBegin {text}"));
+    }
+
+    #[test]
+    fn odd_numbers_never_panic(text in odd_numbers()) {
+        if let Ok(s) = try_load(&text) {
+            prop_assert!(s.vertices.iter().all(|v| Vec3::from(v.p).is_finite()));
+            prop_assert!(s.bounds.iter().all(|b| b.is_finite() && b.length() <= 1.001));
+            prop_assert!(s.camera.to_world.iter().flatten().chain(&s.camera.screen).all(|x| x.is_finite()));
+            prop_assert!(s.film.scale.is_finite());
+            for light in &s.lights {
+                let (LightKind::Point { p, i } | LightKind::Spot { p, i, .. }) = light.kind else { continue };
+                prop_assert!(p.is_finite() && i.iter().all(|c| c.is_finite()));
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let _ = try_load(&String::from_utf8_lossy(&bytes));
+    }
+}
+
+/// Loads the scenes named in `PHALANX_SCENES` (separated by colons) and prints what they hold.
+#[test]
+#[ignore = "needs scenes that are no part of the repository"]
+fn scenes_from_the_environment_load() {
+    for path in std::env::var("PHALANX_SCENES")
+        .unwrap_or_default()
+        .split(':')
+        .filter(|p| !p.is_empty())
+    {
+        let s = super::load(Path::new(path)).unwrap_or_else(|e| panic!("{e}"));
+        println!(
+            "{path}: {} triangles, {} spheres, {} shapes, {} materials, {} textures, {} lights, {:?}\n{:?}\n{:#?}",
+            s.triangles.len(),
+            s.spheres.len(),
+            s.shapes.len(),
+            s.materials.len(),
+            s.textures.len(),
+            s.lights.len(),
+            s.integrator,
+            s.film,
+            s.warnings
+        );
+    }
+}

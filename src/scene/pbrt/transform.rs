@@ -1,0 +1,183 @@
+//! Transforms as pbrt defines them, in `f64`: scenes far from the origin lose what `f32` cannot hold.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// World-to-camera transform of `LookAt`; `None` if the directions do not span a frame.
+pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
+    let dir = (look - eye).try_normalize()?;
+    let right = up.try_normalize()?.cross(dir).try_normalize()?;
+    let up = dir.cross(right);
+    let camera_to_world = DAffine3 {
+        matrix3: DMat3::from_cols(right, up, dir),
+        translation: eye,
+    };
+    Some(camera_to_world.inverse())
+}
+
+/// Rotation by `degrees` about `axis`, counter-clockwise where the axis points at the viewer.
+pub(super) fn rotate(degrees: f64, axis: DVec3) -> Option<DAffine3> {
+    Some(DAffine3::from_axis_angle(
+        axis.try_normalize()?,
+        degrees.to_radians(),
+    ))
+}
+
+/// The 16 numbers of `Transform`, column by column. Only affine ones are of use.
+pub(super) fn from_numbers(m: &[f64; 16]) -> Option<DAffine3> {
+    let w = m[15];
+    if w == 0.0 || [m[3], m[7], m[11]].iter().any(|x| *x != 0.0) {
+        return None;
+    }
+    let column = |i: usize| DVec3::from_slice(&m[i..i + 3]) / w;
+    Some(DAffine3 {
+        matrix3: DMat3::from_cols(column(0), column(4), column(8)),
+        translation: column(12),
+    })
+}
+
+pub(super) fn is_finite(t: &DAffine3) -> bool {
+    t.is_finite()
+}
+
+/// The inverse, if there is one.
+pub(super) fn inverse(t: &DAffine3) -> Option<DAffine3> {
+    let inverse = t.inverse();
+    (t.matrix3.determinant() != 0.0 && inverse.is_finite()).then_some(inverse)
+}
+
+/// Left-handed to right-handed or back.
+pub(super) fn swaps_handedness(t: &DAffine3) -> bool {
+    t.matrix3.determinant() < 0.0
+}
+
+/// What normals transform by: the inverse transpose up to a positive factor. As the matrix of cofactors it exists for
+/// singular transforms too.
+pub(super) fn normal_matrix(t: &DAffine3) -> DMat3 {
+    let m = t.matrix3;
+    let cofactors = DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    );
+    if swaps_handedness(t) {
+        -cofactors
+    } else {
+        cofactors
+    }
+}
+
+/// A transform that keeps angles, taken apart: `x -> scale * (frame * x) + translation`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Similarity {
+    /// Orthonormal, perhaps mirrored.
+    pub frame: DMat3,
+    pub scale: f64,
+    pub translation: DVec3,
+}
+
+/// How far from orthonormal a frame may be that was written with few digits.
+const ORTHONORMAL_TOLERANCE: f64 = 2e-3;
+
+/// `None` if the transform shears, stretches or collapses.
+pub(super) fn similarity(t: &DAffine3) -> Option<Similarity> {
+    let det = t.matrix3.determinant();
+    let scale = det.abs().cbrt();
+    if !(scale > 0.0 && scale.is_finite() && t.is_finite()) {
+        return None;
+    }
+    let m = t.matrix3 * (1.0 / scale);
+    let gram = m.transpose() * m - DMat3::IDENTITY;
+    if gram
+        .to_cols_array()
+        .iter()
+        .any(|x| !(x.abs() < ORTHONORMAL_TOLERANCE))
+    {
+        return None;
+    }
+    // Gram-Schmidt, the viewing axis first.
+    let z = m.z_axis.try_normalize()?;
+    let y = (m.y_axis - z * z.dot(m.y_axis)).try_normalize()?;
+    let x = y.cross(z) * det.signum();
+    Some(Similarity {
+        frame: DMat3::from_cols(x, y, z),
+        scale,
+        translation: t.translation,
+    })
+}
+
+/// A point in internal space as `f32`. What lies further out than this is as good as infinitely far, yet its square
+/// must stay finite.
+pub(super) fn narrow_point(p: DVec3) -> Vec3 {
+    const FAR: f64 = 1e15;
+    p.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)).as_vec3()
+}
+
+/// Three rows of a 3x4 matrix.
+pub(super) fn rows(t: &DAffine3) -> [[f32; 4]; 3] {
+    let (m, w) = (t.matrix3, t.translation);
+    [0, 1, 2].map(|i| [m.x_axis[i], m.y_axis[i], m.z_axis[i], w[i]].map(|x| x as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: DVec3, b: DVec3) {
+        assert!((a - b).length() < 1e-12, "{a} is not {b}");
+    }
+
+    #[test]
+    fn look_at_puts_the_target_on_z() {
+        let t = look_at(
+            DVec3::new(0.0, 1.0, 3.9),
+            DVec3::new(0.0, 1.0, 0.0),
+            DVec3::Y,
+        )
+        .expect("a frame");
+        close(t.transform_point3(DVec3::new(0.0, 1.0, 3.9)), DVec3::ZERO);
+        close(
+            t.transform_point3(DVec3::new(0.0, 1.0, 0.0)),
+            DVec3::new(0.0, 0.0, 3.9),
+        );
+        // Looking along -z with y up, the world's x is to the left: pbrt's camera space is left-handed.
+        close(t.transform_vector3(DVec3::X), DVec3::NEG_X);
+        assert!(look_at(DVec3::ZERO, DVec3::Y, DVec3::Y).is_none());
+        assert!(look_at(DVec3::ZERO, DVec3::ZERO, DVec3::Y).is_none());
+    }
+
+    #[test]
+    fn rotation_is_right_handed() {
+        let t = rotate(90.0, DVec3::new(0.0, 0.0, 2.0)).expect("an axis");
+        close(t.transform_point3(DVec3::X), DVec3::Y);
+        assert!(rotate(90.0, DVec3::ZERO).is_none());
+    }
+
+    #[test]
+    fn sixteen_numbers_are_columns() {
+        let m = [
+            1., 0., 0., 0., 0., 2., 0., 0., 0., 0., 3., 0., 4., 5., 6., 1.,
+        ];
+        let t = from_numbers(&m).expect("affine");
+        close(t.transform_point3(DVec3::ONE), DVec3::new(5.0, 7.0, 9.0));
+        let mut projective = m;
+        projective[3] = 0.5;
+        assert!(from_numbers(&projective).is_none());
+    }
+
+    #[test]
+    fn normals_keep_to_their_side_under_mirrors() {
+        let t = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 1.0));
+        close((normal_matrix(&t) * DVec3::Y).normalize(), DVec3::Y);
+        close((normal_matrix(&t) * DVec3::X).normalize(), DVec3::NEG_X);
+    }
+
+    #[test]
+    fn similarities() {
+        let t = DAffine3::from_scale(DVec3::new(-2.0, 2.0, 2.0));
+        let s = similarity(&t).expect("mirrored and scaled");
+        assert!((s.scale - 2.0).abs() < 1e-12 && s.frame.determinant() < 0.0);
+        close(s.frame * DVec3::X, DVec3::NEG_X);
+        assert!(similarity(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))).is_none());
+        assert!(similarity(&DAffine3::from_scale(DVec3::ZERO)).is_none());
+    }
+}
