@@ -1,6 +1,7 @@
 //! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
 pub mod camera;
 pub mod chain;
+pub mod cli;
 pub mod film;
 pub mod formats;
 pub mod geometry;
