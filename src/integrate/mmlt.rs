@@ -8,12 +8,12 @@
 //! ```
 //!
 //! with `A` the sampled raster area in pixels and `N_k` the mutations made at depth `k`, whatever their number: rounding and early stops cost no
-//! energy. `b_k` is the mean target of all independent uniform samples there are: the bootstrap's, and every large step's (pbrt-v3,
+//! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large step's ([`Estimate`]; pbrt-v3,
 //! section 16.4.3, uses the first alone).
 
 use super::{Phase, Render, Run, Stats, per_second};
 use crate::chain::batch::{Batch, Counts, MAX_CHAINS_PER_DEPTH};
-use crate::chain::bootstrap::{Bootstrap, Moments};
+use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, SplatFilm};
 use crate::simd::Lanes;
@@ -32,7 +32,7 @@ struct Allotment {
     layer: usize,
     /// Weight of this depth's splats within its layer, at most 1.
     share: f64,
-    bootstrap: Moments,
+    bootstrap: Estimate,
 }
 
 pub(super) fn render<L: Lanes>(run: &Run) -> Render {
@@ -91,8 +91,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             render_seconds,
             acceptance_large,
             acceptance_small,
-            b: estimates.iter().map(Moments::mean).sum(),
-            b_stderr: estimates.iter().map(Moments::error2).sum::<f64>().sqrt(),
+            b: estimates.iter().map(Estimate::mean).sum(),
+            b_stderr: estimates.iter().map(Estimate::error2).sum::<f64>().sqrt(),
             rejected_nonfinite: counts.rejected,
             ..Stats::default()
         },
@@ -121,18 +121,18 @@ fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
 
 /// Chains per depth in proportion to `b_k`, at least eight wherever any light was found.
 fn allot(run: &Run, bootstraps: &[Bootstrap]) -> Vec<Allotment> {
-    let b: f64 = bootstraps.iter().map(|b| b.moments.mean()).sum();
+    let b: f64 = bootstraps.iter().map(|b| b.estimate.mean()).sum();
     let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
-        .filter(|(_, boot)| boot.moments.mean() > 0.0)
+        .filter(|(_, boot)| boot.estimate.mean() > 0.0)
         .map(|(depth, boot)| {
-            let wish = run.settings.chains as f64 * boot.moments.mean() / b;
+            let wish = run.settings.chains as f64 * boot.estimate.mean() / b;
             let chains = (wish.ceil() as usize).next_multiple_of(8);
             Allotment {
                 depth,
                 chains: chains.min(MAX_CHAINS_PER_DEPTH),
                 layer: depth.min(LAYERS - 1),
                 share: 1.0,
-                bootstrap: boot.moments,
+                bootstrap: boot.estimate,
             }
         })
         .collect();
@@ -221,21 +221,21 @@ fn march<L: Lanes>(
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.
-fn estimate(run: &Run, allotments: &[Allotment], batches: &[Batch]) -> Vec<Moments> {
-    let mut estimates = vec![Moments::default(); run.world.plan.depths.len()];
+fn estimate(run: &Run, allotments: &[Allotment], batches: &[Batch]) -> Vec<Estimate> {
+    let mut estimates = vec![Estimate::default(); run.world.plan.depths.len()];
     for a in allotments {
         estimates[a.depth] = a.bootstrap;
     }
     for batch in batches {
         for chain in &batch.large_moments {
-            estimates[batch.depth].merge(chain);
+            estimates[batch.depth].later.merge(chain);
         }
     }
     estimates
 }
 
 /// Factor of a layer: its depths' integral over their weighted mutations, `done` per chain.
-fn layer_scale(allotments: &[Allotment], estimates: &[Moments], layer: usize, done: u32) -> f64 {
+fn layer_scale(allotments: &[Allotment], estimates: &[Estimate], layer: usize, done: u32) -> f64 {
     let members = || allotments.iter().filter(|a| a.layer == layer);
     let boot: f64 = members().map(|a| a.bootstrap.mean()).sum();
     let refined: f64 = members().map(|a| estimates[a.depth].mean()).sum();
