@@ -6,6 +6,8 @@
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
 pub mod image;
+pub mod ply;
+pub mod shapes;
 pub mod spectrum;
 
 use glam::{DVec3, Vec2, Vec3};
