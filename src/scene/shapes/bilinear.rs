@@ -74,7 +74,7 @@ pub fn bilinear_mesh(
     uv: Option<&[[f32; 2]]>,
     indices: &[u32],
 ) -> Result<MeshData, String> {
-    if indices.len() % 4 != 0 {
+    if !indices.len().is_multiple_of(4) {
         return Err(format!("{} indices are not a multiple of 4", indices.len()));
     }
     let lengths = [("N", n.map(<[_]>::len)), ("uv", uv.map(<[_]>::len))];

@@ -33,7 +33,11 @@ fn next(half: u32) -> u32 {
 }
 
 fn previous(half: u32) -> u32 {
-    if half % 3 == 0 { half + 2 } else { half - 1 }
+    if half.is_multiple_of(3) {
+        half + 2
+    } else {
+        half - 1
+    }
 }
 
 /// Subdivides `levels` times and moves the vertices to the limit surface. Vertices that no face uses are left out.
@@ -83,7 +87,7 @@ pub fn loop_subdivide(levels: u32, p: &[[f32; 3]], indices: &[u32]) -> Result<Me
 
 impl Mesh {
     fn new(p: &[[f32; 3]], indices: &[u32]) -> Result<Self, String> {
-        if indices.is_empty() || indices.len() % 3 != 0 {
+        if indices.is_empty() || !indices.len().is_multiple_of(3) {
             return Err(format!("{} indices are not triangles", indices.len()));
         }
         if indices.len() as u64 > 3 * MAX_TRIANGLES {
