@@ -196,7 +196,7 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     match eta {
         // v4 reads an index of 0 as "no change".
         Param::Constant([0.0, ..]) if set.dialect == Dialect::V4 => Ok(Param::Constant([1.0; 3])),
-        Param::Constant([x, ..]) if !(x > 0.0) => Err(set.error(format_args!(
+        Param::Constant([x, ..]) if x <= 0.0 => Err(set.error(format_args!(
             "index of refraction {x} is not positive; glass has 1.5"
         ))),
         eta => Ok(eta),
