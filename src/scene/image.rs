@@ -1,5 +1,13 @@
 //! Pictures as textures and lights use them: linear, `f32`, row 0 on top.
 
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+
+use crate::formats::{Picture, check_size, exr, pfm, srgb};
+
 /// A linear RGB image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -11,23 +19,255 @@ pub struct Image {
     pub texels: Vec<[f32; 3]>,
 }
 
-/// How stored values map to linear ones.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How the values of an integer format become linear. Float formats (EXR, HDR, PFM) are linear under every encoding, as in
+/// pbrt.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Encoding {
-    /// sRGB for 8-bit files, linear for float files.
+    /// sRGB. pbrt decodes 16-bit PNG like 8-bit files.
+    #[default]
     Auto,
     Srgb,
     Linear,
+    /// `value^gamma`
     Gamma(f32),
 }
 
-/// Reads an image file.
-pub fn read_image(path: &std::path::Path, _encoding: Encoding) -> Result<Image, String> {
-    std::fs::metadata(path).map_err(|e| e.to_string())?;
+impl Encoding {
+    fn decode(self, value: f32) -> f32 {
+        match self {
+            Encoding::Auto | Encoding::Srgb => srgb::decode(value),
+            Encoding::Linear => value,
+            Encoding::Gamma(gamma) => value.powf(gamma),
+        }
+    }
+
+    /// All values of a format with `N` codes.
+    fn table<const N: usize>(self) -> Vec<f32> {
+        (0..N)
+            .map(|code| self.decode(code as f32 / (N - 1) as f32))
+            .collect()
+    }
+}
+
+/// Most bytes the decoder may allocate, besides the check of the header against the length of the file.
+const MAX_DECODER_BYTES: u64 = 4 << 30;
+
+/// Reads PNG, TGA, JPEG, BMP, HDR (by content, TGA by extension), EXR and PFM (by extension). Grey is copied to all channels,
+/// alpha dropped, texels that are not finite become 0.
+pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, String> {
+    let name = path.display().to_string();
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let picture = match extension.as_deref() {
+        Some("exr") => exr::read(path),
+        Some("pfm") => fs::read(path)
+            .map_err(|e| e.to_string())
+            .and_then(|file| pfm::read(&file)),
+        _ => read_other(path, encoding),
+    };
+    let mut picture = picture.map_err(|e| one_line(&name, &e))?;
+    for texel in picture.pixels.iter_mut().flatten() {
+        if !texel.is_finite() {
+            *texel = 0.0;
+        }
+    }
     Ok(Image {
-        name: path.display().to_string(),
-        width: 1,
-        height: 1,
-        texels: vec![[0.5; 3]],
+        name,
+        width: picture.width,
+        height: picture.height,
+        texels: picture.pixels,
     })
+}
+
+/// Decoders explain themselves over several lines.
+fn one_line(name: &str, message: &str) -> String {
+    let words: Vec<&str> = message.split_whitespace().collect();
+    format!("{name}: {}", words.join(" "))
+}
+
+fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let file_bytes = file.metadata().map_err(|e| e.to_string())?.len();
+    let mut reader = ImageReader::new(BufReader::new(file));
+    if let Ok(format) = image::ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    let mut reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MAX_DECODER_BYTES);
+    reader.limits(limits);
+
+    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    let (width, height) = decoder.dimensions();
+    check_size(width as u64, height as u64, file_bytes)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let pixels = linear(decoded, encoding);
+    Ok(Picture {
+        width,
+        height,
+        offset: [0; 2],
+        full: [width, height],
+        pixels,
+    })
+}
+
+fn linear(image: DynamicImage, encoding: Encoding) -> Vec<[f32; 3]> {
+    let wide = matches!(
+        image,
+        DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_)
+    ) || matches!(
+        image,
+        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_)
+    );
+    if matches!(
+        image,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    ) {
+        image.into_rgb32f().pixels().map(|p| p.0).collect()
+    } else if wide {
+        let table = encoding.table::<65536>();
+        image
+            .into_rgb16()
+            .pixels()
+            .map(|p| p.0.map(|v| table[v as usize]))
+            .collect()
+    } else {
+        let table = encoding.table::<256>();
+        image
+            .into_rgb8()
+            .pixels()
+            .map(|p| p.0.map(|v| table[v as usize]))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{GrayImage, ImageBuffer, Rgb, RgbaImage};
+
+    use super::*;
+
+    fn near(a: f32, b: f32) -> bool {
+        (a - b).abs() < 1e-5
+    }
+
+    #[test]
+    fn eight_bits_under_every_encoding() {
+        let folder = tempfile::tempdir().unwrap();
+        for file in ["a.png", "a.tga"] {
+            let path = folder.path().join(file);
+            let mut image = RgbaImage::new(2, 3);
+            image.put_pixel(1, 2, image::Rgba([255, 128, 0, 7]));
+            image.save(&path).unwrap();
+            let texel = |encoding| {
+                let read = read_image(&path, encoding).unwrap();
+                assert_eq!((read.width, read.height, read.texels.len()), (2, 3, 6));
+                assert_eq!(read.texels[0], [0.0; 3]);
+                read.texels[5]
+            };
+            assert!(near(texel(Encoding::Auto)[1], 0.215_860_5));
+            assert_eq!(texel(Encoding::Auto), texel(Encoding::Srgb));
+            assert!(near(texel(Encoding::Linear)[1], 128.0 / 255.0));
+            assert!(near(
+                texel(Encoding::Gamma(2.0))[1],
+                (128.0f32 / 255.0).powi(2)
+            ));
+        }
+    }
+
+    #[test]
+    fn other_integer_formats() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let image: ImageBuffer<Rgb<u16>, _> =
+            ImageBuffer::from_pixel(1, 1, Rgb([65535u16, 32768, 0]));
+        image.save(&path).unwrap();
+        let auto = read_image(&path, Encoding::Auto).unwrap().texels[0];
+        assert!(near(auto[0], 1.0) && near(auto[1], srgb::decode(32768.0 / 65535.0)));
+        let linear = read_image(&path, Encoding::Linear).unwrap().texels[0];
+        assert!(near(linear[1], 32768.0 / 65535.0));
+
+        for file in ["a.jpg", "a.bmp"] {
+            let path = folder.path().join(file);
+            GrayImage::from_pixel(8, 8, image::Luma([188]))
+                .save(&path)
+                .unwrap();
+            let texel = read_image(&path, Encoding::Auto).unwrap().texels[63];
+            assert!(
+                (texel[0] - 0.5029).abs() < 0.01 && texel[0] == texel[2],
+                "{file} {texel:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn float_formats_are_linear() {
+        use crate::film::output;
+        let folder = tempfile::tempdir().unwrap();
+        let pixels = vec![[0.5, 2.0, 1e4], [0.0, f32::NAN, 0.25]];
+        let picture = Picture {
+            width: 2,
+            height: 1,
+            offset: [0; 2],
+            full: [2, 1],
+            pixels,
+        };
+        for file in ["a.exr", "a.pfm"] {
+            let path = folder.path().join(file);
+            output::write(&path, &picture, &[], 0.0).unwrap();
+            let image = read_image(&path, Encoding::Srgb).unwrap();
+            assert_eq!(image.texels, vec![[0.5, 2.0, 1e4], [0.0, 0.0, 0.25]]);
+        }
+        let path = folder.path().join("a.hdr");
+        let encoder = image::codecs::hdr::HdrEncoder::new(File::create(&path).unwrap());
+        encoder
+            .encode(&[Rgb([0.5, 2.0, 4.0]), Rgb([1.0, 1.0, 1.0])], 2, 1)
+            .unwrap();
+        let texels = read_image(&path, Encoding::Auto).unwrap().texels;
+        assert!(
+            texels[0]
+                .iter()
+                .zip([0.5, 2.0, 4.0])
+                .all(|(a, b)| (a - b).abs() < 0.03),
+            "{texels:?}"
+        );
+    }
+
+    #[test]
+    fn damaged_files_are_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let check = |file: &str, bytes: &[u8]| {
+            let path = folder.path().join(file);
+            fs::write(&path, bytes).unwrap();
+            let error = read_image(&path, Encoding::Auto).unwrap_err();
+            assert!(error.contains(file) && !error.contains('\n'), "{error:?}");
+        };
+        // A TGA header promising 65535 x 65535 true-colour pixels.
+        let mut tga = [0u8; 18];
+        (tga[2], tga[12], tga[13], tga[14], tga[15], tga[16]) = (2, 255, 255, 255, 255, 24);
+        check("huge.tga", &tga);
+        check(
+            "huge.hdr",
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1000000 +X 1000000\n",
+        );
+        check("huge.pfm", b"PF 1000000 1000000 -1\n");
+
+        let path = folder.path().join("good.png");
+        GrayImage::new(100, 100).save(&path).unwrap();
+        let png = fs::read(&path).unwrap();
+        check("short.png", &png[..png.len() / 2]);
+        let mut hostile = png.clone();
+        hostile[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+        check("huge.png", &hostile);
+        check("empty.png", b"");
+        check("text.exr", b"not a picture");
+        check("text.jpg", b"not a picture");
+        check("text.xyz", b"not a picture");
+        assert!(
+            read_image(&folder.path().join("missing.png"), Encoding::Auto)
+                .unwrap_err()
+                .contains("missing.png")
+        );
+    }
 }

@@ -1,0 +1,2 @@
+//! The film: from splats to files.
+pub mod output;

@@ -1,0 +1,294 @@
+//! Writing finished pictures: `.exr`, `.pfm` and `.png` by extension, into a temporary file next to the target that replaces it
+//! in one step, so that a reader never sees half a picture and a failure keeps the old one.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use tempfile::NamedTempFile;
+
+pub use crate::formats::Picture;
+use crate::formats::{exr, pfm, srgb};
+
+/// Something about the render that EXR files carry in the header; other formats have no place for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    pub name: String,
+    pub value: AttributeValue,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum AttributeValue {
+    Text(String),
+    /// Written as an `int` where it fits into 32 bits, else as text.
+    Integer(i64),
+    Float(f64),
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    #[error("{}: the extension must be .exr, .pfm or .png", .0.display())]
+    Extension(PathBuf),
+    #[error("{}: {source}", .path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error("{}: {message}", .path.display())]
+    Format { path: PathBuf, message: String },
+}
+
+#[derive(Clone, Copy)]
+enum Format {
+    Exr,
+    Pfm,
+    Png,
+}
+
+fn format(path: &Path) -> Result<Format, OutputError> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("exr") => Ok(Format::Exr),
+        Some("pfm") => Ok(Format::Pfm),
+        Some("png") => Ok(Format::Png),
+        _ => Err(OutputError::Extension(path.into())),
+    }
+}
+
+fn io_error(path: &Path) -> impl FnOnce(io::Error) -> OutputError {
+    |source| OutputError::Io {
+        path: path.into(),
+        source,
+    }
+}
+
+fn format_error(path: &Path) -> impl FnOnce(String) -> OutputError {
+    |message| OutputError::Format {
+        path: path.into(),
+        message,
+    }
+}
+
+/// A temporary file in the folder of `path` with the permissions a new file would have.
+fn temporary(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".phalanx-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder.
+pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+    format(path)?;
+    if path.is_dir() {
+        return Err(format_error(path)("is a folder".into()));
+    }
+    temporary(path).map(drop).map_err(io_error(path))
+}
+
+/// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which shows
+/// `2^exposure * pixel` in 8-bit sRGB; the others keep linear values.
+pub fn write(
+    path: &Path,
+    picture: &Picture,
+    attributes: &[Attribute],
+    exposure: f32,
+) -> Result<(), OutputError> {
+    let format = format(path)?;
+    let size = picture.width as usize * picture.height as usize;
+    if size == 0 || picture.pixels.len() != size {
+        let message = format!(
+            "{} pixels do not fill {} x {}",
+            picture.pixels.len(),
+            picture.width,
+            picture.height
+        );
+        return Err(format_error(path)(message));
+    }
+    let mut file = temporary(path).map_err(io_error(path))?;
+    {
+        let mut out = BufWriter::new(&mut file);
+        match format {
+            Format::Exr => exr::write(&mut out, picture, exr_attributes(attributes))
+                .map_err(format_error(path))?,
+            Format::Pfm => pfm::write(&mut out, picture).map_err(io_error(path))?,
+            Format::Png => write_png(&mut out, picture, exposure).map_err(format_error(path))?,
+        }
+        out.flush().map_err(io_error(path))?;
+    }
+    file.as_file().sync_all().map_err(io_error(path))?;
+    file.persist(path).map_err(|e| io_error(path)(e.error))?;
+    Ok(())
+}
+
+fn exr_attributes(
+    attributes: &[Attribute],
+) -> impl Iterator<Item = (String, ::exr::prelude::AttributeValue)> {
+    use ::exr::prelude::AttributeValue as Exr;
+    attributes.iter().map(|a| {
+        let value = match &a.value {
+            AttributeValue::Text(text) => exr::text(text),
+            AttributeValue::Integer(v) => {
+                i32::try_from(*v).map_or_else(|_| exr::text(&v.to_string()), Exr::I32)
+            }
+            AttributeValue::Float(v) => Exr::F64(*v),
+        };
+        (a.name.clone(), value)
+    })
+}
+
+fn write_png(out: impl Write, picture: &Picture, exposure: f32) -> Result<(), String> {
+    let factor = exposure.exp2();
+    let bytes: Vec<u8> = picture
+        .pixels
+        .iter()
+        .flatten()
+        .map(|v| srgb::encode_u8(v * factor))
+        .collect();
+    PngEncoder::new(out)
+        .write_image(
+            &bytes,
+            picture.width,
+            picture.height,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|e| e.to_string())
+}
+
+/// Reads a PFM file; the crop window is the whole picture.
+pub fn read_pfm(path: &Path) -> Result<Picture, OutputError> {
+    let file = fs::read(path).map_err(io_error(path))?;
+    pfm::read(&file).map_err(format_error(path))
+}
+
+/// Reads an EXR file with its windows.
+pub fn read_exr(path: &Path) -> Result<Picture, OutputError> {
+    exr::read(path).map_err(format_error(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture() -> Picture {
+        let pixels = (0..12)
+            .map(|i| [i as f32, -0.5 * i as f32, 1e9 / (i + 1) as f32])
+            .collect();
+        Picture {
+            width: 4,
+            height: 3,
+            offset: [5, 2],
+            full: [16, 9],
+            pixels,
+        }
+    }
+
+    #[test]
+    fn exr_keeps_pixels_windows_and_attributes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let attribute = |name: &str, value| Attribute {
+            name: name.into(),
+            value,
+        };
+        let attributes = [
+            attribute("scene", AttributeValue::Text("Küche.pbrt".into())),
+            attribute("chains", AttributeValue::Integer(1000)),
+            attribute("mutations", AttributeValue::Integer(1 << 40)),
+            attribute("b", AttributeValue::Float(0.25)),
+            attribute("", AttributeValue::Integer(1)),
+        ];
+        write(&path, &picture(), &attributes, 0.0).unwrap();
+        assert_eq!(read_exr(&path).unwrap(), picture());
+
+        use ::exr::prelude::AttributeValue as Exr;
+        let meta = ::exr::meta::MetaData::read_from_file(&path, true).unwrap();
+        let other = &meta.headers[0].own_attributes.other;
+        let get = |name: &str| {
+            other
+                .iter()
+                .find(|(n, _)| **n == *name)
+                .map(|(_, v)| v.clone())
+        };
+        assert_eq!(get("scene"), Some(exr::text("K?che.pbrt")));
+        assert_eq!(get("chains"), Some(Exr::I32(1000)));
+        assert_eq!(get("mutations"), Some(exr::text("1099511627776")));
+        assert_eq!(get("b"), Some(Exr::F64(0.25)));
+    }
+
+    #[test]
+    fn pfm_keeps_pixels() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.PFM");
+        write(&path, &picture(), &[], 3.0).unwrap();
+        let read = read_pfm(&path).unwrap();
+        assert_eq!(read.pixels, picture().pixels);
+        // The bottom row comes first in the file.
+        let bytes = fs::read(&path).unwrap();
+        assert_eq!(&bytes[..12], b"PF\n4 3\n-1.0\n");
+        assert_eq!(bytes[12..16], 8f32.to_le_bytes());
+    }
+
+    #[test]
+    fn png_is_exposed_srgb() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let pixels = vec![[0.25, 0.5, f32::NAN], [100.0, -1.0, 0.107_930_3]];
+        let picture = Picture {
+            width: 2,
+            height: 1,
+            offset: [0; 2],
+            full: [2, 1],
+            pixels,
+        };
+        write(&path, &picture, &[], 1.0).unwrap();
+        let png = image::open(&path).unwrap().into_rgb8();
+        assert_eq!(png.into_raw(), vec![188, 255, 0, 255, 0, 128]);
+    }
+
+    #[test]
+    fn failures_come_early_and_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(
+            check_writable(&folder.path().join("a.jpg")),
+            Err(OutputError::Extension(_))
+        ));
+        assert!(check_writable(&folder.path().join("missing/a.exr")).is_err());
+        fs::create_dir(folder.path().join("b.exr")).unwrap();
+        assert!(check_writable(&folder.path().join("b.exr")).is_err());
+        check_writable(&folder.path().join("a.exr")).unwrap();
+
+        let bad = Picture {
+            pixels: Vec::new(),
+            ..picture()
+        };
+        assert!(write(&folder.path().join("a.exr"), &bad, &[], 0.0).is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn damaged_exr_files_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write(&path, &picture(), &[], 0.0).unwrap();
+        let good = fs::read(&path).unwrap();
+        for length in [0, 3, 20, good.len() / 2, good.len() - 1] {
+            fs::write(&path, &good[..length]).unwrap();
+            assert!(read_exr(&path).is_err(), "cut to {length} bytes");
+        }
+        // A data window of 2^30 by 2^30 pixels.
+        let name = good.windows(10).position(|w| w == b"dataWindow").unwrap();
+        let mut hostile = good.clone();
+        let values = name + b"dataWindow\0box2i\0".len() + 4;
+        hostile[values + 8..values + 12].copy_from_slice(&(1i32 << 30).to_le_bytes());
+        hostile[values + 12..values + 16].copy_from_slice(&(1i32 << 30).to_le_bytes());
+        fs::write(&path, &hostile).unwrap();
+        assert!(read_exr(&path).is_err());
+    }
+}

@@ -1,0 +1,110 @@
+//! OpenEXR: `f32` R, G, B, the crop window as data window inside the display window, attributes in the header.
+
+use std::io::{Seek, Write};
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::prelude::*;
+
+use super::{Picture, check_size};
+
+/// Writes one losslessly compressed layer. Names of attributes that EXR cannot hold are skipped.
+pub fn write(
+    out: impl Write + Seek,
+    picture: &Picture,
+    attributes: impl IntoIterator<Item = (String, AttributeValue)>,
+) -> std::result::Result<(), String> {
+    let width = picture.width as usize;
+    let position = Vec2(to_i32(picture.offset[0])?, to_i32(picture.offset[1])?);
+    let full = (
+        to_i32(picture.full[0])? as usize,
+        to_i32(picture.full[1])? as usize,
+    );
+    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
+        let [r, g, b] = picture.pixels[y * width + x];
+        (r, g, b)
+    });
+    let mut layer_attributes = LayerAttributes::default().with_position(position);
+    for (name, value) in attributes {
+        if let Some(name) =
+            Text::new_or_none(&name).filter(|n| (1..=255).contains(&n.as_slice().len()))
+        {
+            layer_attributes.other.insert(name, value);
+        }
+    }
+    let size = (width, picture.height as usize);
+    let layer = Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels);
+    let window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
+    let image = Image::empty(window).with_layer(layer);
+    image.write().to_buffered(out).map_err(|e| e.to_string())
+}
+
+fn to_i32(v: u32) -> std::result::Result<i32, String> {
+    i32::try_from(v).map_err(|_| format!("{v} is too large for an EXR window"))
+}
+
+/// Text as an attribute; EXR stores Latin characters only, others become `?`.
+pub fn text(value: &str) -> AttributeValue {
+    let latin: String = value
+        .chars()
+        .map(|c| if c.is_ascii() { c } else { '?' })
+        .collect();
+    AttributeValue::Text(Text::new_or_none(latin).unwrap_or_default())
+}
+
+/// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or integer, its largest level.
+pub fn read(path: &Path) -> std::result::Result<Picture, String> {
+    let file_bytes = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    // The reader allocates whole layers, so the sizes in the header are judged first.
+    let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        check_size(
+            header.layer_size.0 as u64,
+            header.layer_size.1 as u64,
+            file_bytes,
+        )?;
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|e| e.to_string())?;
+
+    for layer in &image.layer_data {
+        let channel = |name: &str| layer.channel_data.list.iter().find(|c| c.name == *name);
+        let grey = channel("Y");
+        let Some(rgb) = ["R", "G", "B"]
+            .map(|name| channel(name).or(grey))
+            .into_iter()
+            .collect::<Option<Vec<_>>>()
+        else {
+            continue;
+        };
+        if rgb.iter().any(|c| c.sampling != Vec2(1, 1)) {
+            return Err("subsampled channels are not supported".into());
+        }
+        let Vec2(width, height) = layer.size;
+        let mut pixels = vec![[0.0; 3]; width * height];
+        for (i, channel) in rgb.iter().enumerate() {
+            for (pixel, value) in pixels.iter_mut().zip(channel.sample_data.values_as_f32()) {
+                pixel[i] = value;
+            }
+        }
+        // A data window left of or above the display window has no place in a crop: it counts from 0 then.
+        let display = image.attributes.display_window;
+        let start = layer.attributes.layer_position - display.position;
+        let offset = [start.0, start.1].map(|v| u32::try_from(v).unwrap_or(0));
+        let full = [display.size.0 as u32, display.size.1 as u32];
+        return Ok(Picture {
+            width: width as u32,
+            height: height as u32,
+            offset,
+            full,
+            pixels,
+        });
+    }
+    Err("no layer has channels R, G, B or Y".into())
+}
