@@ -39,7 +39,11 @@ impl Moments {
         self.sum_squares += other.sum_squares;
     }
     pub fn mean(&self) -> f64 {
-        if self.count > 0 { self.sum / self.count as f64 } else { 0.0 }
+        if self.count > 0 {
+            self.sum / self.count as f64
+        } else {
+            0.0
+        }
     }
     /// Squared standard error of the mean.
     pub fn error2(&self) -> f64 {
@@ -57,7 +61,11 @@ const REPLICAS: usize = 8;
 
 /// Additive recurrences in two and three dimensions: powers of the reciprocals of the plastic number and its analogue.
 const RECURRENCE_2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-const RECURRENCE_3: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
+const RECURRENCE_3: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_2,
+    0.549_700_477_901_970_3,
+];
 
 /// The estimate of one depth's integral: the quasirandom bootstrap, and independent samples that came later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,7 +94,11 @@ impl Estimate {
     pub fn mean(&self) -> f64 {
         let w = self.bootstrap.count as f64 * self.gain();
         let n = self.later.count as f64;
-        if w + n > 0.0 { (w * self.bootstrap.mean() + self.later.sum) / (w + n) } else { 0.0 }
+        if w + n > 0.0 {
+            (w * self.bootstrap.mean() + self.later.sum) / (w + n)
+        } else {
+            0.0
+        }
     }
 
     /// Squared standard error of [`Self::mean`].
@@ -95,7 +107,11 @@ impl Estimate {
         let n = self.later.count as f64;
         if w + n > 0.0 {
             let independent = self.bootstrap.error2();
-            let first = if self.replica_error2 > 0.0 { self.replica_error2 } else { independent };
+            let first = if self.replica_error2 > 0.0 {
+                self.replica_error2
+            } else {
+                independent
+            };
             (w * w * first + n * n * self.later.error2()) / (w + n).powi(2)
         } else {
             0.0
@@ -113,7 +129,13 @@ pub struct Bootstrap {
 }
 
 /// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
-fn fill<L: Lanes>(stream: &Stream, plan: &DepthPlan, samples: &mut Samples, n: usize, index: impl Fn(usize) -> u64) {
+fn fill<L: Lanes>(
+    stream: &Stream,
+    plan: &DepthPlan,
+    samples: &mut Samples,
+    n: usize,
+    index: impl Fn(usize) -> u64,
+) {
     let dimensions = samples.dimensions();
     for start in (0..n).step_by(L::N) {
         let at = |i: usize| index((start + i).min(n - 1));
@@ -178,7 +200,12 @@ impl Bootstrap {
         let chunks: Vec<(Vec<f32>, u64, u64)> = (0..count.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
-                || (Paths::new(world), Samples::new(depth.layout.total, CHUNK as usize)),
+                || {
+                    (
+                        Paths::new(world),
+                        Samples::new(depth.layout.total, CHUNK as usize),
+                    )
+                },
                 work,
             )
             .collect();

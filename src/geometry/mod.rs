@@ -130,7 +130,8 @@ impl Geometry {
         if !wanted.spheres || prim.iter().all(|p| *p < triangles) {
             return point;
         }
-        let (on_sphere, map) = self.sphere_maps::<L>(prim.iter().map(|p| p.wrapping_sub(triangles)));
+        let (on_sphere, map) =
+            self.sphere_maps::<L>(prim.iter().map(|p| p.wrapping_sub(triangles)));
         let w = map.to_unit(direction.mul_add(t, origin)).normalize();
         let other = self.sphere_point(&map, w, wanted);
         let pick = |a: Vec3<L>, b: Vec3<L>| Vec3::select(on_sphere, a, b);
@@ -145,7 +146,13 @@ impl Geometry {
     }
 
     #[inline(always)]
-    fn triangle_point<L: Lanes>(&self, prim: &[u32], b1: L, b2: L, wanted: Wanted) -> SurfacePoint<L> {
+    fn triangle_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        b1: L,
+        b2: L,
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
         let mut index = [[0u32; 8]; 3];
         for (i, &prim) in prim.iter().enumerate() {
             if let Some(triangle) = self.triangles.get(prim as usize) {
@@ -194,7 +201,12 @@ impl Geometry {
     }
 
     #[inline(always)]
-    fn sphere_point<L: Lanes>(&self, map: &SphereMap<L>, w: Vec3<L>, wanted: Wanted) -> SurfacePoint<L> {
+    fn sphere_point<L: Lanes>(
+        &self,
+        map: &SphereMap<L>,
+        w: Vec3<L>,
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
         let p = map.to_world(w);
         let ng = map.normal(w);
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
@@ -210,7 +222,9 @@ impl Geometry {
         }
         SurfacePoint {
             p,
-            error: map.reach(w).dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
+            error: map
+                .reach(w)
+                .dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
                 * L::splat(POSITION_ERROR),
             ng,
             ns: ng,
@@ -225,7 +239,11 @@ impl Geometry {
         // pbrt-v3, section 13.6.5.
         let root = u.sqrt();
         let b1 = v * root;
-        let wanted = Wanted { uv: false, tangent: false, spheres: false };
+        let wanted = Wanted {
+            uv: false,
+            tangent: false,
+            spheres: false,
+        };
         let point = self.triangle_point(prim, b1, L::one() - root, wanted);
         let area = L::from_fn(|i| self.triangle_area(prim[i.min(prim.len() - 1)]));
         AreaSample {
@@ -241,7 +259,11 @@ impl Geometry {
     pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L) -> AreaSample<L> {
         let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
         let w = math::uniform_sphere(u, v);
-        let wanted = Wanted { uv: false, tangent: false, spheres: true };
+        let wanted = Wanted {
+            uv: false,
+            tangent: false,
+            spheres: true,
+        };
         let point = self.sphere_point(&map, w, wanted);
         AreaSample {
             p: point.p,
@@ -301,7 +323,9 @@ impl Geometry {
         }
         let gather = |f: &dyn Fn(&Sphere) -> f32| L::from_fn(|i| f(pick[i]));
         let map = SphereMap {
-            to_world: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_world[r][c]))),
+            to_world: std::array::from_fn(|r| {
+                std::array::from_fn(|c| gather(&|s| s.to_world[r][c]))
+            }),
             to_unit: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_unit[r][c]))),
             facing: gather(&|s| s.facing),
         };
@@ -330,7 +354,9 @@ struct SphereMap<L: Lanes> {
 impl<L: Lanes> SphereMap<L> {
     #[inline(always)]
     fn apply(m: &[[L; 4]; 3], v: Vec3<L>, w: L) -> Vec3<L> {
-        let row = |r: &[L; 4]| v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)));
+        let row = |r: &[L; 4]| {
+            v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)))
+        };
         Vec3::new(row(&m[0]), row(&m[1]), row(&m[2]))
     }
     #[inline(always)]
@@ -361,10 +387,13 @@ impl<L: Lanes> SphereMap<L> {
     /// Sums of the magnitudes that a mapped point is computed from.
     #[inline(always)]
     fn reach(&self, w: Vec3<L>) -> Vec3<L> {
-        let row = |r: &[L; 4]| {
-            (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs()
-        };
-        Vec3::new(row(&self.to_world[0]), row(&self.to_world[1]), row(&self.to_world[2]))
+        let row =
+            |r: &[L; 4]| (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs();
+        Vec3::new(
+            row(&self.to_world[0]),
+            row(&self.to_world[1]),
+            row(&self.to_world[2]),
+        )
     }
     /// Uniform on the unit sphere, as a density over the mapped area: `dA = |det M| |M^-T w| dw`.
     #[inline(always)]

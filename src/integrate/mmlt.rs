@@ -51,7 +51,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let (width, height) = run.size();
     let area = run.world.camera.region.area();
     let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
-    let iterations = if chains == 0 { 0 } else { (wanted / chains as f64).ceil() as u64 };
+    let iterations = if chains == 0 {
+        0
+    } else {
+        (wanted / chains as f64).ceil() as u64
+    };
     let iterations = iterations.min(u64::from(u32::MAX)) as u32;
 
     let layers = LAYERS.min(run.world.plan.depths.len()).max(1);
@@ -59,7 +63,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let film = SplatFilm::new(filter, layers, f64::from(iterations) * chains as f64);
 
     let render_start = Instant::now();
-    let kernel = Kernel::new(settings.seed, settings.large_step_probability, settings.sigma);
+    let kernel = Kernel::new(
+        settings.seed,
+        settings.large_step_probability,
+        settings.sigma,
+    );
     let mut batches = start::<L>(run, &allotments, &bootstraps);
     drop(bootstraps);
     let (done, stopped) = march::<L>(run, &kernel, &mut batches, &allotments, &film, iterations);
@@ -112,9 +120,20 @@ fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
     let cancelled = || run.observer.stop();
     let mut all = Vec::with_capacity(depths.len());
     for (i, depth) in depths.iter().enumerate() {
-        let count = if depth.strategies.is_empty() { 0 } else { per_depth };
-        all.push(Bootstrap::run::<L>(run.world, depth, run.settings.seed, count, &cancelled));
-        run.observer.progress(Phase::Bootstrap, (i as u64 + 1) * per_depth, total);
+        let count = if depth.strategies.is_empty() {
+            0
+        } else {
+            per_depth
+        };
+        all.push(Bootstrap::run::<L>(
+            run.world,
+            depth,
+            run.settings.seed,
+            count,
+            &cancelled,
+        ));
+        run.observer
+            .progress(Phase::Bootstrap, (i as u64 + 1) * per_depth, total);
     }
     all
 }
@@ -139,7 +158,9 @@ fn allot(run: &Run, bootstraps: &[Bootstrap]) -> Vec<Allotment> {
     // Depths that share a layer keep the proportions the bootstrap gave them.
     let density = |a: &Allotment| a.bootstrap.mean() / a.chains as f64;
     for layer in 0..LAYERS {
-        let most = (list.iter().filter(|a| a.layer == layer)).map(density).fold(0.0, f64::max);
+        let most = (list.iter().filter(|a| a.layer == layer))
+            .map(density)
+            .fold(0.0, f64::max);
         for a in list.iter_mut().filter(|a| a.layer == layer) {
             a.share = density(a) / most;
         }
@@ -159,7 +180,10 @@ fn allotment_of<'a>(allotments: &'a [Allotment], batch: &Batch) -> &'a Allotment
 fn batch_size(run: &Run, chains: usize) -> usize {
     let threads = rayon::current_num_threads();
     let spread = (chains / (4 * threads)).next_multiple_of(8);
-    run.settings.batch.unwrap_or(spread.clamp(64, 512)).next_multiple_of(8)
+    run.settings
+        .batch
+        .unwrap_or(spread.clamp(64, 512))
+        .next_multiple_of(8)
 }
 
 fn start<L: Lanes>(run: &Run, allotments: &[Allotment], bootstraps: &[Bootstrap]) -> Vec<Batch> {
@@ -239,7 +263,9 @@ fn layer_scale(allotments: &[Allotment], estimates: &[Estimate], layer: usize, d
     let members = || allotments.iter().filter(|a| a.layer == layer);
     let boot: f64 = members().map(|a| a.bootstrap.mean()).sum();
     let refined: f64 = members().map(|a| estimates[a.depth].mean()).sum();
-    let densest = members().map(|a| a.bootstrap.mean() / a.chains as f64).fold(0.0, f64::max);
+    let densest = members()
+        .map(|a| a.bootstrap.mean() / a.chains as f64)
+        .fold(0.0, f64::max);
     if boot > 0.0 && done > 0 {
         densest / f64::from(done) * refined / boot
     } else {
