@@ -60,6 +60,12 @@ impl<L: Lanes> Best<L> {
         self.prim = L::uint_select(mask, prim, self.prim);
     }
 
+    /// Bits of the lanes that ended with a negative `t`: something was in their way.
+    #[inline(always)]
+    pub fn blocked(&self, ray: &Ray<L>) -> u32 {
+        ray.live().and(self.t.lt(L::zero())).bits()
+    }
+
     /// As the caller's records.
     #[inline(always)]
     pub fn store(self, ray: &Ray<L>, rays: &[Row], list: &[u32], hits: &mut [Row]) {

@@ -195,6 +195,32 @@ impl<L: Lanes> Ray<L> {
         })
     }
 
+    /// One lane as a ray of its own.
+    pub fn lane(&self, i: usize) -> Ray<f32> {
+        let one = |v: [L; 3]| v.map(|x| x.lane(i));
+        let vector = |v: Vec3<L>| Vec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
+        let is = |mask: L::Mask| mask.bits() >> i & 1 == 1;
+        Ray {
+            o: vector(self.o),
+            d: vector(self.d),
+            rd: one(self.rd),
+            ord: one(self.ord),
+            own: Sheared {
+                o: one(self.own.o),
+                d: one(self.own.d),
+                rd: one(self.own.rd),
+                ord: one(self.own.ord),
+                shear: self.own.shear.map(|x| x.lane(i)),
+            },
+            swap_x: is(self.swap_x),
+            swap_y: is(self.swap_y),
+            t_max: self.t_max.lane(i),
+            t_scale: self.t_scale.lane(i),
+            t_shift: self.t_shift.lane(i),
+            pad: self.pad.lane(i),
+        }
+    }
+
     /// The caller's `t`.
     #[inline(always)]
     pub fn external_t(&self, t: L) -> L {

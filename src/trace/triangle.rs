@@ -55,6 +55,15 @@ impl LeafTriangle {
 /// of 2^-24 in the worst case, counted over [`hit`].
 const PLANE_ERROR: f32 = 40.0 / 16_777_216.0;
 
+/// Whether the triangle is a point or a line to [`hit`], which then never meets it.
+pub fn is_degenerate(p: [[f32; 3]; 3]) -> bool {
+    let e = |i: usize| [0, 1, 2].map(|k| p[i][k] - p[0][k]);
+    let (e1, e2) = (e(1), e(2));
+    [(1, 2), (2, 0), (0, 1)]
+        .iter()
+        .all(|&(i, j)| e1[i] * e2[j] - e1[j] * e2[i] == 0.0)
+}
+
 /// A hit of some lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<L: Lanes> {
@@ -95,7 +104,8 @@ pub fn hit<L: Lanes, const ANY: bool>(
     let dot = |a: [L; 3], b: [L; 3]| a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]));
     let largest = |a: [L; 3]| a[0].abs().max(a[1].abs()).max(a[2].abs());
     let (e1, e2, v) = (sub(p[1], p[0]), sub(p[2], p[0]), sub(p[0], ray.o));
-    let minor = |i: usize, j: usize| e1[i].mul_add(e2[j], -(e1[j] * e2[i]));
+    // Not fused: the normal of a triangle with two equal vertices must be exactly zero.
+    let minor = |i: usize, j: usize| e1[i] * e2[j] - e1[j] * e2[i];
     let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
     let slope = dot(ray.d, n);
     // Distances to the plane, times |n|, positive in front of the origin.

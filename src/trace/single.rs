@@ -1,0 +1,219 @@
+//! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that have nothing in common.
+
+use super::Tracer;
+use super::bvh8::{Block, Node8};
+use super::node::Child;
+use super::packet::Best;
+use super::ray::{Ray, Sheared};
+use super::triangle::{barycentrics, covers, hit};
+use crate::simd::{Lanes, Mask, f32x8};
+
+/// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
+const STACK: usize = 1024;
+/// Deepest wide tree that can be traversed.
+pub const MAX_DEPTH: usize = STACK / 8;
+
+/// Children to be visited: bits of the distance at which the ray enters, then the child. Distances are not negative, so entries
+/// order as integers.
+pub struct Stack([u64; STACK]);
+
+impl Stack {
+    pub fn new() -> Self {
+        Self([0; STACK])
+    }
+}
+
+/// The ray of one lane, in every lane.
+struct Splat {
+    rd: [f32x8; 3],
+    ord: [f32x8; 3],
+    own: Sheared<f32x8>,
+    pad: f32x8,
+    /// 1 where the direction is negative.
+    negative: [usize; 3],
+    /// Axes of the scene in the ray's own order.
+    order: [usize; 3],
+}
+
+impl Splat {
+    #[inline(always)]
+    fn new(ray: &Ray<f32x8>, lane: usize) -> Self {
+        let all = |v: [f32x8; 3]| v.map(|x| f32x8::splat(x.lane(lane)));
+        let is = |mask: f32x8| Mask::bits(mask) >> lane & 1 == 1;
+        Self {
+            rd: all(ray.rd),
+            ord: all(ray.ord),
+            own: Sheared {
+                o: all(ray.own.o),
+                d: all(ray.own.d),
+                rd: all(ray.own.rd),
+                ord: all(ray.own.ord),
+                shear: ray.own.shear.map(|x| f32x8::splat(x.lane(lane))),
+            },
+            pad: ray.pad,
+            negative: ray.rd.map(|x| usize::from(x.lane(lane) < 0.0)),
+            order: match (is(ray.swap_x), is(ray.swap_y)) {
+                (true, _) => [2, 1, 0],
+                (_, true) => [0, 2, 1],
+                _ => [0, 1, 2],
+            },
+        }
+    }
+}
+
+/// Follows the rays of a packet one after the other. With `ANY`, lanes that hit something end with a negative `best.t`.
+#[inline(always)]
+pub fn traverse<const ANY: bool>(
+    tracer: &Tracer,
+    rays: &Ray<f32x8>,
+    best: &mut Best<f32x8>,
+    stack: &mut Stack,
+) {
+    let mut live = rays.live().bits();
+    let (mut t, mut b1, mut b2) = (best.t.to_array(), best.b1.to_array(), best.b2.to_array());
+    let mut prim = best.prim.to_array();
+    while live != 0 {
+        let lane = live.trailing_zeros() as usize & 7;
+        live &= live - 1;
+        let mut one = Best::<f32> {
+            t: t[lane],
+            b1: b1[lane],
+            b2: b2[lane],
+            prim: prim[lane],
+        };
+        descend::<ANY>(tracer, rays, lane, &mut one, stack);
+        (t[lane], b1[lane], b2[lane], prim[lane]) = (one.t, one.b1, one.b2, one.prim);
+    }
+    best.t = f32x8::new(t);
+    best.b1 = f32x8::new(b1);
+    best.b2 = f32x8::new(b2);
+    best.prim = wide::u32x8::new(prim);
+}
+
+fn descend<const ANY: bool>(
+    tracer: &Tracer,
+    rays: &Ray<f32x8>,
+    lane: usize,
+    best: &mut Best<f32>,
+    stack: &mut Stack,
+) {
+    let ray = Splat::new(rays, lane);
+    let Stack(stack) = stack;
+    let mut top = 0;
+    let mut current = Child::inner(0);
+    loop {
+        if !current.is_leaf() {
+            let node: &Node8 = &tracer.wide.nodes[current.index()];
+            let (near, meets) = enter(&ray, node, best.t);
+            let mut meets = meets;
+            if meets != 0 {
+                let entry = |slot: usize| {
+                    (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64
+                };
+                let mut nearest = entry(meets.trailing_zeros() as usize);
+                meets &= meets - 1;
+                // The nearest is entered, the others wait, farthest first.
+                let bottom = top;
+                while meets != 0 {
+                    let next = entry(meets.trailing_zeros() as usize);
+                    meets &= meets - 1;
+                    let mut farther = nearest.max(next);
+                    nearest = nearest.min(next);
+                    let mut at = top;
+                    while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
+                        stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
+                        at -= 1;
+                    }
+                    std::mem::swap(&mut farther, &mut stack[at & (STACK - 1)]);
+                    top += 1;
+                }
+                current = Child(nearest as u32);
+                continue;
+            }
+        } else if current.is_sphere_leaf() {
+            let ray = rays.lane(lane);
+            for sphere in &tracer.spheres[current.range()] {
+                let found = sphere.hit::<f32, ANY>(&ray, best.t);
+                if found.mask {
+                    record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
+                }
+            }
+        } else {
+            for block in &tracer.wide.blocks[current.range()] {
+                test_block::<ANY>(&ray, block, best);
+            }
+        }
+        if ANY && best.t < 0.0 {
+            return;
+        }
+        loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            let entry = stack[top & (STACK - 1)];
+            if f32::from_bits((entry >> 32) as u32) <= best.t {
+                current = Child(entry as u32);
+                break;
+            }
+        }
+    }
+}
+
+/// Where the ray enters each child, and bits of those it enters no later than its best hit.
+#[inline(always)]
+fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
+    let (mut near, mut far) = (f32x8::ZERO, f32x8::splat(t_max));
+    for k in 0..3 {
+        let side = ray.negative[k] & 1;
+        let plane =
+            |side: usize| Lanes::mul_add(f32x8::new(node.bounds[k][side]), ray.rd[k], -ray.ord[k]);
+        near = Lanes::max(near, plane(side));
+        far = Lanes::min(far, plane(1 - side));
+    }
+    (near.to_array(), Mask::bits(Lanes::le(near, far)))
+}
+
+#[inline(always)]
+fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>) {
+    let p = block
+        .p
+        .map(|p| ray.order.map(|axis| f32x8::new(p[axis.min(2)])));
+    let (mask, weights) = covers(&ray.own, &p);
+    if !mask.any() {
+        return;
+    }
+    let found = hit::<f32x8, ANY>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
+    let mut mask = Mask::bits(found.mask);
+    if mask == 0 {
+        return;
+    }
+    if ANY {
+        best.t = -1.0;
+        return;
+    }
+    let t = found.t.to_array();
+    let b = barycentrics(weights).map(|b| b.to_array());
+    while mask != 0 {
+        let lane = mask.trailing_zeros() as usize & 7;
+        mask &= mask - 1;
+        record::<ANY>(best, t[lane], block.index[lane], || {
+            [b[0][lane], b[1][lane]]
+        });
+    }
+}
+
+#[inline(always)]
+fn record<const ANY: bool>(
+    best: &mut Best<f32>,
+    t: f32,
+    prim: u32,
+    barycentrics: impl FnOnce() -> [f32; 2],
+) {
+    if ANY {
+        best.t = -1.0;
+    } else if t < best.t || (t == best.t && prim < best.prim) {
+        let [b1, b2] = barycentrics();
+        *best = Best { t, b1, b2, prim };
+    }
+}
