@@ -17,15 +17,16 @@ pub struct Node8 {
 
 const _: () = assert!(size_of::<Node8>() == 256);
 
-/// Up to eight triangles, `[vertex][axis][triangle]`. Vertices of missing ones are NaN, which no ray hits.
+/// Up to eight triangles. Vertices of missing ones are NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Block {
-    pub p: [[[f32; 8]; 3]; 3],
-    pub index: [u32; 8],
+    /// `[vertex][axis][triangle]`. There are four axes so that one can be picked at run time without a bounds check; the
+    /// fourth of the first vertex is the index of the triangle, as bits.
+    pub p: [[[f32; 8]; 4]; 3],
 }
 
-const _: () = assert!(size_of::<Block>() == 320);
+const _: () = assert!(size_of::<Block>() == 384);
 
 /// The wide tree. Its triangle leaves refer to `blocks`, its sphere leaves to the spheres of the binary tree.
 pub struct Bvh8 {
@@ -48,8 +49,7 @@ impl Node8 {
 impl Block {
     fn new(triangles: &[&LeafTriangle]) -> Self {
         let mut block = Self {
-            p: [[[f32::NAN; 8]; 3]; 3],
-            index: [crate::scene::NONE; 8],
+            p: [[[f32::NAN; 8]; 4]; 3],
         };
         for (lane, triangle) in triangles.iter().enumerate() {
             for (vertex, p) in triangle.p.iter().enumerate() {
@@ -57,9 +57,14 @@ impl Block {
                     block.p[vertex][axis][lane] = p[axis];
                 }
             }
-            block.index[lane] = triangle.index();
+            block.p[0][3][lane] = f32::from_bits(triangle.index());
         }
         block
+    }
+
+    #[inline(always)]
+    pub fn index(&self, lane: usize) -> u32 {
+        self.p[0][3][lane].to_bits()
     }
 }
 

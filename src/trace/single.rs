@@ -38,7 +38,8 @@ struct Splat {
 impl Splat {
     #[inline(always)]
     fn new(ray: &Ray<f32x8>, lane: usize) -> Self {
-        let all = |v: [f32x8; 3]| v.map(|x| f32x8::splat(x.lane(lane)));
+        let splat = |x: f32x8| f32x8::splat(x.lane(lane));
+        let all = |v: [f32x8; 3]| [splat(v[0]), splat(v[1]), splat(v[2])];
         let is = |mask: f32x8| Mask::bits(mask) >> lane & 1 == 1;
         Self {
             rd: all(ray.rd),
@@ -48,7 +49,7 @@ impl Splat {
                 d: all(ray.own.d),
                 rd: all(ray.own.rd),
                 ord: all(ray.own.ord),
-                shear: ray.own.shear.map(|x| f32x8::splat(x.lane(lane))),
+                shear: [splat(ray.own.shear[0]), splat(ray.own.shear[1])],
             },
             pad: ray.pad,
             negative: ray.rd.map(|x| usize::from(x.lane(lane) < 0.0)),
@@ -176,9 +177,15 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
 
 #[inline(always)]
 fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>) {
-    let p = block
-        .p
-        .map(|p| ray.order.map(|axis| f32x8::new(p[axis.min(2)])));
+    let [x, y, z] = ray.order;
+    let own = |p: &[[f32; 8]; 4]| {
+        [
+            f32x8::new(p[x & 3]),
+            f32x8::new(p[y & 3]),
+            f32x8::new(p[z & 3]),
+        ]
+    };
+    let p = [own(&block.p[0]), own(&block.p[1]), own(&block.p[2])];
     let (mask, weights) = covers(&ray.own, &p);
     if !mask.any() {
         return;
@@ -197,7 +204,7 @@ fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>)
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize & 7;
         mask &= mask - 1;
-        record::<ANY>(best, t[lane], block.index[lane], || {
+        record::<ANY>(best, t[lane], block.index(lane), || {
             [b[0][lane], b[1][lane]]
         });
     }

@@ -37,17 +37,19 @@ impl LeafTriangle {
     /// Vertices in the rays' own order of axes, if they agree on one.
     #[inline(always)]
     pub fn agreed<L: Lanes>(&self, agreement: &Agreement) -> [[L; 3]; 3] {
-        self.p
-            .map(|p| agreement.order.map(|axis| L::splat(p[axis & 3])))
+        let [x, y, z] = agreement.order;
+        let own = |p: &[f32; 4]| [L::splat(p[x & 3]), L::splat(p[y & 3]), L::splat(p[z & 3])];
+        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
     }
 
     /// Vertices in each ray's own order of axes.
     #[inline(always)]
     pub fn permuted<L: Lanes>(&self, ray: &Ray<L>) -> [[L; 3]; 3] {
-        self.p.map(|p| {
+        let own = |p: &[f32; 4]| {
             let p = [L::splat(p[0]), L::splat(p[1]), L::splat(p[2])];
             permute::<L>(p, ray.swap_x, ray.swap_y)
-        })
+        };
+        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
     }
 }
 
@@ -74,13 +76,14 @@ pub struct Hit<L: Lanes> {
 /// Lanes whose ray, a line without end, passes through the triangle, and the weights of the vertices up to a common factor.
 #[inline(always)]
 pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
-    let [[x0, y0], [x1, y1], [x2, y2]] = p.map(|p| {
+    let project = |p: &[L; 3]| {
         let z = p[2] - ray.o[2];
         [
             z.mul_add(ray.shear[0], p[0] - ray.o[0]),
             z.mul_add(ray.shear[1], p[1] - ray.o[1]),
         ]
-    });
+    };
+    let ([x0, y0], [x1, y1], [x2, y2]) = (project(&p[0]), project(&p[1]), project(&p[2]));
     let weights = [x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0];
     let [u, v, w] = weights;
     let zero = L::zero();
