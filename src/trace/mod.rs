@@ -22,7 +22,7 @@ mod triangle;
 use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
-use crate::simd::{Lanes, Row, f32x8};
+use crate::simd::{Lanes, Row};
 
 use self::bvh8::Bvh8;
 use self::node::Node;
@@ -131,23 +131,9 @@ impl Tracer {
         list: &[u32],
         hits: &mut [Row],
     ) {
-        if self.goes_single::<L>(coherence) {
-            let mut stack = single::Stack::new();
-            for packet in list.chunks(f32x8::N) {
-                let ray = Ray::<f32x8>::load(rays, packet, &self.extent);
-                let mut best = Best::new(&ray);
-                single::traverse::<false>(self, &ray, &mut best, &mut stack);
-                best.store(&ray, rays, packet, hits);
-            }
-            return;
-        }
-        let mut stack = packet::Stack::<L>::new();
-        for packet in list.chunks(L::N) {
-            let ray = Ray::<L>::load(rays, packet, &self.extent);
-            let mut best = Best::new(&ray);
-            packet::traverse::<L, false>(self, &ray, &mut best, &mut stack);
-            best.store(&ray, rays, packet, hits);
-        }
+        self.trace::<L, false>(coherence, rays, list, |packet, ray, best| {
+            best.store(ray, rays, packet, hits);
+        });
     }
 
     /// Whether anything lies strictly between `origin` and `origin + tmax * direction`, both ends excluded by their
@@ -164,31 +150,43 @@ impl Tracer {
         list: &[u32],
         blocked: &mut [u32],
     ) {
-        let mut store = |packet: &[u32], hit: u32| {
+        self.trace::<L, true>(coherence, rays, list, |packet, ray, best| {
+            let hit = best.blocked(ray);
             for (lane, &i) in packet.iter().enumerate() {
                 blocked[i as usize] = hit >> lane & 1;
             }
-        };
-        if self.goes_single::<L>(coherence) {
-            let mut stack = single::Stack::new();
-            for packet in list.chunks(f32x8::N) {
-                let ray = Ray::<f32x8>::load(rays, packet, &self.extent);
-                let mut best = Best::new(&ray);
-                single::traverse::<true>(self, &ray, &mut best, &mut stack);
-                store(packet, best.blocked(&ray));
-            }
-            return;
-        }
-        let mut stack = packet::Stack::<L>::new();
+        });
+    }
+
+    #[inline(always)]
+    fn trace<L: Lanes, const ANY: bool>(
+        &self,
+        coherence: Coherence,
+        rays: &[Row],
+        list: &[u32],
+        mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
+    ) {
+        let mut packets = packet::Stack::<L>::new();
+        let mut single = single::Stack::new();
         for packet in list.chunks(L::N) {
             let ray = Ray::<L>::load(rays, packet, &self.extent);
             let mut best = Best::new(&ray);
-            packet::traverse::<L, true>(self, &ray, &mut best, &mut stack);
-            store(packet, best.blocked(&ray));
+            let done = match coherence {
+                _ if L::N == 1 => {
+                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Coherent => {
+                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Unknown => {
+                    packet::traverse::<L, ANY, true>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Incoherent => false,
+            };
+            if !done {
+                single::traverse::<L, ANY>(self, &ray, &mut best, &mut single);
+            }
+            store(packet, &ray, &best);
         }
-    }
-
-    fn goes_single<L: Lanes>(&self, coherence: Coherence) -> bool {
-        L::N == 8 && coherence == Coherence::Incoherent
     }
 }

@@ -32,6 +32,16 @@ pub struct Best<L: Lanes> {
     pub prim: L::Uint,
 }
 
+impl Best<f32> {
+    /// A ray that is done.
+    pub const NOTHING: Self = Self {
+        t: -1.0,
+        b1: 0.0,
+        b2: 0.0,
+        prim: NONE,
+    };
+}
+
 impl<L: Lanes> Best<L> {
     /// No hit; hits must be nearer than the end of the ray.
     #[inline(always)]
@@ -58,6 +68,17 @@ impl<L: Lanes> Best<L> {
         self.b1 = L::select(mask, b[0], self.b1);
         self.b2 = L::select(mask, b[1], self.b2);
         self.prim = L::uint_select(mask, prim, self.prim);
+    }
+
+    /// One lane.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Best<f32> {
+        Best {
+            t: self.t.lane(i),
+            b1: self.b1.lane(i),
+            b2: self.b2.lane(i),
+            prim: self.prim.lane(i),
+        }
     }
 
     /// Bits of the lanes that ended with a negative `t`: something was in their way.
@@ -87,35 +108,42 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows one packet to the end, or, with `PROBE`, gives up early if its rays turn out to have little in common: then it
+/// returns false, and `best` holds what was found so far. With `ANY`, lanes that hit something end with a negative `best.t`.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) {
+) -> bool {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
+        Some(agreement) => descend::<L, ANY, PROBE, true>(tracer, ray, &agreement, best, stack),
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
+            descend::<L, ANY, PROBE, false>(tracer, ray, &any, best, stack)
         }
     }
 }
 
+/// A packet is probed each time it has visited so many nodes, and goes on if at least so many lanes, summed over these
+/// nodes, met a child.
+const PROBE_NODES: u32 = 16;
+const PROBE_LANES: u32 = 4 * PROBE_NODES;
+
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
+fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     agreement: &Agreement,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) {
+) -> bool {
     let Stack(stack) = stack;
+    let (mut visited, mut lanes) = (0, 0);
     let mut top = 0;
     let mut current = Child::inner(0);
     loop {
@@ -123,6 +151,16 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             let node: &Node = &tracer.nodes[current.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
+            if PROBE {
+                visited += 1;
+                lanes += meets0.or(meets1).bits().count_ones();
+                if visited == PROBE_NODES {
+                    if lanes < PROBE_LANES {
+                        return false;
+                    }
+                    (visited, lanes) = (0, 0);
+                }
+            }
             match (meets0.any(), meets1.any()) {
                 (true, true) => {
                     // Rays that meet only one child have no say.
@@ -160,11 +198,11 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
-            return;
+            return true;
         }
         loop {
             if top == 0 {
-                return;
+                return true;
             }
             top -= 1;
             let (child, near) = stack[top & (MAX_DEPTH - 1)];

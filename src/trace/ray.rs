@@ -196,8 +196,9 @@ impl<L: Lanes> Ray<L> {
     }
 
     /// One lane as a ray of its own.
+    #[inline(always)]
     pub fn lane(&self, i: usize) -> Ray<f32> {
-        let one = |v: [L; 3]| v.map(|x| x.lane(i));
+        let one = |v: [L; 3]| [v[0].lane(i), v[1].lane(i), v[2].lane(i)];
         let vector = |v: Vec3<L>| Vec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
         let is = |mask: L::Mask| mask.bits() >> i & 1 == 1;
         Ray {
@@ -210,7 +211,7 @@ impl<L: Lanes> Ray<L> {
                 d: one(self.own.d),
                 rd: one(self.own.rd),
                 ord: one(self.own.ord),
-                shear: self.own.shear.map(|x| x.lane(i)),
+                shear: [self.own.shear[0].lane(i), self.own.shear[1].lane(i)],
             },
             swap_x: is(self.swap_x),
             swap_y: is(self.swap_y),

@@ -3,15 +3,15 @@
 use super::Tracer;
 use super::bvh8::{Block, Node8};
 use super::node::Child;
-use super::packet::Best;
+use super::packet::{Best, MAX_DEPTH};
 use super::ray::{Ray, Sheared};
 use super::triangle::{barycentrics, covers, hit};
-use crate::simd::{Lanes, Mask, f32x8};
+use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
 const STACK: usize = 1024;
-/// Deepest wide tree that can be traversed.
-pub const MAX_DEPTH: usize = STACK / 8;
+/// A wide tree is no deeper than the binary one.
+const _: () = assert!(7 * MAX_DEPTH < STACK);
 
 /// Children to be visited: bits of the distance at which the ray enters, then the child. Distances are not negative, so entries
 /// order as integers.
@@ -37,10 +37,8 @@ struct Splat {
 
 impl Splat {
     #[inline(always)]
-    fn new(ray: &Ray<f32x8>, lane: usize) -> Self {
-        let splat = |x: f32x8| f32x8::splat(x.lane(lane));
-        let all = |v: [f32x8; 3]| [splat(v[0]), splat(v[1]), splat(v[2])];
-        let is = |mask: f32x8| Mask::bits(mask) >> lane & 1 == 1;
+    fn new(ray: &Ray<f32>) -> Self {
+        let all = |v: [f32; 3]| [f32x8::splat(v[0]), f32x8::splat(v[1]), f32x8::splat(v[2])];
         Self {
             rd: all(ray.rd),
             ord: all(ray.ord),
@@ -49,11 +47,18 @@ impl Splat {
                 d: all(ray.own.d),
                 rd: all(ray.own.rd),
                 ord: all(ray.own.ord),
-                shear: [splat(ray.own.shear[0]), splat(ray.own.shear[1])],
+                shear: [
+                    f32x8::splat(ray.own.shear[0]),
+                    f32x8::splat(ray.own.shear[1]),
+                ],
             },
-            pad: ray.pad,
-            negative: ray.rd.map(|x| usize::from(x.lane(lane) < 0.0)),
-            order: match (is(ray.swap_x), is(ray.swap_y)) {
+            pad: f32x8::splat(ray.pad),
+            negative: [
+                usize::from(ray.rd[0] < 0.0),
+                usize::from(ray.rd[1] < 0.0),
+                usize::from(ray.rd[2] < 0.0),
+            ],
+            order: match (ray.swap_x, ray.swap_y) {
                 (true, _) => [2, 1, 0],
                 (_, true) => [0, 2, 1],
                 _ => [0, 1, 2],
@@ -62,43 +67,40 @@ impl Splat {
     }
 }
 
-/// Follows the rays of a packet one after the other. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows the rays of a packet one after the other; `best` may hold hits found before. With `ANY`, lanes that hit something
+/// end with a negative `best.t`.
 #[inline(always)]
-pub fn traverse<const ANY: bool>(
+pub fn traverse<L: Lanes, const ANY: bool>(
     tracer: &Tracer,
-    rays: &Ray<f32x8>,
-    best: &mut Best<f32x8>,
+    rays: &Ray<L>,
+    best: &mut Best<L>,
     stack: &mut Stack,
 ) {
-    let mut live = rays.live().bits();
-    let (mut t, mut b1, mut b2) = (best.t.to_array(), best.b1.to_array(), best.b2.to_array());
-    let mut prim = best.prim.to_array();
+    let mut live = best.t.ge(L::zero()).bits();
+    let mut found = [Best::<f32>::NOTHING; 8];
+    for (lane, found) in found.iter_mut().enumerate().take(L::N) {
+        *found = best.lane(lane);
+    }
     while live != 0 {
         let lane = live.trailing_zeros() as usize & 7;
         live &= live - 1;
-        let mut one = Best::<f32> {
-            t: t[lane],
-            b1: b1[lane],
-            b2: b2[lane],
-            prim: prim[lane],
-        };
-        descend::<ANY>(tracer, rays, lane, &mut one, stack);
-        (t[lane], b1[lane], b2[lane], prim[lane]) = (one.t, one.b1, one.b2, one.prim);
+        descend::<ANY>(tracer, &rays.lane(lane), &mut found[lane], stack);
     }
-    best.t = f32x8::new(t);
-    best.b1 = f32x8::new(b1);
-    best.b2 = f32x8::new(b2);
-    best.prim = wide::u32x8::new(prim);
+    *best = Best {
+        t: L::from_fn(|lane| found[lane & 7].t),
+        b1: L::from_fn(|lane| found[lane & 7].b1),
+        b2: L::from_fn(|lane| found[lane & 7].b2),
+        prim: L::Uint::from_fn(|lane| found[lane & 7].prim),
+    };
 }
 
 fn descend<const ANY: bool>(
     tracer: &Tracer,
-    rays: &Ray<f32x8>,
-    lane: usize,
+    rays: &Ray<f32>,
     best: &mut Best<f32>,
     stack: &mut Stack,
 ) {
-    let ray = Splat::new(rays, lane);
+    let ray = Splat::new(rays);
     let Stack(stack) = stack;
     let mut top = 0;
     let mut current = Child::inner(0);
@@ -132,9 +134,8 @@ fn descend<const ANY: bool>(
                 continue;
             }
         } else if current.is_sphere_leaf() {
-            let ray = rays.lane(lane);
             for sphere in &tracer.spheres[current.range()] {
-                let found = sphere.hit::<f32, ANY>(&ray, best.t);
+                let found = sphere.hit::<f32, ANY>(rays, best.t);
                 if found.mask {
                     record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
                 }
