@@ -108,8 +108,8 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet to the end, or, with `PROBE`, gives up early if its rays turn out to have little in common: then it
-/// returns false, and `best` holds what was found so far. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows one packet to the end, or, with `PROBE`, gives up early if its rays have little in common, by their directions or as
+/// it turns out: then it returns false, and `best` holds what was found so far. With `ANY`, lanes that hit something end with a negative `best.t`.
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
     tracer: &Tracer,
@@ -119,6 +119,7 @@ pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
 ) -> bool {
     match ray.agreement() {
         Some(agreement) => descend::<L, ANY, PROBE, true>(tracer, ray, &agreement, best, stack),
+        None if PROBE && !ray.is_narrow() => false,
         None => {
             let any = Agreement {
                 negative: [0; 3],
@@ -130,9 +131,9 @@ pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
 }
 
 /// A packet is probed each time it has visited so many nodes, and goes on if at least so many lanes, summed over these
-/// nodes, met a child.
-const PROBE_NODES: u32 = 16;
-const PROBE_LANES: u32 = 4 * PROBE_NODES;
+/// nodes, entered them.
+const PROBE_NODES: u32 = 32;
+const PROBE_LANES: u32 = 2 * PROBE_NODES;
 
 #[inline(always)]
 fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
@@ -143,7 +144,9 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
     stack: &mut Stack<L>,
 ) -> bool {
     let Stack(stack) = stack;
-    let (mut visited, mut lanes) = (0, 0);
+    let (mut visited, mut lanes, mut entering) = (0, 0, ray.live().bits());
+    // Rays that miss a box never enter it.
+    let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
     let mut current = Child::inner(0);
     loop {
@@ -153,7 +156,7 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
             if PROBE {
                 visited += 1;
-                lanes += meets0.or(meets1).bits().count_ones();
+                lanes += entering.count_ones();
                 if visited == PROBE_NODES {
                     if lanes < PROBE_LANES {
                         return false;
@@ -161,27 +164,30 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
                     (visited, lanes) = (0, 0);
                 }
             }
-            match (meets0.any(), meets1.any()) {
+            let (bits0, bits1) = (meets0.bits(), meets1.bits());
+            match (bits0 != 0, bits1 != 0) {
                 (true, true) => {
                     // Rays that meet only one child have no say.
-                    let both = meets0.and(meets1);
-                    let second = near1.lt(near0).and(both).bits().count_ones();
-                    let (far, near_far, next) = if 2 * second > both.bits().count_ones() {
-                        (node.child[0], near0, node.child[1])
+                    let both = bits0 & bits1;
+                    let second = near1.lt(near0).bits() & both;
+                    if 2 * second.count_ones() > both.count_ones() {
+                        let near = L::select(meets0, near0, nowhere);
+                        stack[top & (MAX_DEPTH - 1)] = (node.child[0], near);
+                        (current, entering) = (node.child[1], bits1);
                     } else {
-                        (node.child[1], near1, node.child[0])
-                    };
-                    stack[top & (MAX_DEPTH - 1)] = (far, near_far);
+                        let near = L::select(meets1, near1, nowhere);
+                        stack[top & (MAX_DEPTH - 1)] = (node.child[1], near);
+                        (current, entering) = (node.child[0], bits0);
+                    }
                     top += 1;
-                    current = next;
                     continue;
                 }
                 (true, false) => {
-                    current = node.child[0];
+                    (current, entering) = (node.child[0], bits0);
                     continue;
                 }
                 (false, true) => {
-                    current = node.child[1];
+                    (current, entering) = (node.child[1], bits1);
                     continue;
                 }
                 (false, false) => {}
@@ -206,7 +212,8 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
             }
             top -= 1;
             let (child, near) = stack[top & (MAX_DEPTH - 1)];
-            if near.le(best.t).any() {
+            entering = near.le(best.t).bits();
+            if entering != 0 {
                 current = child;
                 break;
             }

@@ -16,6 +16,9 @@ use crate::simd::{Lanes, Mask, Row, UintLanes, Vec3};
 /// below the rounding of the direction.
 const TINY: f32 = 1e-18;
 
+/// The squared cosine of 25 degrees.
+const NARROW: f32 = 0.82;
+
 /// Largest absolute coordinates of a scene, and what follows from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
@@ -169,6 +172,18 @@ impl<L: Lanes> Ray<L> {
     #[inline(always)]
     pub fn live(&self) -> L::Mask {
         self.t_max.gt(L::zero())
+    }
+
+    /// Whether all live lanes go nearly the way of the first: within 25 degrees.
+    #[inline(always)]
+    pub fn is_narrow(&self) -> bool {
+        let live = self.live().bits();
+        let first = live.trailing_zeros() as usize % L::N;
+        let axis = Vec3::splat(self.d.lane(first));
+        let along = axis.dot(self.d);
+        let bound = self.d.length2() * axis.length2() * L::splat(NARROW);
+        let narrow = along.gt(L::zero()).and((along * along).ge(bound));
+        live & !narrow.bits() == 0
     }
 
     /// If all live lanes agree in the signs of the direction and in their own third axis: what they agree on.
