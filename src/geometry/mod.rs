@@ -23,6 +23,8 @@ pub struct Geometry {
     vertices: Vec<Row>,
     triangles: Vec<Triangle>,
     spheres: Vec<Sphere>,
+    /// Four rows a sphere, see [`sphere_rows`].
+    sphere_rows: Vec<Row>,
     shapes: Vec<Shape>,
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
@@ -90,6 +92,7 @@ impl Geometry {
             vertices,
             triangles: scene.triangles.clone(),
             spheres: scene.spheres.clone(),
+            sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
             shapes: scene.shapes.clone(),
             radius: (reach.sqrt() * 1.000_001).max(f64::from(f32::MIN_POSITIVE)) as f32,
         }
@@ -140,7 +143,10 @@ impl Geometry {
             error: L::select(on_sphere, other.error, point.error),
             ng: pick(other.ng, point.ng),
             ns: pick(other.ns, point.ns),
-            uv: std::array::from_fn(|i| L::select(on_sphere, other.uv[i], point.uv[i])),
+            uv: [
+                L::select(on_sphere, other.uv[0], point.uv[0]),
+                L::select(on_sphere, other.uv[1], point.uv[1]),
+            ],
             tangent: pick(other.tangent, point.tangent),
         }
     }
@@ -162,7 +168,8 @@ impl Geometry {
             }
         }
         let n = prim.len();
-        let [a, b, c] = index.map(|i| L::load_rows(&self.vertices, &i[..n]));
+        let corner = |c: usize| L::load_rows(&self.vertices, &index[c][..n]);
+        let (a, b, c) = (corner(0), corner(1), corner(2));
         let point = |v: &[L; 8]| Vec3::new(v[0], v[1], v[2]);
         let normal = |v: &[L; 8]| Vec3::new(v[3], v[4], v[5]);
         let b0 = L::one() - b1 - b2;
@@ -314,23 +321,50 @@ impl Geometry {
     #[inline(always)]
     fn sphere_maps<L: Lanes>(&self, index: impl Iterator<Item = u32>) -> (L::Mask, SphereMap<L>) {
         let mut valid = 0u32;
-        let mut pick = [&self.spheres[0]; 8];
-        for (i, s) in index.enumerate() {
-            if let Some(sphere) = self.spheres.get(s as usize) {
-                pick[i] = sphere;
-                valid |= 1 << i;
+        let mut pick = [[0u32; 8]; 4];
+        let mut n = 0;
+        for s in index {
+            if (s as usize) < self.spheres.len() {
+                for (r, row) in pick.iter_mut().enumerate() {
+                    row[n] = 4 * s + r as u32;
+                }
+                valid |= 1 << n;
+            } else {
+                for (r, row) in pick.iter_mut().enumerate() {
+                    row[n] = r as u32;
+                }
             }
+            n += 1;
         }
-        let gather = |f: &dyn Fn(&Sphere) -> f32| L::from_fn(|i| f(pick[i]));
+        let row = |r: usize| L::load_rows(&self.sphere_rows, &pick[r][..n]);
+        let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
         let map = SphereMap {
-            to_world: std::array::from_fn(|r| {
-                std::array::from_fn(|c| gather(&|s| s.to_world[r][c]))
-            }),
-            to_unit: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_unit[r][c]))),
-            facing: gather(&|s| s.facing),
+            to_world: [
+                [a[0], a[1], a[2], a[3]],
+                [a[4], a[5], a[6], a[7]],
+                [b[0], b[1], b[2], b[3]],
+            ],
+            to_unit: [
+                [b[4], b[5], b[6], b[7]],
+                [c[0], c[1], c[2], c[3]],
+                [c[4], c[5], c[6], c[7]],
+            ],
+            facing: d[0],
         };
         (L::Mask::from_bits(valid), map)
     }
+}
+
+/// Four rows of a sphere: both maps, row by row, and its facing.
+fn sphere_rows(s: &Sphere) -> [Row; 4] {
+    let two = |a: [f32; 4], b: [f32; 4]| Row([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]);
+    let (w, u) = (s.to_world, s.to_unit);
+    [
+        two(w[0], w[1]),
+        two(w[2], u[0]),
+        two(u[1], u[2]),
+        two([s.facing, 0.0, 0.0, 0.0], [0.0; 4]),
+    ]
 }
 
 /// Unit normal of `a x b`, safe against underflow for tiny edges.
