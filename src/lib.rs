@@ -53,6 +53,7 @@
 
 pub mod camera;
 pub mod chain;
+pub mod cli;
 pub mod film;
 pub mod formats;
 pub mod geometry;

@@ -71,7 +71,7 @@ fn format_error(path: &Path) -> impl FnOnce(String) -> OutputError {
 }
 
 /// A temporary file in the folder of `path` with the permissions a new file would have.
-fn temporary(path: &Path) -> io::Result<NamedTempFile> {
+pub(crate) fn temporary(path: &Path) -> io::Result<NamedTempFile> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -81,6 +81,11 @@ fn temporary(path: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)
+}
+
+/// True if [`write`] knows the format of the extension.
+pub fn is_supported(path: &Path) -> bool {
+    format(path).is_ok()
 }
 
 /// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder.

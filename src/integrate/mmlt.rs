@@ -24,6 +24,11 @@ use std::time::{Duration, Instant};
 /// Depths with a film layer of their own; deeper ones share the last.
 const LAYERS: usize = 16;
 
+/// Layers of the film for so many depths.
+pub(super) fn layers(depths: usize) -> usize {
+    depths.clamp(1, LAYERS)
+}
+
 /// How the chains of a depth reach the film.
 struct Allotment {
     /// Index into the plan's depths.
@@ -58,7 +63,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     };
     let iterations = iterations.min(u64::from(u32::MAX)) as u32;
 
-    let layers = LAYERS.min(run.world.plan.depths.len()).max(1);
+    let layers = layers(run.world.plan.depths.len());
     let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
     let film = SplatFilm::new(filter, layers, f64::from(iterations) * chains as f64);
 

@@ -3,7 +3,7 @@
 mod mmlt;
 mod pt;
 
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{Film, IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::transport::World;
 use serde::Serialize;
@@ -117,6 +117,8 @@ pub struct Stats {
     pub samples_per_second: f64,
     pub rays: u64,
     pub rays_per_second: f64,
+    /// Reading and parsing the scene; 0 for a scene that was not read from a file.
+    pub load_seconds: f64,
     pub build_seconds: f64,
     pub bootstrap_seconds: f64,
     pub render_seconds: f64,
@@ -153,6 +155,15 @@ pub enum RenderError {
         threads: usize,
         source: rayon::ThreadPoolBuildError,
     },
+}
+
+/// Memory that the film of a render takes, in bytes, the finished picture included.
+pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
+    let per_pixel = match settings.integrator {
+        IntegratorKind::Mmlt => mmlt::layers(settings.max_depth as usize + 1) * size_of::<[i64; 3]>(),
+        IntegratorKind::Pt => size_of::<[i128; 3]>(),
+    };
+    film.crop_pixels() * (per_pixel + size_of::<[f32; 3]>()) as u64
 }
 
 /// Renders a scene.

@@ -5,6 +5,7 @@
 //! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
+pub mod film;
 pub mod image;
 pub mod pbrt;
 pub mod ply;

@@ -1,0 +1,380 @@
+//! The command line, declared once: flags, their documentation, and what values they take. A flag left out is `None`, and the
+//! scene file decides.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
+
+use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::integrate::{Settings, Width};
+use crate::scene::{Film, IntegratorKind};
+
+/// Phalanx renders pbrt scenes by Metropolis light transport.
+///
+/// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
+/// pbrt-v4.
+///
+/// Messages and progress go to stderr; stdout carries only what `inspect` prints.
+///
+/// Exit codes: 0 success; 1 a file could not be written; 2 bad arguments or a scene that cannot be used; 130 and 143 stopped by
+/// SIGINT and SIGTERM, with the picture so far written.
+#[derive(Debug, Parser)]
+#[command(
+    name = "phalanx",
+    version,
+    arg_required_else_help = true,
+    args_override_self = true
+)]
+pub struct Cli {
+    /// When to colour messages
+    ///
+    /// `auto` colours where stderr is a terminal, unless the environment variable NO_COLOR is set.
+    #[arg(
+        long,
+        global = true,
+        value_name = "WHEN",
+        default_value = "auto",
+        help_heading = "Messages"
+    )]
+    pub color: ColorChoice,
+
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Render(Box<RenderArgs>),
+    Inspect(InspectArgs),
+}
+
+/// Render a scene into picture files
+///
+/// Flags beat what the scene file says; what neither says is as in pbrt.
+///
+/// The same scene, seed and settings give the same picture, bit for bit, with any number of threads and lanes, unless --time or a
+/// signal ends the render.
+///
+/// Ctrl-C (SIGINT) or SIGTERM ends the render and writes the picture so far, correctly normalised; a second signal quits at
+/// once.
+#[derive(Debug, Args)]
+#[command(allow_negative_numbers = true, args_override_self = true)]
+pub struct RenderArgs {
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    ///
+    /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the current folder.
+    pub scene: Option<PathBuf>,
+
+    /// Write the picture to FILE: .exr, .pfm or .png; may be repeated
+    ///
+    /// .exr holds linear RGB as 32-bit floats, with the settings and figures of the render as attributes; .pfm the same
+    /// without attributes; .png 8-bit sRGB (see --exposure).
+    ///
+    /// Without -o, the picture is named as the scene's Film "filename" says, or else after SCENE, in the current folder.
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: Vec<PathBuf>,
+
+    /// Brighten .png files by EV stops (darken, if negative) [default: 0]
+    #[arg(long, value_name = "EV", value_parser = exposure, help_heading = "Output")]
+    pub exposure: Option<f32>,
+
+    /// Write the figures of the render to FILE, as one flat JSON object
+    ///
+    /// Times are in seconds; rates are per second of bootstrap and render; `b` is the mean radiance of the picture as the
+    /// chains' normalisation has it, and `b_stderr` its standard error.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub stats: Option<PathBuf>,
+
+    /// Size of the full picture in pixels
+    ///
+    /// The framing stays as it is: where the shape of the picture changes, the shorter side shows what it showed before. A
+    /// crop window keeps its proportions.
+    #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = "Picture")]
+    pub resolution: Option<(u32, u32)>,
+
+    /// Render part of the picture, in fractions of its size from the left and top
+    ///
+    /// Pixels ceil(x0 * W) to ceil(x1 * W), as pbrt does it: adjacent windows tile without overlap.
+    #[arg(
+        long,
+        value_name = "X0,X1,Y0,Y1",
+        value_parser = crop,
+        allow_hyphen_values = true,
+        help_heading = "Picture"
+    )]
+    pub crop: Option<[f32; 4]>,
+
+    /// Algorithm
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub integrator: Option<Integrator>,
+
+    /// Most scattering events on a path
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)),
+        help_heading = "Algorithm"
+    )]
+    pub max_depth: Option<u32>,
+
+    /// Markov chains, over all path depths (mmlt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_CHAINS_PER_DEPTH as u64),
+        help_heading = "Algorithm"
+    )]
+    pub chains: Option<u64>,
+
+    /// Independent paths per depth that estimate the picture's brightness and start the chains (mmlt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP),
+        help_heading = "Algorithm"
+    )]
+    pub bootstrap: Option<u64>,
+
+    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt)
+    #[arg(long, value_name = "P", value_parser = probability, help_heading = "Algorithm")]
+    pub large_step: Option<f32>,
+
+    /// Standard deviation of small mutations, in primary sample space (mmlt)
+    #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
+    pub sigma: Option<f32>,
+
+    /// Random seed
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        help_heading = "Algorithm"
+    )]
+    pub seed: u64,
+
+    /// Mutations per pixel (mmlt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_MUTATIONS),
+        help_heading = "Effort"
+    )]
+    pub mutations: Option<u64>,
+
+    /// Samples per pixel (pt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=u64::from(u32::MAX)),
+        help_heading = "Effort"
+    )]
+    pub spp: Option<u64>,
+
+    /// Render for SECONDS, bootstrap included
+    ///
+    /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
+    /// ends the render.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
+    pub time: Option<Duration>,
+
+    /// Worker threads; 0 is one per core
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = value_parser!(u32).range(0..=1024),
+        help_heading = "Effort"
+    )]
+    pub threads: u32,
+
+    /// SIMD width: paths that one instruction advances
+    ///
+    /// The picture is the same; 1 is for comparison.
+    #[arg(long, value_name = "N", default_value = "8", help_heading = "Effort")]
+    pub lanes: Lanes,
+
+    /// Print nothing but warnings and errors
+    #[arg(short, long, help_heading = "Messages")]
+    pub quiet: bool,
+}
+
+/// Print what a scene holds and how it would be rendered
+///
+/// Counts, bounds, camera, film and settings; the tree rays are traced through; and the plan: which kernels and
+/// bidirectional strategies the scene calls for, and why. To stdout.
+#[derive(Debug, Args)]
+#[command(allow_negative_numbers = true, args_override_self = true)]
+pub struct InspectArgs {
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    pub scene: Option<PathBuf>,
+
+    /// Most scattering events on a path [default: as the scene says]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
+    pub max_depth: Option<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Integrator {
+    /// Multiplexed Metropolis light transport
+    Mmlt,
+    /// Path tracing
+    Pt,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Lanes {
+    #[value(name = "1")]
+    One,
+    #[value(name = "8")]
+    Eight,
+}
+
+/// Every bootstrap path leaves a number in memory.
+const MAX_BOOTSTRAP: u64 = 1 << 32;
+const MAX_MUTATIONS: u64 = 1 << 40;
+/// Thirty years.
+const MAX_SECONDS: f64 = 1e9;
+/// Mutations or samples a second that no machine reaches per thread: the effort where only time counts.
+const UNREACHABLE_RATE: f64 = 2e8;
+
+impl RenderArgs {
+    /// Applies the flags to what the scene says. `pixels` is the size of the crop window.
+    pub fn apply(&self, settings: &mut Settings, pixels: u64) {
+        let s = settings;
+        match self.integrator {
+            Some(Integrator::Mmlt) => s.integrator = IntegratorKind::Mmlt,
+            Some(Integrator::Pt) => s.integrator = IntegratorKind::Pt,
+            None => {}
+        }
+        s.seed = self.seed;
+        s.threads = self.threads as usize;
+        s.lanes = match self.lanes {
+            Lanes::One => Width::One,
+            Lanes::Eight => Width::Eight,
+        };
+        s.time = self.time;
+        if let Some(time) = self.time {
+            let threads = match s.threads {
+                0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+                n => n,
+            };
+            let most =
+                time.as_secs_f64() * UNREACHABLE_RATE * threads as f64 / pixels.max(1) as f64;
+            s.mutations_per_pixel = (most.ceil() as u64).clamp(1, MAX_MUTATIONS);
+            s.samples_per_pixel = (most.ceil() as u64).clamp(1, u64::from(u32::MAX));
+        }
+        let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
+        set(&mut s.mutations_per_pixel, self.mutations);
+        set(&mut s.samples_per_pixel, self.spp);
+        set(&mut s.chains, self.chains);
+        set(&mut s.bootstrap, self.bootstrap);
+        s.max_depth = self.max_depth.unwrap_or(s.max_depth);
+        s.large_step_probability = self.large_step.unwrap_or(s.large_step_probability);
+        s.sigma = self.sigma.unwrap_or(s.sigma);
+    }
+
+    /// Flags given that mean nothing to an integrator.
+    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
+        let flags = match integrator {
+            IntegratorKind::Mmlt => vec![("--spp", self.spp.is_some())],
+            IntegratorKind::Pt => vec![
+                ("--mutations", self.mutations.is_some()),
+                ("--chains", self.chains.is_some()),
+                ("--bootstrap", self.bootstrap.is_some()),
+                ("--large-step", self.large_step.is_some()),
+                ("--sigma", self.sigma.is_some()),
+            ],
+        };
+        flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        Ok(_) => Err("it is not finite".into()),
+        Err(_) => Err("it is not a number".into()),
+    }
+}
+
+fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let value = number(text)?;
+    if (least..=most).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{text} is not in {least}..={most}"))
+    }
+}
+
+fn probability(text: &str) -> Result<f32, String> {
+    number_in(text, 0.0, 1.0).map(|v| v as f32)
+}
+
+fn sigma(text: &str) -> Result<f32, String> {
+    number_in(text, 0.0, 1e6).map(|v| v as f32)
+}
+
+fn exposure(text: &str) -> Result<f32, String> {
+    number_in(text, -100.0, 100.0).map(|v| v as f32)
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let value = number_in(text, 0.0, MAX_SECONDS)?;
+    if value > 0.0 {
+        Ok(Duration::from_secs_f64(value))
+    } else {
+        Err("it must be more than 0".into())
+    }
+}
+
+fn resolution(text: &str) -> Result<(u32, u32), String> {
+    let expected = || "expected width and height in pixels, like 640x480".to_string();
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(expected)?;
+    let side = |t: &str| t.trim().parse::<u64>().map_err(|_| expected());
+    let size = (side(w)?, side(h)?);
+    Film::check_size(size.0, size.1).map_err(|e| e.to_string())
+}
+
+fn crop(text: &str) -> Result<[f32; 4], String> {
+    let values: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    let [x0, x1, y0, y1] = values?[..] else {
+        return Err("expected four fractions x0,x1,y0,y1, like 0.25,0.75,0,1".into());
+    };
+    if ![x0, x1, y0, y1].iter().all(|v| (0.0..=1.0).contains(v)) {
+        return Err("fractions lie between 0 and 1".into());
+    }
+    if x0 >= x1 || y0 >= y1 {
+        return Err("it is empty: x0 must be less than x1, and y0 less than y1".into());
+    }
+    Ok([x0, x1, y0, y1].map(|v| v as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn declarations_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values() {
+        assert_eq!(resolution("640x480"), Ok((640, 480)));
+        for bad in ["640", "0x5", "x", "-1x5", "99999999x1", "131072x131072"] {
+            assert!(resolution(bad).is_err(), "{bad}");
+        }
+        assert_eq!(crop("0,1,0.25,.5"), Ok([0.0, 1.0, 0.25, 0.5]));
+        for bad in ["0,1,0", "0,1,0,2", "1,0,0,1", "0,1,0,nan", "", "0,1,0,1,1"] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+        for bad in ["nan", "inf", "1.01", "-0.1", "x", ""] {
+            assert!(probability(bad).is_err(), "{bad}");
+        }
+        for bad in ["nan", "inf", "0", "-1", "1e300"] {
+            assert!(seconds(bad).is_err(), "{bad}");
+        }
+    }
+}

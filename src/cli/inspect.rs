@@ -1,0 +1,318 @@
+//! `phalanx inspect`: what a scene holds, and how it would be rendered. To stdout.
+
+use std::fmt::{self, Write as _};
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use super::Failure;
+use super::args::InspectArgs;
+use super::input::{self, Input};
+use super::messages::Messages;
+use super::units;
+use crate::integrate::peak_rss_bytes;
+use crate::scene::{
+    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
+};
+use crate::surface::Kind;
+use crate::transport::World;
+
+pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    let input = input::load(args.scene.as_deref(), messages)?;
+    let max_depth = args.max_depth.unwrap_or(input.scene.integrator.max_depth);
+    let most = crate::chain::batch::MAX_DEPTHS - 1;
+    if max_depth > most {
+        let message = format!("{}: maxdepth {max_depth} is beyond {most}", input.name);
+        return Err(Failure::Input(message));
+    }
+    let world = World::new(&input.scene, max_depth);
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = report(&mut text, &input, &world);
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Io(format!("stdout: {e}"))),
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
+    let scene = &input.scene;
+    writeln!(
+        out,
+        "{} (loaded in {})",
+        input.name,
+        units::time(input.load_time)
+    )?;
+    section(out, "Scene")?;
+    counts(out, scene, world)?;
+    let [low, high] = scene.bounds.map(|p| to_world(&scene.space, p.to_array()));
+    writeln!(out, "  bounds        {} to {}", point(low), point(high))?;
+    section(out, "Camera and film")?;
+    camera(out, &scene.camera, &scene.space)?;
+    film(out, scene)?;
+    section(out, "Integrator")?;
+    integrator(out, scene)?;
+    section(out, "Acceleration structure")?;
+    let stats = world.tracer.stats();
+    writeln!(
+        out,
+        "  tree          {} nodes, {} levels, {} triangles, {} spheres",
+        stats.nodes, stats.depth, stats.triangles, stats.spheres
+    )?;
+    writeln!(
+        out,
+        "  memory        {} (scene tables {}, peak of this process {})",
+        units::bytes(stats.bytes as u64),
+        units::bytes(table_bytes(scene)),
+        units::bytes(peak_rss_bytes())
+    )?;
+    writeln!(out, "  build         {}", precise(stats.build_time))?;
+    section(out, "Plan")?;
+    write!(out, "{}", world.plan)
+}
+
+fn section(out: &mut String, name: &str) -> fmt::Result {
+    writeln!(out, "\n{name}")
+}
+
+fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
+    let rows = [
+        ("triangles", scene.triangles.len()),
+        ("vertices", scene.vertices.len()),
+        ("spheres", scene.spheres.len()),
+        ("shapes", scene.shapes.len()),
+    ];
+    for (name, count) in rows {
+        writeln!(out, "  {name:<13} {count}")?;
+    }
+    let kernels = Kind::ALL.map(|kind| {
+        let count = world
+            .materials
+            .entries
+            .iter()
+            .filter(|e| e.kind == kind)
+            .count();
+        (kind.name(), count)
+    });
+    writeln!(
+        out,
+        "  materials     {}",
+        tally(scene.materials.len(), &kernels)
+    )?;
+    let textures = ["constant", "scale", "mix", "checkerboard", "image"].map(|name| {
+        let count = scene
+            .textures
+            .iter()
+            .filter(|t| texture_name(t) == name)
+            .count();
+        (name, count)
+    });
+    writeln!(
+        out,
+        "  textures      {}",
+        tally(scene.textures.len(), &textures)
+    )?;
+    writeln!(out, "  images        {}", scene.images.len())?;
+    for image in &scene.images {
+        writeln!(
+            out,
+            "                {} x {}  {}",
+            image.width, image.height, image.name
+        )?;
+    }
+    let kinds = [
+        "triangle",
+        "sphere",
+        "point",
+        "spot",
+        "distant",
+        "constant infinite",
+        "image infinite",
+    ];
+    let lights = kinds.map(|name| {
+        let count = scene
+            .lights
+            .iter()
+            .filter(|l| light_name(&l.kind) == name)
+            .count();
+        (name, count)
+    });
+    writeln!(
+        out,
+        "  lights        {}",
+        tally(scene.lights.len(), &lights)
+    )
+}
+
+/// `7 (4 diffuse, 3 mirror)`
+fn tally(total: usize, kinds: &[(&str, usize)]) -> String {
+    let present = kinds.iter().filter(|k| k.1 > 0);
+    let list: Vec<String> = present.map(|(name, n)| format!("{n} {name}")).collect();
+    if list.is_empty() {
+        format!("{total}")
+    } else {
+        format!("{total} ({})", list.join(", "))
+    }
+}
+
+fn texture_name(texture: &Texture) -> &'static str {
+    match texture {
+        Texture::Constant(_) => "constant",
+        Texture::Scale { .. } => "scale",
+        Texture::Mix { .. } => "mix",
+        Texture::Checkerboard { .. } => "checkerboard",
+        Texture::Image { .. } => "image",
+    }
+}
+
+fn light_name(light: &LightKind) -> &'static str {
+    match light {
+        LightKind::Triangle { .. } => "triangle",
+        LightKind::Sphere { .. } => "sphere",
+        LightKind::Point { .. } => "point",
+        LightKind::Spot { .. } => "spot",
+        LightKind::Distant { .. } => "distant",
+        LightKind::InfiniteConstant { .. } => "constant infinite",
+        LightKind::InfiniteImage { .. } => "image infinite",
+    }
+}
+
+fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
+    let m = camera.to_world;
+    let position = to_world(space, [m[0][3], m[1][3], m[2][3]]);
+    let forward = [m[0][2], m[1][2], m[2][2]].map(f64::from);
+    let [x0, x1, y0, y1] = camera.screen.map(f64::from);
+    let view = match camera.projection {
+        Projection::Perspective => {
+            let angle = |a: f64, b: f64| (b.atan() - a.atan()).abs().to_degrees();
+            format!(
+                "perspective, {:.2} x {:.2} degrees",
+                angle(x0, x1),
+                angle(y0, y1)
+            )
+        }
+        Projection::Orthographic => {
+            let length = |a: f64, b: f64| (b - a).abs() / space.scale;
+            format!(
+                "orthographic, {:.4} x {:.4}",
+                length(x0, x1),
+                length(y0, y1)
+            )
+        }
+    };
+    writeln!(
+        out,
+        "  camera        {view}, at {}, looking along {}",
+        point(position),
+        point(forward)
+    )?;
+    if camera.lens_radius > 0.0 {
+        let world = |v: f32| f64::from(v) / space.scale;
+        writeln!(
+            out,
+            "  lens          radius {:.5}, in focus at {:.5}",
+            world(camera.lens_radius),
+            world(camera.focal_distance)
+        )?;
+    }
+    Ok(())
+}
+
+fn film(out: &mut String, scene: &Scene) -> fmt::Result {
+    let film = &scene.film;
+    writeln!(
+        out,
+        "  film          {} x {} pixels",
+        film.width, film.height
+    )?;
+    let [x0, x1, y0, y1] = film.crop;
+    if film.crop != [0, film.width, 0, film.height] {
+        writeln!(out, "  crop          x {x0} to {x1}, y {y0} to {y1}")?;
+    }
+    let filter = match film.filter.kind {
+        FilterKind::Box => "box".to_string(),
+        FilterKind::Triangle => "triangle".to_string(),
+        FilterKind::Gaussian { alpha } => format!("Gaussian (alpha {alpha})"),
+        FilterKind::Mitchell { b, c } => format!("Mitchell (B {b}, C {c})"),
+        FilterKind::Sinc { tau } => format!("Lanczos-windowed sinc (tau {tau})"),
+    };
+    let radius = film.filter.radius;
+    writeln!(
+        out,
+        "  filter        {filter}, radius {} x {} pixels",
+        radius.x, radius.y
+    )?;
+    if film.scale != 1.0 {
+        writeln!(out, "  scale         {}", film.scale)?;
+    }
+    if let Some(name) = &film.filename {
+        writeln!(out, "  filename      {name}")?;
+    }
+    Ok(())
+}
+
+fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
+    let i = &scene.integrator;
+    match i.kind {
+        IntegratorKind::Mmlt => writeln!(
+            out,
+            "  mmlt          maxdepth {}, {} mutations per pixel, {} chains, {} bootstrap paths per depth, large steps {}, sigma {}",
+            i.max_depth,
+            i.mutations_per_pixel,
+            i.chains,
+            i.bootstrap_samples,
+            i.large_step_probability,
+            i.sigma
+        ),
+        IntegratorKind::Pt => writeln!(
+            out,
+            "  pt            maxdepth {}, {} samples per pixel",
+            i.max_depth, i.pixel_samples
+        ),
+    }
+}
+
+/// Memory of the tables a scene is loaded into.
+fn table_bytes(scene: &Scene) -> u64 {
+    let texels: usize = scene
+        .images
+        .iter()
+        .map(|i| size_of_val(&i.texels[..]))
+        .sum();
+    let tables = size_of_val(&scene.vertices[..])
+        + size_of_val(&scene.triangles[..])
+        + size_of_val(&scene.spheres[..])
+        + size_of_val(&scene.shapes[..])
+        + size_of_val(&scene.materials[..])
+        + size_of_val(&scene.textures[..])
+        + size_of_val(&scene.lights[..]);
+    (tables + texels) as u64
+}
+
+/// A point of internal space in the world of the file.
+fn to_world(space: &Space, p: [f32; 3]) -> [f64; 3] {
+    let centre = space.centre.to_array();
+    std::array::from_fn(|i| f64::from(p[i]) / space.scale + centre[i])
+}
+
+/// `(0.0000, 1.0000, 3.9000)`, without negative zeros.
+fn point(p: [f64; 3]) -> String {
+    let [x, y, z] = p.map(|v| {
+        let text = format!("{v:.4}");
+        if text == "-0.0000" {
+            "0.0000".to_string()
+        } else {
+            text
+        }
+    });
+    format!("({x}, {y}, {z})")
+}
+
+/// Builds of small scenes take microseconds.
+fn precise(time: Duration) -> String {
+    if time < Duration::from_millis(100) {
+        format!("{:.3} ms", 1000.0 * time.as_secs_f64())
+    } else {
+        units::time(time)
+    }
+}

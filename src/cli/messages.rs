@@ -1,0 +1,64 @@
+//! What Phalanx says on stderr. Nothing here fails: a closed stderr loses messages, never a render.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+
+use clap::ColorChoice;
+
+/// Prints messages, one line each.
+#[derive(Clone, Copy, Debug)]
+pub struct Messages {
+    colored: bool,
+    /// Warnings and errors only.
+    pub quiet: bool,
+}
+
+impl Messages {
+    pub fn new(color: ColorChoice, quiet: bool) -> Self {
+        let colored = match color {
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => {
+                // https://no-color.org: set to anything but nothing.
+                let declined = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+                !declined && io::stderr().is_terminal() && !dumb_terminal()
+            }
+        };
+        Self { colored, quiet }
+    }
+
+    pub fn error(&self, text: impl Display) {
+        self.labelled("error", "31", text);
+    }
+
+    pub fn warning(&self, text: impl Display) {
+        self.labelled("warning", "33", text);
+    }
+
+    pub fn note(&self, text: impl Display) {
+        if !self.quiet {
+            self.labelled("note", "36", text);
+        }
+    }
+
+    pub fn say(&self, text: impl Display) {
+        if !self.quiet {
+            let _ = writeln!(io::stderr(), "{text}");
+        }
+    }
+
+    /// `code` is the colour as in "select graphic rendition" (ECMA-48).
+    fn labelled(&self, label: &str, code: &str, text: impl Display) {
+        let mut stderr = io::stderr().lock();
+        let _ = if self.colored {
+            writeln!(stderr, "\x1b[1;{code}m{label}\x1b[0m: {text}")
+        } else {
+            writeln!(stderr, "{label}: {text}")
+        };
+    }
+}
+
+/// A terminal without cursor movement.
+pub fn dumb_terminal() -> bool {
+    std::env::var_os("TERM").is_some_and(|t| t == "dumb")
+}

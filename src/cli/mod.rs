@@ -1,0 +1,85 @@
+//! The command line: one file a subcommand, flags in [`args`].
+//!
+//! Everything here is a thin layer over [`scene::load`](crate::scene::load) and
+//! [`integrate::render`](crate::integrate::render); what it adds is messages, signals and files.
+
+pub mod args;
+mod cpu;
+mod input;
+mod inspect;
+mod messages;
+mod outputs;
+mod progress;
+mod render;
+mod signals;
+mod units;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{ColorChoice, CommandFactory, FromArgMatches, ValueEnum};
+
+use self::args::{Cli, Command};
+use self::messages::Messages;
+
+/// Why a command failed: the message, and which exit code it means.
+#[derive(Debug)]
+enum Failure {
+    /// Bad arguments, or a scene that cannot be used: exit code 2.
+    Input(String),
+    /// The system would not: exit code 1.
+    Io(String),
+}
+
+/// Runs the program on the arguments of this process.
+pub fn main() -> ExitCode {
+    cpu::check();
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let command = Cli::command().color(color_before_parsing(&arguments));
+    let parsed = command
+        .try_get_matches_from(arguments)
+        .and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match parsed {
+        Ok(cli) => cli,
+        Err(e) => {
+            // Help and version, too, come this way; a reader that has gone away is no concern.
+            let _ = e.print();
+            return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let quiet = matches!(&cli.command, Command::Render(a) if a.quiet);
+    let messages = Messages::new(cli.color, quiet);
+    if let Some(note) = cpu::slow_build() {
+        messages.note(note);
+    }
+    let done = match &cli.command {
+        Command::Render(args) => render::run(args, messages),
+        Command::Inspect(args) => inspect::run(args, messages),
+    };
+    match done {
+        Ok(code) => code,
+        Err(Failure::Input(message)) => {
+            messages.error(message);
+            ExitCode::from(2)
+        }
+        Err(Failure::Io(message)) => {
+            messages.error(message);
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// What `--color` says, for messages about arguments that cannot be parsed.
+fn color_before_parsing(arguments: &[OsString]) -> ColorChoice {
+    let choice = |text: &OsString| ColorChoice::from_str(text.to_str()?, true).ok();
+    let mut found = ColorChoice::Auto;
+    for (i, argument) in arguments.iter().enumerate() {
+        let text = argument.to_string_lossy();
+        if let Some(value) = text.strip_prefix("--color=") {
+            found = choice(&value.into()).unwrap_or(found);
+        } else if text == "--color" {
+            found = arguments.get(i + 1).and_then(choice).unwrap_or(found);
+        }
+    }
+    found
+}

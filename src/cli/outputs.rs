@@ -1,0 +1,154 @@
+//! Which files a render writes, and how nothing rendered is lost when they cannot be written.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+use crate::film::output::{self, OutputError};
+
+/// Files the built-in scene is written to.
+const DEFAULT_FILES: [&str; 2] = ["cornell.exr", "cornell.png"];
+
+/// The files to write when none is named: in the current folder, called as the scene's film says (`film_name`), or after the scene file.
+/// With a remark if the film asks for a format that is not written.
+pub fn default_files(
+    scene: Option<&Path>,
+    film_name: Option<&str>,
+) -> (Vec<PathBuf>, Option<String>) {
+    let Some(scene) = scene else {
+        return (DEFAULT_FILES.map(PathBuf::from).into(), None);
+    };
+    // A file's own folders are those of the machine it was made on.
+    let name = film_name.and_then(|n| n.rsplit(['/', '\\']).next());
+    if let Some(name) = name.filter(|n| !n.is_empty() && *n != "." && *n != "..") {
+        let path = PathBuf::from(name);
+        if output::is_supported(&path) {
+            return (vec![path], None);
+        }
+        let replacement = path.with_extension("exr");
+        let remark = format!(
+            "the scene's film is called \"{name}\", which is not a format written here; writing {} instead",
+            replacement.display()
+        );
+        return (vec![replacement], Some(remark));
+    }
+    // scene.pbrt.gz is called scene, too.
+    let stem = scene.file_name().map(Path::new).unwrap_or(Path::new("out"));
+    let stem = match stem.extension() {
+        Some(e) if e.eq_ignore_ascii_case("gz") => stem.with_extension(""),
+        _ => stem.to_owned(),
+    };
+    (vec![stem.with_extension("exr")], None)
+}
+
+/// Fails now where writing a picture would fail after the render.
+pub fn check_pictures(paths: &[PathBuf]) -> Result<(), Failure> {
+    for path in paths {
+        output::check_writable(path).map_err(|e| Failure::Input(e.to_string()))?;
+    }
+    Ok(())
+}
+
+/// Writes a picture, or, if that fails, writes it to the system's folder for temporary files.
+///
+/// # Errors
+/// The picture is not where it was asked for; the message says where it is.
+pub fn save(path: &Path, write: impl Fn(&Path) -> Result<(), OutputError>) -> Result<(), String> {
+    let Err(error) = write(path) else {
+        return Ok(());
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let refuge = std::env::temp_dir().join(format!("phalanx-{}-{name}", std::process::id()));
+    Err(match write(&refuge) {
+        Ok(()) => format!("{error}; the picture is saved as {}", refuge.display()),
+        Err(second) => format!("{error}; nor can it be saved elsewhere: {second}"),
+    })
+}
+
+/// Fails now where [`write_text`] would fail after the render.
+pub fn check_text(path: &Path) -> Result<(), Failure> {
+    let fail = |e: io::Error| Failure::Input(format!("{}: {e}", path.display()));
+    if path.is_dir() {
+        return Err(Failure::Input(format!("{}: is a folder", path.display())));
+    }
+    if is_special(path) {
+        return Ok(());
+    }
+    output::temporary(path).map(drop).map_err(fail)
+}
+
+/// Writes a text file in one step; into pipes and devices directly.
+pub fn write_text(path: &Path, text: &str) -> Result<(), String> {
+    let written = if is_special(path) {
+        fs::write(path, text)
+    } else {
+        output::temporary(path).and_then(|mut file| {
+            file.write_all(text.as_bytes())?;
+            file.persist(path).map(drop).map_err(|e| e.error)
+        })
+    };
+    written.map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Something that must be written into, not replaced.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|m| !m.is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names() {
+        let files = |scene: Option<&str>, film| {
+            let (paths, remark) = default_files(scene.map(Path::new), film);
+            let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+            (names.join(" "), remark.is_some())
+        };
+        assert_eq!(files(None, Some("x.exr")).0, "cornell.exr cornell.png");
+        let scene = Some("some/where/room.pbrt");
+        assert_eq!(files(scene, None), ("room.exr".into(), false));
+        assert_eq!(files(scene, Some("")), ("room.exr".into(), false));
+        assert_eq!(files(scene, Some("..")), ("room.exr".into(), false));
+        assert_eq!(files(scene, Some("a.PNG")), ("a.PNG".into(), false));
+        assert_eq!(files(scene, Some("/etc/a.exr")), ("a.exr".into(), false));
+        assert_eq!(files(scene, Some("a.tga")), ("a.exr".into(), true));
+        assert_eq!(
+            files(Some("room.pbrt.gz"), None),
+            ("room.exr".into(), false)
+        );
+    }
+
+    #[test]
+    fn a_picture_that_cannot_be_written_is_saved_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("missing/a.pfm");
+        let write = |path: &Path| {
+            fs::write(path, "picture").map_err(|source| OutputError::Io {
+                path: path.into(),
+                source,
+            })
+        };
+        let message = save(&path, write).unwrap_err();
+        let refuge = message.rsplit(" as ").next().unwrap();
+        assert_eq!(fs::read(refuge).unwrap(), b"picture");
+        fs::remove_file(refuge).unwrap();
+        save(&folder.path().join("a.pfm"), write).unwrap();
+    }
+
+    #[test]
+    fn text_goes_into_devices_and_replaces_files() {
+        write_text(Path::new("/dev/null"), "x").unwrap();
+        assert!(is_special(Path::new("/dev/null")));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        for text in ["long text", "short"] {
+            write_text(&path, text).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        assert!(check_text(folder.path()).is_err());
+        assert!(check_text(&folder.path().join("missing/a")).is_err());
+    }
+}

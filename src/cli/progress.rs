@@ -1,0 +1,157 @@
+//! How a render goes: a bar where stderr is a terminal, a line every ten per cent elsewhere.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::messages::{Messages, dumb_terminal};
+use super::signals::Signals;
+use super::units;
+use crate::integrate::{Observer, Phase};
+use crate::scene::IntegratorKind;
+
+/// Shows progress, and ends the render when a signal has come.
+pub struct Progress<'a> {
+    signals: &'a Signals,
+    messages: Messages,
+    /// What the render counts.
+    unit: &'static str,
+    /// Ends the render however much is done.
+    limit: Option<Duration>,
+    start: Instant,
+    bar: Option<ProgressBar>,
+    state: Mutex<State>,
+}
+
+struct State {
+    phase: Phase,
+    /// When the phase began.
+    since: Instant,
+    last_call: Instant,
+    last_line: Instant,
+    /// Tenths of the phase that a line has been printed for.
+    tenths: u32,
+}
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+/// Short renders need no lines, and long ones none more often.
+const LINE_INTERVAL: Duration = Duration::from_secs(1);
+
+impl<'a> Progress<'a> {
+    pub fn new(
+        signals: &'a Signals,
+        messages: Messages,
+        integrator: IntegratorKind,
+        limit: Option<Duration>,
+    ) -> Self {
+        let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
+        let bar = (terminal && !messages.quiet).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{prefix:9} [{bar:30}] {percent:>3} %  {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar
+        });
+        let now = Instant::now();
+        Self {
+            signals,
+            messages,
+            unit: match integrator {
+                IntegratorKind::Mmlt => "mutations",
+                IntegratorKind::Pt => "samples",
+            },
+            limit,
+            start: now,
+            bar,
+            state: Mutex::new(State {
+                phase: match integrator {
+                    IntegratorKind::Mmlt => Phase::Bootstrap,
+                    IntegratorKind::Pt => Phase::Render,
+                },
+                since: now,
+                last_call: now,
+                last_line: now,
+                tenths: 0,
+            }),
+        }
+    }
+
+    /// Clears the bar, so that what is printed next stands alone.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// Done part of the phase, and the time left.
+    fn forecast(&self, phase: Phase, done: u64, total: u64, taken: Duration) -> (f64, Duration) {
+        let part = |done: f64, total: f64| {
+            if total > 0.0 {
+                (done / total).clamp(0.0, 1.0)
+            } else {
+                1.0
+            }
+        };
+        let by_count = part(done as f64, total as f64);
+        let left = taken.as_secs_f64() * (1.0 / by_count.max(1e-9) - 1.0);
+        let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
+        match self.limit.filter(|_| phase == Phase::Render) {
+            Some(limit) => {
+                let elapsed = self.start.elapsed();
+                let by_time = part(elapsed.as_secs_f64(), limit.as_secs_f64());
+                (
+                    by_count.max(by_time),
+                    left.min(limit.saturating_sub(elapsed)),
+                )
+            }
+            None => (by_count, left),
+        }
+    }
+}
+
+impl Observer for Progress<'_> {
+    fn progress(&self, phase: Phase, done: u64, total: u64) {
+        if self.messages.quiet {
+            return;
+        }
+        // Nothing between lock and release panics; a poisoned state is as good as any.
+        let mut state = self.state.lock().unwrap_or_else(|p| p.into_inner());
+        let now = Instant::now();
+        if phase != state.phase {
+            state.phase = phase;
+            // This call comes after the phase's first round of work; the phase began where the one before it ended.
+            state.since = state.last_call;
+            state.tenths = 0;
+        }
+        state.last_call = now;
+        let taken = now.duration_since(state.since);
+        let (part, left) = self.forecast(phase, done, total, taken);
+        let (name, unit) = match phase {
+            Phase::Bootstrap => ("bootstrap", "paths"),
+            Phase::Render => ("render", self.unit),
+        };
+        let rate = units::si(done as f64 / taken.as_secs_f64().max(1e-9));
+        let left = units::time(left);
+        if let Some(bar) = &self.bar {
+            bar.set_prefix(name);
+            bar.set_position((part * STEPS as f64) as u64);
+            bar.set_message(format!("{rate} {unit}/s, {left} left"));
+            return;
+        }
+        let tenths = (part * 10.0) as u32;
+        if tenths > state.tenths && tenths < 10 && now - state.last_line >= LINE_INTERVAL {
+            state.tenths = tenths;
+            self.messages.say(format_args!(
+                "{name} {:>3} %: {rate} {unit}/s, {left} left",
+                tenths * 10
+            ));
+            state.last_line = now;
+        }
+    }
+
+    fn stop(&self) -> bool {
+        self.signals.any()
+    }
+}

@@ -1,0 +1,296 @@
+//! `phalanx render`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use super::Failure;
+use super::args::RenderArgs;
+use super::input::{self, Input};
+use super::messages::Messages;
+use super::outputs;
+use super::progress::Progress;
+use super::signals::Signals;
+use super::units;
+use crate::film::output::{self, Attribute, AttributeValue};
+use crate::formats::Picture;
+use crate::integrate::{self, Render, RenderError, Settings, Stats};
+use crate::scene::{Film, IntegratorKind, Scene};
+
+pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    // Before the scene is read: a mistyped path should not cost the minute that takes.
+    outputs::check_pictures(&args.output)?;
+    if let Some(path) = &args.stats {
+        outputs::check_text(path)?;
+    }
+    let signals = Signals::install()
+        .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
+
+    let mut input = input::load(args.scene.as_deref(), messages)?;
+    frame(&mut input.scene, args)?;
+    let files = files(args, &input, messages)?;
+    let scene = &input.scene;
+    let mut settings = Settings::of(scene);
+    args.apply(&mut settings, scene.film.crop_pixels());
+    for flag in args.idle(settings.integrator) {
+        messages.warning(format_args!("{flag} means nothing to this integrator"));
+    }
+    check_memory(&scene.film, &settings)?;
+
+    let progress = Progress::new(&signals, messages, settings.integrator, settings.time);
+    let result = integrate::render(scene, &settings, &progress);
+    progress.finish();
+    let mut render = result.map_err(|e| match e {
+        RenderError::Settings(_) => Failure::Input(e.to_string()),
+        RenderError::Threads { .. } => Failure::Io(e.to_string()),
+    })?;
+    let stats = &mut render.stats;
+    stats.load_seconds = input.load_time.as_secs_f64();
+    stats.total_seconds += stats.load_seconds;
+
+    for warning in &render.warnings {
+        messages.warning(warning);
+    }
+    if let Some(code) = signals.exit_code() {
+        if render.stats.mutations == 0 && render.stats.samples == 0 {
+            messages.warning("stopped before anything was rendered; no picture is written");
+            return Ok(code);
+        }
+        messages.say("stopped; writing the picture so far");
+    }
+    messages.say(summary(&render.stats));
+    let whole = write_files(args, &files, &input, &settings, render, messages);
+    if !whole {
+        return Ok(ExitCode::from(1));
+    }
+    Ok(signals.exit_code().unwrap_or(ExitCode::SUCCESS))
+}
+
+/// Applies `--resolution` and `--crop`.
+fn frame(scene: &mut Scene, args: &RenderArgs) -> Result<(), Failure> {
+    let flag = |name, e| Failure::Input(format!("{name}: {e}"));
+    if let Some((width, height)) = args.resolution {
+        let set = scene.set_resolution(width, height);
+        set.map_err(|e| flag("--resolution", e))?;
+    }
+    if let Some(crop) = args.crop {
+        scene.film.set_crop(crop).map_err(|e| flag("--crop", e))?;
+    }
+    Ok(())
+}
+
+/// The picture files to write, each once, all of them writable.
+fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<PathBuf>, Failure> {
+    let film_name = input.scene.film.filename.as_deref();
+    let mut files = args.output.clone();
+    if files.is_empty() {
+        let (default, remark) = outputs::default_files(input.path.as_deref(), film_name);
+        if let Some(remark) = remark {
+            messages.note(remark);
+        }
+        outputs::check_pictures(&default)?;
+        files = default;
+    }
+    let mut once: Vec<PathBuf> = Vec::new();
+    for file in files {
+        if !once.contains(&file) {
+            once.push(file);
+        }
+    }
+    Ok(once)
+}
+
+/// Refuses a film that this machine has no memory for, rather than being killed for it.
+fn check_memory(film: &Film, settings: &Settings) -> Result<(), Failure> {
+    let info = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
+    let line = info.lines().find_map(|l| l.strip_prefix("MemTotal:"));
+    let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    let Some(have) = kib.map(|k| k * 1024) else {
+        return Ok(());
+    };
+    let need = integrate::film_bytes(settings, film);
+    if need <= have {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{} x {} pixels take {} of memory and this machine has {}; use --resolution or --crop",
+        film.width,
+        film.height,
+        units::bytes(need),
+        units::bytes(have)
+    )))
+}
+
+/// One line: how much, how long, how well.
+fn summary(stats: &Stats) -> String {
+    let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
+    let size = format!("{} x {} pixels", stats.width, stats.height);
+    let rays = units::si(stats.rays_per_second);
+    if stats.integrator == "pt" {
+        return format!(
+            "{size} in {time}: {} samples, {} samples/s, {rays} rays/s, mean radiance {:.5}",
+            units::si(stats.samples as f64),
+            units::si(stats.samples_per_second),
+            stats.b
+        );
+    }
+    format!(
+        "{size} in {time}: {} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+        units::si(stats.mutations as f64),
+        units::si(stats.mutations_per_second),
+        significant(stats.b, 5),
+        significant(stats.b_stderr, 2),
+        100.0 * stats.acceptance_small,
+        100.0 * stats.acceptance_large
+    )
+}
+
+/// A number to so many significant digits, scientific where it is far from 1.
+fn significant(value: f64, digits: usize) -> String {
+    let magnitude = value.abs().log10().floor();
+    if value == 0.0 || !magnitude.is_finite() {
+        return format!("{value}");
+    }
+    if !(-4.0..6.0).contains(&magnitude) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// Writes pictures and figures; false if something is not where it should be.
+fn write_files(
+    args: &RenderArgs,
+    files: &[PathBuf],
+    input: &Input,
+    settings: &Settings,
+    render: Render,
+    messages: Messages,
+) -> bool {
+    let film = &input.scene.film;
+    let picture = Picture {
+        width: render.width,
+        height: render.height,
+        offset: [film.crop[0], film.crop[2]],
+        full: [film.width, film.height],
+        pixels: render.pixels,
+    };
+    let attributes = attributes(&input.name, settings, &render.stats);
+    let exposure = args.exposure.unwrap_or(0.0);
+    let write = |path: &Path| output::write(path, &picture, &attributes, exposure);
+    let mut whole = true;
+    for path in files {
+        match outputs::save(path, write) {
+            Ok(()) => messages.say(format_args!("wrote {}", path.display())),
+            Err(message) => {
+                messages.error(message);
+                whole = false;
+            }
+        }
+    }
+    if let Some(path) = &args.stats {
+        let json = serde_json::to_string_pretty(&render.stats).unwrap_or_default() + "\n";
+        match outputs::write_text(path, &json) {
+            Ok(()) => messages.say(format_args!("wrote {}", path.display())),
+            Err(message) => {
+                messages.error(message);
+                whole = false;
+            }
+        }
+    }
+    whole
+}
+
+/// What an EXR file says about its making: scene, settings, and every figure of the render under the name it has in `--stats`.
+fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
+    let text = |v: &str| AttributeValue::Text(v.into());
+    let integer = |v: u64| AttributeValue::Integer(i64::try_from(v).unwrap_or(i64::MAX));
+    let mut list = vec![
+        (
+            "renderer",
+            text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
+        ),
+        ("scene", text(scene)),
+    ];
+    match settings.integrator {
+        IntegratorKind::Mmlt => list.extend([
+            ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
+            ("chains", integer(settings.chains)),
+            ("bootstrap", integer(settings.bootstrap)),
+            (
+                "large_step_probability",
+                AttributeValue::Float(settings.large_step_probability.into()),
+            ),
+            ("sigma", AttributeValue::Float(settings.sigma.into())),
+        ]),
+        IntegratorKind::Pt => {
+            list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
+        }
+    }
+    let mut list: Vec<Attribute> = (list.into_iter())
+        .map(|(name, value)| Attribute {
+            name: name.into(),
+            value,
+        })
+        .collect();
+    if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
+        list.extend(figures.into_iter().filter_map(|(name, value)| {
+            let value = match &value {
+                serde_json::Value::String(s) => text(s),
+                // A seed may need all 64 bits.
+                serde_json::Value::Number(n) => match (n.as_i64(), n.as_u64()) {
+                    (Some(i), _) => AttributeValue::Integer(i),
+                    (None, Some(u)) => text(&u.to_string()),
+                    (None, None) => AttributeValue::Float(n.as_f64()?),
+                },
+                _ => return None,
+            };
+            Some(Attribute { name, value })
+        }));
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn significant_digits() {
+        assert_eq!(significant(0.123456, 5), "0.12346");
+        assert_eq!(significant(12.3456, 2), "12");
+        assert_eq!(significant(1.5e-9, 2), "1.5e-9");
+        assert_eq!(significant(1.5e9, 2), "1.5e9");
+        assert_eq!(significant(0.0, 2), "0");
+    }
+
+    #[test]
+    fn every_figure_is_an_attribute() {
+        let stats = Stats {
+            seed: u64::MAX,
+            b: 0.5,
+            ..Stats::default()
+        };
+        let settings = Settings {
+            integrator: IntegratorKind::Mmlt,
+            seed: 0,
+            threads: 0,
+            lanes: integrate::Width::One,
+            max_depth: 5,
+            samples_per_pixel: 1,
+            mutations_per_pixel: 1,
+            chains: 1,
+            bootstrap: 1,
+            large_step_probability: 0.3,
+            sigma: 0.01,
+            time: None,
+            batch: None,
+        };
+        let list = attributes("a.pbrt", &settings, &stats);
+        let get = |name: &str| list.iter().find(|a| a.name == name).map(|a| &a.value);
+        assert_eq!(get("b"), Some(&AttributeValue::Float(0.5)));
+        assert_eq!(get("chains"), Some(&AttributeValue::Integer(1)));
+        let seed = AttributeValue::Text(u64::MAX.to_string());
+        assert_eq!(get("seed"), Some(&seed));
+    }
+}

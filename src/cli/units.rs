@@ -1,0 +1,91 @@
+//! Numbers for people.
+
+use std::time::Duration;
+
+/// `12.3 M`: three digits and a decimal prefix.
+pub fn si(value: f64) -> String {
+    const PREFIXES: [&str; 7] = ["", " k", " M", " G", " T", " P", " E"];
+    let mut scaled = value;
+    let mut prefix = 0;
+    // What would round to 1000 takes the next prefix.
+    while scaled >= 999.5 && prefix + 1 < PREFIXES.len() {
+        scaled /= 1000.0;
+        prefix += 1;
+    }
+    let decimals = match scaled {
+        s if prefix == 0 && s.fract() == 0.0 => 0,
+        s if s < 9.995 => 2,
+        s if s < 99.95 => 1,
+        _ => 0,
+    };
+    format!("{scaled:.decimals$}{}", PREFIXES[prefix])
+}
+
+/// `12.3 MiB`
+pub fn bytes(count: u64) -> String {
+    const PREFIXES: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let mut scaled = count as f64;
+    let mut prefix = 0;
+    while scaled >= 1000.0 && prefix + 1 < PREFIXES.len() {
+        scaled /= 1024.0;
+        prefix += 1;
+    }
+    let decimals = if prefix == 0 { 0 } else { 1 };
+    format!("{scaled:.decimals$} {}", PREFIXES[prefix])
+}
+
+/// `0.12 s`, `8.5 s`, `1 min 05 s`, `2 h 05 min`
+pub fn time(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64();
+    if seconds < 1.0 {
+        return format!("{seconds:.2} s");
+    }
+    if seconds < 59.95 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round() as u64;
+    if whole < 3600 {
+        return format!("{} min {:02} s", whole / 60, whole % 60);
+    }
+    let minutes = (seconds / 60.0).round() as u64;
+    format!("{} h {:02} min", minutes / 60, minutes % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_digits() {
+        let pairs = [
+            (0.0, "0"),
+            (7.0, "7"),
+            (0.5, "0.50"),
+            (999.0, "999"),
+            (999.6, "1.00 k"),
+            (12_345_678.0, "12.3 M"),
+            (123_456.0, "123 k"),
+            (9.996e9, "10.0 G"),
+            (1e30, "1000000000000 E"),
+        ];
+        for (value, text) in pairs {
+            assert_eq!(si(value), text);
+        }
+    }
+
+    #[test]
+    fn binary_bytes() {
+        assert_eq!(bytes(999), "999 B");
+        assert_eq!(bytes(1536), "1.5 KiB");
+        assert_eq!(bytes(3 << 30), "3.0 GiB");
+    }
+
+    #[test]
+    fn times() {
+        let text = |s: f64| time(Duration::from_secs_f64(s));
+        assert_eq!(text(0.123), "0.12 s");
+        assert_eq!(text(59.96), "1 min 00 s");
+        assert_eq!(text(65.2), "1 min 05 s");
+        assert_eq!(text(7500.0), "2 h 05 min");
+    }
+}
