@@ -1,4 +1,56 @@
 //! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
+//!
+//! Multiplexed Metropolis light transport fixes a chain's path depth `k` and lets a primary sample choose the bidirectional strategy
+//! `(s, t)`, `s + t = k + 2`. A proposal then costs `k + 1` rays whatever its strategy, so chains of one depth never diverge in length:
+//! they march together, a ray a wave, eight to a SIMD register. Everything here follows from that.
+//!
+//! ```text
+//! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
+//! ```
+//!
+//! Data flows one way, and nothing lower knows anything higher:
+//!
+//! | room | what it does | what it does not know |
+//! |---|---|---|
+//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, counter-based random numbers | anything below |
+//! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
+//! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
+//! | [`trace`] | tree, packets, closest hits and visibility | materials |
+//! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
+//! | [`surface`] | BSDFs and textures, by queue | lights, paths |
+//! | [`light`] | emission, its sampling and densities | surfaces |
+//! | [`camera`] | rays, raster positions, importance | pixels |
+//! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
+//! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
+//! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
+//! | [`film`] | exact sums, filters, output | strategies |
+//! | [`integrate`] | schedules over all of it: `mmlt`, `pt` | how they were asked for |
+//! | [`cli`] | the command line | - |
+//!
+//! [`integrate::render`] is the whole renderer in one call:
+//!
+//! ```
+//! use phalanx::{integrate, scene};
+//! let text = r#"
+//!     LookAt 0 0 5  0 0 0  0 1 0
+//!     Camera "perspective" "float fov" 40
+//!     Film "image" "integer xresolution" 16 "integer yresolution" 16
+//!     WorldBegin
+//!     LightSource "infinite" "rgb L" [1 1 1]
+//!     Shape "sphere"
+//!     WorldEnd
+//! "#;
+//! let scene = scene::load_str(text, "sphere.pbrt", ".".as_ref())?;
+//! let mut settings = integrate::Settings::of(&scene);
+//! settings.bootstrap = 1000;
+//! settings.mutations_per_pixel = 10;
+//! let picture = integrate::render(&scene, &settings, &integrate::Silent)?;
+//! assert_eq!(picture.pixels.len(), 16 * 16);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! To add a BSDF see [`surface`]; a light, [`light`]; an integrator: a file in [`integrate`] and a line in its `render`.
+
 pub mod camera;
 pub mod chain;
 pub mod cli;

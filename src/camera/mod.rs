@@ -46,8 +46,12 @@ impl Region {
 
     #[inline(always)]
     fn contains<L: Lanes>(&self, x: L, y: L) -> L::Mask {
-        let inside_x = x.ge(L::splat(self.x0)).and(x.lt(L::splat(self.x0 + self.width)));
-        let inside_y = y.ge(L::splat(self.y0)).and(y.lt(L::splat(self.y0 + self.height)));
+        let inside_x = x
+            .ge(L::splat(self.x0))
+            .and(x.lt(L::splat(self.x0 + self.width)));
+        let inside_y = y
+            .ge(L::splat(self.y0))
+            .and(y.lt(L::splat(self.y0 + self.height)));
         inside_x.and(inside_y)
     }
 }
@@ -132,14 +136,24 @@ impl Camera {
 
     /// Where the camera stands, internal space.
     pub fn position(&self) -> [f32; 3] {
-        [self.to_world[0][3], self.to_world[1][3], self.to_world[2][3]]
+        [
+            self.to_world[0][3],
+            self.to_world[1][3],
+            self.to_world[2][3],
+        ]
     }
 
     /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`].
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
-        let sx = x.mul_add(L::splat(self.screen_per_pixel[0]), L::splat(self.screen_origin[0]));
-        let sy = y.mul_add(L::splat(self.screen_per_pixel[1]), L::splat(self.screen_origin[1]));
+        let sx = x.mul_add(
+            L::splat(self.screen_per_pixel[0]),
+            L::splat(self.screen_origin[0]),
+        );
+        let sy = y.mul_add(
+            L::splat(self.screen_per_pixel[1]),
+            L::splat(self.screen_origin[1]),
+        );
         if self.is_parallel() {
             return CameraRay {
                 origin: Vec3::new(sx, sy, L::zero()).transform_point(&self.to_world),
@@ -175,7 +189,10 @@ impl Camera {
                 to_camera: Vec3::splat([0.0, 0.0, -1.0]).transform_vector(&self.to_world),
                 raster,
                 pdf: L::splat(self.inv_area),
-                valid: q.z.gt(L::zero()).and(self.region.contains(raster.0, raster.1)),
+                valid: q
+                    .z
+                    .gt(L::zero())
+                    .and(self.region.contains(raster.0, raster.1)),
             };
         }
         let lens = if self.has_lens() {

@@ -60,7 +60,11 @@ impl Counts {
     /// Mean acceptance probability of large and small steps.
     pub fn acceptance(&self) -> (f64, f64) {
         let rate = |sum: u64, n: u64| {
-            if n > 0 { sum as f64 / 2f64.powi(WEIGHT_BITS as i32) / n as f64 } else { 0.0 }
+            if n > 0 {
+                sum as f64 / 2f64.powi(WEIGHT_BITS as i32) / n as f64
+            } else {
+                0.0
+            }
         };
         (
             rate(self.large_accepted, self.large),
@@ -97,7 +101,9 @@ impl Batch {
         world.evaluate_multiplexed::<L>(plan, &current, n, paths);
         Self {
             depth,
-            ids: (first..first + padded).map(|j| chain_id(plan.depth, j)).collect(),
+            ids: (first..first + padded)
+                .map(|j| chain_id(plan.depth, j))
+                .collect(),
             n,
             proposed: Samples::new(plan.layout.total, n),
             current,

@@ -1,7 +1,13 @@
 //! Bootstrap: the integral of the target per depth, and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by
 //! systematic resampling).
+//!
+//! The dimensions that decide where on the film a path starts and which strategy it takes are not drawn independently: they follow
+//! additive recurrences (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), [`REPLICAS`] of them, each with a random
+//! offset. A small bright light in view is then counted by area and not by luck: most of the variance of `b` in common scenes. The replicas
+//! are independent, so their scatter is an honest standard error.
 
 use super::accept::target;
+use super::mutate::ONE_MINUS_EPSILON;
 use crate::plan::DepthPlan;
 use crate::simd::rng::{Purpose, Stream, unit_float};
 use crate::simd::{Lanes, UintLanes};
@@ -33,7 +39,11 @@ impl Moments {
         self.sum_squares += other.sum_squares;
     }
     pub fn mean(&self) -> f64 {
-        if self.count > 0 { self.sum / self.count as f64 } else { 0.0 }
+        if self.count > 0 {
+            self.sum / self.count as f64
+        } else {
+            0.0
+        }
     }
     /// Squared standard error of the mean.
     pub fn error2(&self) -> f64 {
@@ -46,9 +56,72 @@ impl Moments {
     }
 }
 
+/// Independent quasirandom sets; path `i` is point `i / REPLICAS` of set `i % REPLICAS`.
+const REPLICAS: usize = 8;
+
+/// Additive recurrences in two and three dimensions: powers of the reciprocals of the plastic number and its analogue.
+const RECURRENCE_2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const RECURRENCE_3: [f64; 3] = [
+    0.819_172_513_396_164_4,
+    0.671_043_606_703_789_2,
+    0.549_700_477_901_970_3,
+];
+
+/// The estimate of one depth's integral: the quasirandom bootstrap, and independent samples that came later.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    pub bootstrap: Moments,
+    /// Squared standard error of the bootstrap's mean, from its replicas.
+    replica_error2: f64,
+    /// Large steps.
+    pub later: Moments,
+}
+
+impl Estimate {
+    /// How many independent samples a bootstrap sample is worth.
+    fn gain(&self) -> f64 {
+        let independent = self.bootstrap.error2();
+        if self.replica_error2 > 0.0 && independent > 0.0 {
+            // A handful of replicas cannot vouch for more.
+            (independent / self.replica_error2).clamp(1.0, 100.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// Both means, weighted by the independent samples they are worth. The gain is a ratio of two errors of the same samples: where
+    /// a rare path was missed both are too small, and the weights stay right.
+    pub fn mean(&self) -> f64 {
+        let w = self.bootstrap.count as f64 * self.gain();
+        let n = self.later.count as f64;
+        if w + n > 0.0 {
+            (w * self.bootstrap.mean() + self.later.sum) / (w + n)
+        } else {
+            0.0
+        }
+    }
+
+    /// Squared standard error of [`Self::mean`].
+    pub fn error2(&self) -> f64 {
+        let w = self.bootstrap.count as f64 * self.gain();
+        let n = self.later.count as f64;
+        if w + n > 0.0 {
+            let independent = self.bootstrap.error2();
+            let first = if self.replica_error2 > 0.0 {
+                self.replica_error2
+            } else {
+                independent
+            };
+            (w * w * first + n * n * self.later.error2()) / (w + n).powi(2)
+        } else {
+            0.0
+        }
+    }
+}
+
 /// The bootstrap of one depth.
 pub struct Bootstrap {
-    pub moments: Moments,
+    pub estimate: Estimate,
     /// Target of every sample.
     values: Vec<f32>,
     pub rejected: u64,
@@ -56,12 +129,18 @@ pub struct Bootstrap {
 }
 
 /// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
-fn fill<L: Lanes>(stream: &Stream, depth: u32, samples: &mut Samples, n: usize, index: impl Fn(usize) -> u64) {
+fn fill<L: Lanes>(
+    stream: &Stream,
+    plan: &DepthPlan,
+    samples: &mut Samples,
+    n: usize,
+    index: impl Fn(usize) -> u64,
+) {
     let dimensions = samples.dimensions();
     for start in (0..n).step_by(L::N) {
         let at = |i: usize| index((start + i).min(n - 1));
         let x = L::Uint::from_fn(|i| at(i) as u32);
-        let y = L::Uint::from_fn(|i| depth | ((at(i) >> 32) as u32) << 16);
+        let y = L::Uint::from_fn(|i| plan.depth | ((at(i) >> 32) as u32) << 16);
         for block in 0..dimensions.div_ceil(4) {
             let words = stream.words::<L>(x, y, block as u32);
             for c in 0..4.min(dimensions - 4 * block) {
@@ -69,7 +148,31 @@ fn fill<L: Lanes>(stream: &Stream, depth: u32, samples: &mut Samples, n: usize, 
             }
         }
     }
+    let offsets: [[f64; 4]; REPLICAS] = std::array::from_fn(|r| {
+        let words = stream.words::<f32>(r as u32, plan.depth, OFFSET_BLOCK);
+        words.map(|w| f64::from(w) / 2f64.powi(32))
+    });
+    let at = &plan.layout;
+    let mut recur = |dimension: usize, axis: usize, step: f64| {
+        for (i, u) in samples.row_mut(dimension)[..n].iter_mut().enumerate() {
+            let path = index(i);
+            let (replica, point) = (path % REPLICAS as u64, path / REPLICAS as u64);
+            let v = (offsets[replica as usize][axis] + point as f64 * step).fract();
+            *u = (v as f32).min(ONE_MINUS_EPSILON);
+        }
+    };
+    if plan.strategies.len() > 1 {
+        recur(at.strategy, 0, RECURRENCE_3[0]);
+        recur(at.raster, 1, RECURRENCE_3[1]);
+        recur(at.raster + 1, 2, RECURRENCE_3[2]);
+    } else {
+        recur(at.raster, 0, RECURRENCE_2[0]);
+        recur(at.raster + 1, 1, RECURRENCE_2[1]);
+    }
 }
+
+/// Beyond every block of dimensions.
+const OFFSET_BLOCK: u32 = u32::MAX;
 
 impl Bootstrap {
     /// Evaluates `count` uniform paths of one depth. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
@@ -88,7 +191,7 @@ impl Bootstrap {
             let first = chunk * CHUNK;
             let n = (count - first).min(CHUNK) as usize;
             let rays = paths.rays;
-            fill::<L>(&stream, depth.depth, samples, n, |i| first + i as u64);
+            fill::<L>(&stream, depth, samples, n, |i| first + i as u64);
             world.evaluate_multiplexed::<L>(depth, samples, n, paths);
             let rejected = paths.outcome.iter().filter(|o| o.rejected).count() as u64;
             let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
@@ -97,12 +200,17 @@ impl Bootstrap {
         let chunks: Vec<(Vec<f32>, u64, u64)> = (0..count.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
-                || (Paths::new(world), Samples::new(depth.layout.total, CHUNK as usize)),
+                || {
+                    (
+                        Paths::new(world),
+                        Samples::new(depth.layout.total, CHUNK as usize),
+                    )
+                },
                 work,
             )
             .collect();
         let mut bootstrap = Self {
-            moments: Moments::default(),
+            estimate: Estimate::default(),
             values: Vec::new(),
             rejected: 0,
             rays: 0,
@@ -111,11 +219,12 @@ impl Bootstrap {
             // Chunk by chunk: the order of the sum does not depend on threads.
             let mut part = Moments::default();
             values.iter().for_each(|v| part.add(*v));
-            bootstrap.moments.merge(&part);
+            bootstrap.estimate.bootstrap.merge(&part);
             bootstrap.values.extend(values);
             bootstrap.rejected += rejected;
             bootstrap.rays += rays;
         }
+        bootstrap.estimate.replica_error2 = replica_error2(&bootstrap.values);
         bootstrap
     }
 
@@ -147,12 +256,27 @@ impl Bootstrap {
     }
 }
 
+/// Squared standard error of the mean of all values, from the scatter of the replicas' means.
+fn replica_error2(values: &[f32]) -> f64 {
+    let n = values.len();
+    if n < 8 * REPLICAS {
+        return 0.0;
+    }
+    let means: [f64; REPLICAS] = std::array::from_fn(|r| {
+        let set = values.iter().skip(r).step_by(REPLICAS);
+        set.map(|v| f64::from(*v)).sum::<f64>() / (n - r).div_ceil(REPLICAS) as f64
+    });
+    let mean = means.iter().sum::<f64>() / REPLICAS as f64;
+    let spread: f64 = means.iter().map(|m| (m - mean).powi(2)).sum();
+    spread / (REPLICAS * (REPLICAS - 1)) as f64
+}
+
 /// The primary samples of bootstrap paths `indices`, as columns of a new matrix.
 pub fn regenerate<L: Lanes>(depth: &DepthPlan, seed: u64, indices: &[u64]) -> Samples {
     let stream = Stream::new(seed, Purpose::Bootstrap);
     let mut samples = Samples::new(depth.layout.total, indices.len());
     if !indices.is_empty() {
-        fill::<L>(&stream, depth.depth, &mut samples, indices.len(), |i| indices[i]);
+        fill::<L>(&stream, depth, &mut samples, indices.len(), |i| indices[i]);
     }
     samples
 }

@@ -35,7 +35,13 @@ impl FilterTable {
             let at = |i: i32| table.axis(axis, (f64::from(i) * h - f64::from(radius[axis])) as f32);
             let sum: f64 = (0..=n)
                 .map(|i| {
-                    let w = if i == 0 || i == n { 1.0 } else if i % 2 == 1 { 4.0 } else { 2.0 };
+                    let w = if i == 0 || i == n {
+                        1.0
+                    } else if i % 2 == 1 {
+                        4.0
+                    } else {
+                        2.0
+                    };
                     w * at(i)
                 })
                 .sum();
@@ -140,18 +146,30 @@ mod tests {
             (FilterKind::Box, 1.3),
             (FilterKind::Triangle, 2.0),
             (FilterKind::Gaussian { alpha: 2.0 }, 2.0),
-            (FilterKind::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 }, 2.0),
+            (
+                FilterKind::Mitchell {
+                    b: 1.0 / 3.0,
+                    c: 1.0 / 3.0,
+                },
+                2.0,
+            ),
             (FilterKind::Sinc { tau: 3.0 }, 4.0),
         ];
         for (kind, r) in kinds {
-            let filter = Filter { radius: Vec2::splat(r), kind };
+            let filter = Filter {
+                radius: Vec2::splat(r),
+                kind,
+            };
             let table = FilterTable::new(&filter, [0, 16, 0, 16]);
             // Samples on a fine grid around the centre: what one pixel collects is its filter's integral.
             let n = 1600;
             let mut pixel = 0.0;
             for i in 0..n {
                 for j in 0..n / 16 {
-                    let at = [16.0 * (i as f32 + 0.5) / n as f32, 16.0 * (j as f32 + 0.5) * 16.0 / n as f32];
+                    let at = [
+                        16.0 * (i as f32 + 0.5) / n as f32,
+                        16.0 * (j as f32 + 0.5) * 16.0 / n as f32,
+                    ];
                     table.splat(at, |p, w| {
                         if p == 8 * 16 + 8 {
                             pixel += w;

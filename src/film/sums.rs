@@ -113,7 +113,9 @@ impl SampleFilm {
         let factor = scale / Self::UNIT;
         let mut pixels = Vec::with_capacity(self.filter.pixels());
         for block in &self.blocks {
-            let block = block.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let block = block
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
             for p in block.chunks_exact(3) {
                 pixels.push(std::array::from_fn(|c| (p[c] as f64 * factor) as f32));
             }
@@ -129,7 +131,10 @@ mod tests {
     use glam::Vec2;
 
     fn one_pixel() -> FilterTable {
-        let filter = Filter { radius: Vec2::splat(0.5), kind: FilterKind::Box };
+        let filter = Filter {
+            radius: Vec2::splat(0.5),
+            kind: FilterKind::Box,
+        };
         FilterTable::new(&filter, [0, 1, 0, 1])
     }
 

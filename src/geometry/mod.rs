@@ -23,6 +23,8 @@ pub struct Geometry {
     vertices: Vec<Row>,
     triangles: Vec<Triangle>,
     spheres: Vec<Sphere>,
+    /// Four rows a sphere, see [`sphere_rows`].
+    sphere_rows: Vec<Row>,
     shapes: Vec<Shape>,
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
@@ -90,6 +92,7 @@ impl Geometry {
             vertices,
             triangles: scene.triangles.clone(),
             spheres: scene.spheres.clone(),
+            sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
             shapes: scene.shapes.clone(),
             radius: (reach.sqrt() * 1.000_001).max(f64::from(f32::MIN_POSITIVE)) as f32,
         }
@@ -130,7 +133,8 @@ impl Geometry {
         if !wanted.spheres || prim.iter().all(|p| *p < triangles) {
             return point;
         }
-        let (on_sphere, map) = self.sphere_maps::<L>(prim.iter().map(|p| p.wrapping_sub(triangles)));
+        let (on_sphere, map) =
+            self.sphere_maps::<L>(prim.iter().map(|p| p.wrapping_sub(triangles)));
         let w = map.to_unit(direction.mul_add(t, origin)).normalize();
         let other = self.sphere_point(&map, w, wanted);
         let pick = |a: Vec3<L>, b: Vec3<L>| Vec3::select(on_sphere, a, b);
@@ -139,13 +143,22 @@ impl Geometry {
             error: L::select(on_sphere, other.error, point.error),
             ng: pick(other.ng, point.ng),
             ns: pick(other.ns, point.ns),
-            uv: std::array::from_fn(|i| L::select(on_sphere, other.uv[i], point.uv[i])),
+            uv: [
+                L::select(on_sphere, other.uv[0], point.uv[0]),
+                L::select(on_sphere, other.uv[1], point.uv[1]),
+            ],
             tangent: pick(other.tangent, point.tangent),
         }
     }
 
     #[inline(always)]
-    fn triangle_point<L: Lanes>(&self, prim: &[u32], b1: L, b2: L, wanted: Wanted) -> SurfacePoint<L> {
+    fn triangle_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        b1: L,
+        b2: L,
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
         let mut index = [[0u32; 8]; 3];
         for (i, &prim) in prim.iter().enumerate() {
             if let Some(triangle) = self.triangles.get(prim as usize) {
@@ -155,7 +168,8 @@ impl Geometry {
             }
         }
         let n = prim.len();
-        let [a, b, c] = index.map(|i| L::load_rows(&self.vertices, &i[..n]));
+        let corner = |c: usize| L::load_rows(&self.vertices, &index[c][..n]);
+        let (a, b, c) = (corner(0), corner(1), corner(2));
         let point = |v: &[L; 8]| Vec3::new(v[0], v[1], v[2]);
         let normal = |v: &[L; 8]| Vec3::new(v[3], v[4], v[5]);
         let b0 = L::one() - b1 - b2;
@@ -194,7 +208,12 @@ impl Geometry {
     }
 
     #[inline(always)]
-    fn sphere_point<L: Lanes>(&self, map: &SphereMap<L>, w: Vec3<L>, wanted: Wanted) -> SurfacePoint<L> {
+    fn sphere_point<L: Lanes>(
+        &self,
+        map: &SphereMap<L>,
+        w: Vec3<L>,
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
         let p = map.to_world(w);
         let ng = map.normal(w);
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
@@ -210,7 +229,9 @@ impl Geometry {
         }
         SurfacePoint {
             p,
-            error: map.reach(w).dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
+            error: map
+                .reach(w)
+                .dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
                 * L::splat(POSITION_ERROR),
             ng,
             ns: ng,
@@ -225,7 +246,11 @@ impl Geometry {
         // pbrt-v3, section 13.6.5.
         let root = u.sqrt();
         let b1 = v * root;
-        let wanted = Wanted { uv: false, tangent: false, spheres: false };
+        let wanted = Wanted {
+            uv: false,
+            tangent: false,
+            spheres: false,
+        };
         let point = self.triangle_point(prim, b1, L::one() - root, wanted);
         let area = L::from_fn(|i| self.triangle_area(prim[i.min(prim.len() - 1)]));
         AreaSample {
@@ -241,7 +266,11 @@ impl Geometry {
     pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L) -> AreaSample<L> {
         let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
         let w = math::uniform_sphere(u, v);
-        let wanted = Wanted { uv: false, tangent: false, spheres: true };
+        let wanted = Wanted {
+            uv: false,
+            tangent: false,
+            spheres: true,
+        };
         let point = self.sphere_point(&map, w, wanted);
         AreaSample {
             p: point.p,
@@ -292,21 +321,50 @@ impl Geometry {
     #[inline(always)]
     fn sphere_maps<L: Lanes>(&self, index: impl Iterator<Item = u32>) -> (L::Mask, SphereMap<L>) {
         let mut valid = 0u32;
-        let mut pick = [&self.spheres[0]; 8];
-        for (i, s) in index.enumerate() {
-            if let Some(sphere) = self.spheres.get(s as usize) {
-                pick[i] = sphere;
-                valid |= 1 << i;
+        let mut pick = [[0u32; 8]; 4];
+        let mut n = 0;
+        for s in index {
+            if (s as usize) < self.spheres.len() {
+                for (r, row) in pick.iter_mut().enumerate() {
+                    row[n] = 4 * s + r as u32;
+                }
+                valid |= 1 << n;
+            } else {
+                for (r, row) in pick.iter_mut().enumerate() {
+                    row[n] = r as u32;
+                }
             }
+            n += 1;
         }
-        let gather = |f: &dyn Fn(&Sphere) -> f32| L::from_fn(|i| f(pick[i]));
+        let row = |r: usize| L::load_rows(&self.sphere_rows, &pick[r][..n]);
+        let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
         let map = SphereMap {
-            to_world: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_world[r][c]))),
-            to_unit: std::array::from_fn(|r| std::array::from_fn(|c| gather(&|s| s.to_unit[r][c]))),
-            facing: gather(&|s| s.facing),
+            to_world: [
+                [a[0], a[1], a[2], a[3]],
+                [a[4], a[5], a[6], a[7]],
+                [b[0], b[1], b[2], b[3]],
+            ],
+            to_unit: [
+                [b[4], b[5], b[6], b[7]],
+                [c[0], c[1], c[2], c[3]],
+                [c[4], c[5], c[6], c[7]],
+            ],
+            facing: d[0],
         };
         (L::Mask::from_bits(valid), map)
     }
+}
+
+/// Four rows of a sphere: both maps, row by row, and its facing.
+fn sphere_rows(s: &Sphere) -> [Row; 4] {
+    let two = |a: [f32; 4], b: [f32; 4]| Row([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]);
+    let (w, u) = (s.to_world, s.to_unit);
+    [
+        two(w[0], w[1]),
+        two(w[2], u[0]),
+        two(u[1], u[2]),
+        two([s.facing, 0.0, 0.0, 0.0], [0.0; 4]),
+    ]
 }
 
 /// Unit normal of `a x b`, safe against underflow for tiny edges.
@@ -330,7 +388,9 @@ struct SphereMap<L: Lanes> {
 impl<L: Lanes> SphereMap<L> {
     #[inline(always)]
     fn apply(m: &[[L; 4]; 3], v: Vec3<L>, w: L) -> Vec3<L> {
-        let row = |r: &[L; 4]| v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)));
+        let row = |r: &[L; 4]| {
+            v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)))
+        };
         Vec3::new(row(&m[0]), row(&m[1]), row(&m[2]))
     }
     #[inline(always)]
@@ -361,10 +421,13 @@ impl<L: Lanes> SphereMap<L> {
     /// Sums of the magnitudes that a mapped point is computed from.
     #[inline(always)]
     fn reach(&self, w: Vec3<L>) -> Vec3<L> {
-        let row = |r: &[L; 4]| {
-            (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs()
-        };
-        Vec3::new(row(&self.to_world[0]), row(&self.to_world[1]), row(&self.to_world[2]))
+        let row =
+            |r: &[L; 4]| (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs();
+        Vec3::new(
+            row(&self.to_world[0]),
+            row(&self.to_world[1]),
+            row(&self.to_world[2]),
+        )
     }
     /// Uniform on the unit sphere, as a density over the mapped area: `dA = |det M| |M^-T w| dw`.
     #[inline(always)]

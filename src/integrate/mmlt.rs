@@ -8,12 +8,12 @@
 //! ```
 //!
 //! with `A` the sampled raster area in pixels and `N_k` the mutations made at depth `k`, whatever their number: rounding and early stops cost no
-//! energy. `b_k` is the mean target of all independent uniform samples there are: the bootstrap's, and every large step's (pbrt-v3,
+//! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large step's ([`Estimate`]; pbrt-v3,
 //! section 16.4.3, uses the first alone).
 
 use super::{Phase, Render, Run, Stats, per_second};
 use crate::chain::batch::{Batch, Counts, MAX_CHAINS_PER_DEPTH};
-use crate::chain::bootstrap::{Bootstrap, Moments};
+use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, SplatFilm};
 use crate::simd::Lanes;
@@ -37,7 +37,7 @@ struct Allotment {
     layer: usize,
     /// Weight of this depth's splats within its layer, at most 1.
     share: f64,
-    bootstrap: Moments,
+    bootstrap: Estimate,
 }
 
 pub(super) fn render<L: Lanes>(run: &Run) -> Render {
@@ -56,7 +56,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let (width, height) = run.size();
     let area = run.world.camera.region.area();
     let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
-    let iterations = if chains == 0 { 0 } else { (wanted / chains as f64).ceil() as u64 };
+    let iterations = if chains == 0 {
+        0
+    } else {
+        (wanted / chains as f64).ceil() as u64
+    };
     let iterations = iterations.min(u64::from(u32::MAX)) as u32;
 
     let layers = layers(run.world.plan.depths.len());
@@ -64,7 +68,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let film = SplatFilm::new(filter, layers, f64::from(iterations) * chains as f64);
 
     let render_start = Instant::now();
-    let kernel = Kernel::new(settings.seed, settings.large_step_probability, settings.sigma);
+    let kernel = Kernel::new(
+        settings.seed,
+        settings.large_step_probability,
+        settings.sigma,
+    );
     let mut batches = start::<L>(run, &allotments, &bootstraps);
     drop(bootstraps);
     let (done, stopped) = march::<L>(run, &kernel, &mut batches, &allotments, &film, iterations);
@@ -96,8 +104,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             render_seconds,
             acceptance_large,
             acceptance_small,
-            b: estimates.iter().map(Moments::mean).sum(),
-            b_stderr: estimates.iter().map(Moments::error2).sum::<f64>().sqrt(),
+            b: estimates.iter().map(Estimate::mean).sum(),
+            b_stderr: estimates.iter().map(Estimate::error2).sum::<f64>().sqrt(),
             rejected_nonfinite: counts.rejected,
             ..Stats::default()
         },
@@ -117,34 +125,47 @@ fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
     let cancelled = || run.observer.stop();
     let mut all = Vec::with_capacity(depths.len());
     for (i, depth) in depths.iter().enumerate() {
-        let count = if depth.strategies.is_empty() { 0 } else { per_depth };
-        all.push(Bootstrap::run::<L>(run.world, depth, run.settings.seed, count, &cancelled));
-        run.observer.progress(Phase::Bootstrap, (i as u64 + 1) * per_depth, total);
+        let count = if depth.strategies.is_empty() {
+            0
+        } else {
+            per_depth
+        };
+        all.push(Bootstrap::run::<L>(
+            run.world,
+            depth,
+            run.settings.seed,
+            count,
+            &cancelled,
+        ));
+        run.observer
+            .progress(Phase::Bootstrap, (i as u64 + 1) * per_depth, total);
     }
     all
 }
 
 /// Chains per depth in proportion to `b_k`, at least eight wherever any light was found.
 fn allot(run: &Run, bootstraps: &[Bootstrap]) -> Vec<Allotment> {
-    let b: f64 = bootstraps.iter().map(|b| b.moments.mean()).sum();
+    let b: f64 = bootstraps.iter().map(|b| b.estimate.mean()).sum();
     let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
-        .filter(|(_, boot)| boot.moments.mean() > 0.0)
+        .filter(|(_, boot)| boot.estimate.mean() > 0.0)
         .map(|(depth, boot)| {
-            let wish = run.settings.chains as f64 * boot.moments.mean() / b;
+            let wish = run.settings.chains as f64 * boot.estimate.mean() / b;
             let chains = (wish.ceil() as usize).next_multiple_of(8);
             Allotment {
                 depth,
                 chains: chains.min(MAX_CHAINS_PER_DEPTH),
                 layer: depth.min(LAYERS - 1),
                 share: 1.0,
-                bootstrap: boot.moments,
+                bootstrap: boot.estimate,
             }
         })
         .collect();
     // Depths that share a layer keep the proportions the bootstrap gave them.
     let density = |a: &Allotment| a.bootstrap.mean() / a.chains as f64;
     for layer in 0..LAYERS {
-        let most = (list.iter().filter(|a| a.layer == layer)).map(density).fold(0.0, f64::max);
+        let most = (list.iter().filter(|a| a.layer == layer))
+            .map(density)
+            .fold(0.0, f64::max);
         for a in list.iter_mut().filter(|a| a.layer == layer) {
             a.share = density(a) / most;
         }
@@ -164,7 +185,10 @@ fn allotment_of<'a>(allotments: &'a [Allotment], batch: &Batch) -> &'a Allotment
 fn batch_size(run: &Run, chains: usize) -> usize {
     let threads = rayon::current_num_threads();
     let spread = (chains / (4 * threads)).next_multiple_of(8);
-    run.settings.batch.unwrap_or(spread.clamp(64, 512)).next_multiple_of(8)
+    run.settings
+        .batch
+        .unwrap_or(spread.clamp(64, 512))
+        .next_multiple_of(8)
 }
 
 fn start<L: Lanes>(run: &Run, allotments: &[Allotment], bootstraps: &[Bootstrap]) -> Vec<Batch> {
@@ -226,25 +250,27 @@ fn march<L: Lanes>(
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.
-fn estimate(run: &Run, allotments: &[Allotment], batches: &[Batch]) -> Vec<Moments> {
-    let mut estimates = vec![Moments::default(); run.world.plan.depths.len()];
+fn estimate(run: &Run, allotments: &[Allotment], batches: &[Batch]) -> Vec<Estimate> {
+    let mut estimates = vec![Estimate::default(); run.world.plan.depths.len()];
     for a in allotments {
         estimates[a.depth] = a.bootstrap;
     }
     for batch in batches {
         for chain in &batch.large_moments {
-            estimates[batch.depth].merge(chain);
+            estimates[batch.depth].later.merge(chain);
         }
     }
     estimates
 }
 
 /// Factor of a layer: its depths' integral over their weighted mutations, `done` per chain.
-fn layer_scale(allotments: &[Allotment], estimates: &[Moments], layer: usize, done: u32) -> f64 {
+fn layer_scale(allotments: &[Allotment], estimates: &[Estimate], layer: usize, done: u32) -> f64 {
     let members = || allotments.iter().filter(|a| a.layer == layer);
     let boot: f64 = members().map(|a| a.bootstrap.mean()).sum();
     let refined: f64 = members().map(|a| estimates[a.depth].mean()).sum();
-    let densest = members().map(|a| a.bootstrap.mean() / a.chains as f64).fold(0.0, f64::max);
+    let densest = members()
+        .map(|a| a.bootstrap.mean() / a.chains as f64)
+        .fold(0.0, f64::max);
     if boot > 0.0 && done > 0 {
         densest / f64::from(done) * refined / boot
     } else {

@@ -170,7 +170,11 @@ pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
 ///
 /// # Errors
 /// Settings out of range, and thread pools that cannot be had.
-pub fn render(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Render, RenderError> {
+pub fn render(
+    scene: &Scene,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -245,7 +249,11 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
     let fail = |what: String| Err(RenderError::Settings(what));
     let s = settings;
     if s.max_depth >= crate::chain::batch::MAX_DEPTHS {
-        return fail(format!("max depth {} is beyond {}", s.max_depth, crate::chain::batch::MAX_DEPTHS - 1));
+        return fail(format!(
+            "max depth {} is beyond {}",
+            s.max_depth,
+            crate::chain::batch::MAX_DEPTHS - 1
+        ));
     }
     if !(0.0..=1.0).contains(&s.large_step_probability) {
         return fail(format!(
@@ -254,7 +262,10 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
         ));
     }
     if !(s.sigma >= 0.0 && s.sigma.is_finite()) {
-        return fail(format!("sigma is {}, not a finite number of at least 0", s.sigma));
+        return fail(format!(
+            "sigma is {}, not a finite number of at least 0",
+            s.sigma
+        ));
     }
     if s.integrator == IntegratorKind::Mmlt && (s.chains == 0 || s.bootstrap == 0) {
         return fail("chains and bootstrap samples must be at least 1".into());
@@ -264,7 +275,10 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
         return fail(format!("{} chains are more than {most}", s.chains));
     }
     if s.bootstrap > 1 << 48 {
-        return fail(format!("{} bootstrap samples are more than 2^48", s.bootstrap));
+        return fail(format!(
+            "{} bootstrap samples are more than 2^48",
+            s.bootstrap
+        ));
     }
     if s.batch.is_some_and(|b| b == 0) {
         return fail("a batch holds at least one path".into());
@@ -273,7 +287,11 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
 }
 
 fn per_second(count: u64, seconds: f64) -> f64 {
-    if seconds > 0.0 { count as f64 / seconds } else { 0.0 }
+    if seconds > 0.0 {
+        count as f64 / seconds
+    } else {
+        0.0
+    }
 }
 
 /// Largest resident size of this process so far; 0 where the system does not tell.

@@ -44,7 +44,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
                     let n = (first + total - begin).min(batch as u64) as usize;
                     let before = paths.rays;
                     fill::<L>(&stream, &grid, samples, begin, n);
-                    run.world.evaluate_unidirectional::<L>(&layout, samples, n, paths);
+                    run.world
+                        .evaluate_unidirectional::<L>(&layout, samples, n, paths);
                     let mut bad = 0;
                     for o in &paths.outcome {
                         sums.add(o.raster, o.rgb, 1.0);
@@ -57,7 +58,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         rays += counts.0;
         rejected += counts.1;
         done += passes;
-        run.observer.progress(Phase::Render, done * per_pass, spp * per_pass);
+        run.observer
+            .progress(Phase::Render, done * per_pass, spp * per_pass);
         stopped = done < spp && run.ended();
     }
     let (width, height) = run.size();

@@ -64,7 +64,11 @@ impl Environment {
         self.rows = (row_sums.iter())
             .map(|r| {
                 running += r;
-                if total > 0.0 { (running / total) as f32 } else { 1.0 }
+                if total > 0.0 {
+                    (running / total) as f32
+                } else {
+                    1.0
+                }
             })
             .collect();
         self.columns = columns.into_iter().map(|c| c as f32).collect();
@@ -131,7 +135,11 @@ impl Environment {
                 let z = local[2].clamp(-1.0, 1.0);
                 let turns = local[1].atan2(local[0]) / TAU;
                 let sin = (1.0 - z * z).max(0.0).sqrt();
-                (if turns < 0.0 { turns + 1.0 } else { turns }, z.acos() * FRAC_1_PI, TAU * PI * sin)
+                (
+                    if turns < 0.0 { turns + 1.0 } else { turns },
+                    z.acos() * FRAC_1_PI,
+                    TAU * PI * sin,
+                )
             }
             EnvLayout::EqualArea => {
                 let (u, v) = equal_area_square(local);
@@ -187,9 +195,8 @@ impl Environment {
             EnvLayout::EqualArea => equal_area_sphere(u, v),
         };
         // Rows are orthonormal: the inverse is the transpose.
-        let d: [f32; 3] = std::array::from_fn(|c| {
-            (0..3).map(|r| self.to_light[r][c] * local[r]).sum::<f32>()
-        });
+        let d: [f32; 3] =
+            std::array::from_fn(|c| (0..3).map(|r| self.to_light[r][c] * local[r]).sum::<f32>());
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         d.map(|x| x / length)
     }
@@ -200,7 +207,11 @@ fn invert(cdf: &[f32], u: f32) -> (usize, f32) {
     let i = cdf.partition_point(|end| *end <= u).min(cdf.len() - 1);
     let start = if i == 0 { 0.0 } else { cdf[i - 1] };
     let width = cdf[i] - start;
-    let f = if width > 0.0 { (u - start) / width } else { 0.5 };
+    let f = if width > 0.0 {
+        (u - start) / width
+    } else {
+        0.5
+    };
     (i, f.clamp(0.0, 0.999_999_9))
 }
 
@@ -269,7 +280,10 @@ mod tests {
                 let d = equal_area_sphere(u, v);
                 let (a, b) = equal_area_square(d);
                 // sqrt(1 - |z|) amplifies rounding near the poles: sqrt(eps).
-                assert!((a - u).abs() < 1e-3 && (b - v).abs() < 1e-3, "{u} {v} {a} {b}");
+                assert!(
+                    (a - u).abs() < 1e-3 && (b - v).abs() < 1e-3,
+                    "{u} {v} {a} {b}"
+                );
             }
         }
     }

@@ -143,14 +143,22 @@ impl LightTable {
         let mut extra = 0.0;
         let mut prim = 0;
         let (kind, colour, factor) = match light {
-            LightKind::Triangle { triangle, l, two_sided } => {
+            LightKind::Triangle {
+                triangle,
+                l,
+                two_sided,
+            } => {
                 extra = f32::from(u8::from(*two_sided));
                 prim = *triangle;
                 let sides = f64::from(1.0 + extra);
                 let area = f64::from(geometry.triangle_area(*triangle));
                 (Kind::Triangle, *l, sides * area * f64::from(PI))
             }
-            LightKind::Sphere { sphere, l, two_sided } => {
+            LightKind::Sphere {
+                sphere,
+                l,
+                two_sided,
+            } => {
                 extra = f32::from(u8::from(*two_sided));
                 prim = *sphere;
                 let sides = f64::from(1.0 + extra);
@@ -161,12 +169,23 @@ impl LightTable {
                 place[..3].copy_from_slice(&p.to_array());
                 (Kind::Point, *i, f64::from(2.0 * TAU))
             }
-            LightKind::Spot { p, axis, i, cos_total, cos_falloff, falloff } => {
+            LightKind::Spot {
+                p,
+                axis,
+                i,
+                cos_total,
+                cos_falloff,
+                falloff,
+            } => {
                 place[..3].copy_from_slice(&p.to_array());
                 place[3..6].copy_from_slice(&axis.to_array());
                 place[6] = *cos_total;
                 place[7] = *cos_falloff;
-                extra = if *falloff == SpotFalloff::V3 { 0.0 } else { 1.0 };
+                extra = if *falloff == SpotFalloff::V3 {
+                    0.0
+                } else {
+                    1.0
+                };
                 let cone = f64::from(TAU) * (1.0 - 0.5 * f64::from(cos_total + cos_falloff));
                 (Kind::Spot, *i, cone)
             }
@@ -177,8 +196,14 @@ impl LightTable {
             LightKind::InfiniteConstant { l } => {
                 (Kind::InfiniteConstant, *l, disk * f64::from(2.0 * TAU))
             }
-            LightKind::InfiniteImage { image, scale, to_light, layout } => {
-                let map = Environment::new(&scene.images[*image as usize], *scale, *to_light, *layout);
+            LightKind::InfiniteImage {
+                image,
+                scale,
+                to_light,
+                layout,
+            } => {
+                let map =
+                    Environment::new(&scene.images[*image as usize], *scale, *to_light, *layout);
                 let mean = map.mean();
                 self.environments.push(map);
                 (Kind::InfiniteImage, mean, disk * f64::from(2.0 * TAU))
@@ -227,7 +252,13 @@ impl LightTable {
         if !self.needs_choice() {
             return [0; 8];
         }
-        std::array::from_fn(|i| if i < n { self.choice.sample(u.lane(i)) } else { 0 })
+        std::array::from_fn(|i| {
+            if i < n {
+                self.choice.sample(u.lane(i))
+            } else {
+                0
+            }
+        })
     }
 
     #[inline(always)]
@@ -243,7 +274,11 @@ impl LightTable {
     fn column_bits<L: Lanes>(column: L, mask: L::Mask, n: usize) -> [u32; 8] {
         let bits = column.to_bits();
         std::array::from_fn(|i| {
-            if i < n && mask.bits() >> i & 1 != 0 { bits.lane(i) } else { 0 }
+            if i < n && mask.bits() >> i & 1 != 0 {
+                bits.lane(i)
+            } else {
+                0
+            }
         })
     }
 
@@ -451,8 +486,11 @@ impl LightTable {
                     let z = L::one() - u[2] * drop;
                     let r = ((L::one() - z) * (L::one() + z)).max(L::zero()).sqrt();
                     let (sin, cos) = math::sin_cos_turns(u[3]);
-                    Frame::new(Vec3::new(place[3], place[4], place[5]))
-                        .to_world(Vec3::new(r * cos, r * sin, z))
+                    Frame::new(Vec3::new(place[3], place[4], place[5])).to_world(Vec3::new(
+                        r * cos,
+                        r * sin,
+                        z,
+                    ))
                 };
                 let (factor, pdf) = self.directional(kind, &place, base, direction);
                 EmissionSample {
@@ -511,7 +549,11 @@ impl LightTable {
         if triangle.any() {
             let prim = Self::column_bits(base[5], triangle, light.len());
             pdf = L::from_fn(|i| {
-                if triangle.bits() >> i & 1 != 0 { geometry.triangle_pdf(prim[i]) } else { 0.0 }
+                if triangle.bits() >> i & 1 != 0 {
+                    geometry.triangle_pdf(prim[i])
+                } else {
+                    0.0
+                }
             });
         }
         if sphere.any() {
@@ -571,7 +613,13 @@ impl LightTable {
 
     /// Intensity factor of a point-like light towards `w`, and the density over solid angle that emission samples it with.
     #[inline(always)]
-    fn directional<L: Lanes>(&self, kind: Kind, place: &[L; 8], base: &[L; 8], w: Vec3<L>) -> (L, L) {
+    fn directional<L: Lanes>(
+        &self,
+        kind: Kind,
+        place: &[L; 8],
+        base: &[L; 8],
+        w: Vec3<L>,
+    ) -> (L, L) {
         if kind == Kind::Point {
             return (L::one(), L::splat(0.5 / TAU));
         }

@@ -65,9 +65,7 @@ impl Plan {
         lights: &LightTable,
         camera: &Camera,
     ) -> Self {
-        let used = |material: usize| {
-            (scene.shapes.iter()).any(|s| s.material as usize == material)
-        };
+        let used = |material: usize| (scene.shapes.iter()).any(|s| s.material as usize == material);
         let mut kinds: Vec<Kind> = (materials.entries.iter().enumerate())
             .filter(|(i, _)| used(*i))
             .map(|(_, e)| e.kind)
@@ -75,7 +73,11 @@ impl Plan {
         kinds.sort();
         kinds.dedup();
         let mut plan = Self {
-            per_bounce: if kinds.iter().any(|k| k.has_lobes()) { 3 } else { 2 },
+            per_bounce: if kinds.iter().any(|k| k.has_lobes()) {
+                3
+            } else {
+                2
+            },
             lens: camera.has_lens(),
             light_choice: lights.needs_choice(),
             connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
@@ -98,7 +100,11 @@ impl Plan {
             strategies.extend(1..=depth + 1);
         }
         let layout = self.layout(depth as usize, &strategies);
-        DepthPlan { depth, strategies, layout }
+        DepthPlan {
+            depth,
+            strategies,
+            layout,
+        }
     }
 
     fn layout(&self, depth: usize, strategies: &[u32]) -> Layout {
@@ -109,7 +115,11 @@ impl Plan {
             at
         };
         let light_subpath = strategies.iter().any(|s| *s >= 2);
-        let light_bounces = if light_subpath { depth.saturating_sub(1) } else { 0 };
+        let light_bounces = if light_subpath {
+            depth.saturating_sub(1)
+        } else {
+            0
+        };
         let connects = strategies.iter().any(|s| *s >= 1);
         let choice = usize::from(self.light_choice);
         let strategy = take(usize::from(strategies.len() > 1));
@@ -140,20 +150,75 @@ impl Plan {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<_> = self.kinds.iter().map(|k| k.name()).collect();
-        writeln!(f, "  kernels       {}", if names.is_empty() { "none".into() } else { names.join(", ") })?;
+        writeln!(
+            f,
+            "  kernels       {}",
+            if names.is_empty() {
+                "none".into()
+            } else {
+                names.join(", ")
+            }
+        )?;
         let yes = |on: bool, what: &'static str, why: &'static str| {
-            format!("{} ({why})", if on { what.to_string() } else { format!("no {what}") })
+            format!(
+                "{} ({why})",
+                if on {
+                    what.to_string()
+                } else {
+                    format!("no {what}")
+                }
+            )
         };
-        let lens = if self.lens { "lensradius > 0" } else { "pinhole" };
-        writeln!(f, "  lens          {}", yes(self.lens, "lens samples", lens))?;
-        let many = if self.light_choice { "more than one light" } else { "at most one light" };
-        writeln!(f, "  lights        {}", yes(self.light_choice, "choice sample", many))?;
-        let lobes = if self.per_bounce == 3 { "a BSDF has several lobes" } else { "every BSDF has one lobe" };
-        writeln!(f, "  lobes         {}", yes(self.per_bounce == 3, "lobe sample", lobes))?;
-        let chance = if self.hits_lights { "an area or infinite light" } else { "every light is a delta light" };
-        writeln!(f, "  s = 0         {}", yes(self.hits_lights, "camera subpaths meet lights", chance))?;
-        let join = if self.connectable { "a BSDF that is not a delta" } else { "no light, or delta BSDFs only" };
-        writeln!(f, "  s >= 1        {}", yes(self.connectable, "connections", join))?;
+        let lens = if self.lens {
+            "lensradius > 0"
+        } else {
+            "pinhole"
+        };
+        writeln!(
+            f,
+            "  lens          {}",
+            yes(self.lens, "lens samples", lens)
+        )?;
+        let many = if self.light_choice {
+            "more than one light"
+        } else {
+            "at most one light"
+        };
+        writeln!(
+            f,
+            "  lights        {}",
+            yes(self.light_choice, "choice sample", many)
+        )?;
+        let lobes = if self.per_bounce == 3 {
+            "a BSDF has several lobes"
+        } else {
+            "every BSDF has one lobe"
+        };
+        writeln!(
+            f,
+            "  lobes         {}",
+            yes(self.per_bounce == 3, "lobe sample", lobes)
+        )?;
+        let chance = if self.hits_lights {
+            "an area or infinite light"
+        } else {
+            "every light is a delta light"
+        };
+        writeln!(
+            f,
+            "  s = 0         {}",
+            yes(self.hits_lights, "camera subpaths meet lights", chance)
+        )?;
+        let join = if self.connectable {
+            "a BSDF that is not a delta"
+        } else {
+            "no light, or delta BSDFs only"
+        };
+        writeln!(
+            f,
+            "  s >= 1        {}",
+            yes(self.connectable, "connections", join)
+        )?;
         writeln!(f, "  depth  strategies s          primary samples")?;
         for d in &self.depths {
             let list = match d.strategies.as_slice() {

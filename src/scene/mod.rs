@@ -53,7 +53,7 @@ pub struct Sphere {
     pub to_world: [[f32; 4]; 3],
     /// Its inverse.
     pub to_unit: [[f32; 4]; 3],
-    /// +1 if the outside is the front, -1 if the inside is (`ReverseOrientation`, mirrored transforms).
+    /// +1 if the outside is the front, -1 if the inside is (`ReverseOrientation`).
     pub facing: f32,
     /// Index into [`Scene::shapes`].
     pub shape: u32,
@@ -164,7 +164,8 @@ pub enum Texture {
         b: Param,
         mapping: UvMapping,
     },
-    /// Bilinear look-up; texel values are `scale * texel`, `1 - texel` first if `invert`. Image row 0 is the top: `t = 1`.
+    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this order, as pbrt-v4). Image
+    /// row 0 is the top: `t = 1`.
     Image {
         image: u32,
         mapping: UvMapping,
@@ -279,7 +280,7 @@ pub struct Film {
     /// Full resolution.
     pub width: u32,
     pub height: u32,
-    /// Pixels rendered: `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
+    /// `[x0, x1, y0, y1]`: the pixels rendered are `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
     pub crop: [u32; 4],
     pub filename: Option<String>,
     pub filter: Filter,

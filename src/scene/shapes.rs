@@ -1,53 +1,111 @@
-//! Parametric shapes as triangle meshes.
+//! Shapes that become triangle meshes at load: disks, bilinear patches, Loop subdivision surfaces.
+//!
+//! All in object space. The front of a triangle is where its vertices run counter-clockwise.
 
-/// A triangle mesh in object space.
+mod bilinear;
+mod disk;
+mod subdivision;
+
+pub use bilinear::bilinear_mesh;
+pub use disk::disk;
+pub use subdivision::loop_subdivide;
+
+/// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     pub positions: Vec<[f32; 3]>,
+    /// One a vertex, of any length; zero where the mesh has none.
     pub normals: Option<Vec<[f32; 3]>>,
+    /// One a vertex.
     pub uvs: Option<Vec<[f32; 2]>>,
     pub triangles: Vec<[u32; 3]>,
+    /// Things dropped or replaced, each a line without the name of the shape or file.
     pub warnings: Vec<String>,
 }
 
-/// A disk or part of one in the plane `z = height`, front `+z`.
-pub fn disk(radius: f32, _inner_radius: f32, height: f32, _phi_max_deg: f32) -> MeshData {
-    MeshData {
-        positions: vec![
-            [-radius, -radius, height],
-            [radius, -radius, height],
-            [0.0, radius, height],
-        ],
-        triangles: vec![[0, 1, 2]],
-        ..MeshData::default()
+/// More triangles than any shape has: a bound on what a level of subdivision or a list of patches can ask for.
+const MAX_TRIANGLES: u64 = 1 << 28;
+
+impl MeshData {
+    /// Drops triangles that no ray can hit (no area, vertices that are not finite) and neutralises normals and texture
+    /// coordinates that are not finite, with one counted warning each. Indices must be in range.
+    pub fn drop_degenerate(&mut self) {
+        let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
+        let positions = &self.positions;
+        let (mut unbounded, mut flat) = (0usize, 0usize);
+        self.triangles.retain(|triangle| {
+            let corners = triangle.map(|v| positions[v as usize]);
+            if !corners.iter().all(finite) {
+                unbounded += 1;
+                return false;
+            }
+            let [a, b, c] = corners.map(|p| glam::DVec3::from(p.map(f64::from)));
+            let area = (b - a).cross(c - a).length_squared() > 0.0;
+            flat += usize::from(!area);
+            area
+        });
+        let mut warn = |count: usize, what: &str| {
+            if count > 0 {
+                self.warnings.push(format!("{count} {what}"));
+            }
+        };
+        warn(
+            unbounded,
+            "triangles with vertices that are not finite dropped",
+        );
+        warn(flat, "triangles without area dropped");
+        if let Some(normals) = &mut self.normals {
+            let bad = normals.iter_mut().filter(|n| !finite(n));
+            warn(
+                bad.map(|n| *n = [0.0; 3]).count(),
+                "normals that are not finite ignored",
+            );
+        }
+        if let Some(uvs) = &mut self.uvs {
+            let bad = uvs
+                .iter_mut()
+                .filter(|uv| !uv.iter().all(|v| v.is_finite()));
+            warn(
+                bad.map(|uv| *uv = [0.0; 2]).count(),
+                "texture coordinates that are not finite set to 0",
+            );
+        }
+        // Vertices of dropped triangles stay in the list; where another vertex is, they cannot widen a scene's bounds.
+        let place = self
+            .positions
+            .iter()
+            .copied()
+            .find(finite)
+            .unwrap_or_default();
+        for p in self.positions.iter_mut().filter(|p| !finite(p)) {
+            *p = place;
+        }
     }
 }
 
-/// Bilinear patches, four indices each.
-pub fn bilinear_mesh(
-    p: &[[f32; 3]],
-    _n: Option<&[[f32; 3]]>,
-    _uv: Option<&[[f32; 2]]>,
-    indices: &[u32],
-) -> Result<MeshData, String> {
-    Ok(MeshData {
-        positions: p.to_vec(),
-        triangles: indices
-            .chunks_exact(4)
-            .flat_map(|q| [[q[0], q[1], q[3]], [q[0], q[3], q[2]]])
-            .collect(),
-        ..MeshData::default()
-    })
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Loop subdivision to the limit surface.
-pub fn loop_subdivide(_levels: u32, p: &[[f32; 3]], indices: &[u32]) -> Result<MeshData, String> {
-    Ok(MeshData {
-        positions: p.to_vec(),
-        triangles: indices
-            .chunks_exact(3)
-            .map(|t| [t[0], t[1], t[2]])
-            .collect(),
-        ..MeshData::default()
-    })
+    #[test]
+    fn degenerate_triangles_are_counted() {
+        let mut mesh = MeshData {
+            positions: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1e-30, 0.0],
+                [f32::NAN, 0.0, 0.0],
+                [2.0, 0.0, 0.0],
+            ],
+            normals: Some(vec![[0.0, 0.0, f32::INFINITY]; 5]),
+            uvs: Some(vec![[0.0, f32::NAN]; 5]),
+            triangles: vec![[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 1, 2]],
+            warnings: Vec::new(),
+        };
+        mesh.drop_degenerate();
+        assert_eq!(mesh.triangles, vec![[0, 1, 2]]);
+        assert_eq!(mesh.warnings.len(), 4);
+        assert!(mesh.warnings[1].starts_with("2 triangles without area"));
+        assert!(mesh.positions.iter().flatten().all(|v| v.is_finite()));
+    }
 }

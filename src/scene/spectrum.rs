@@ -276,7 +276,7 @@ pub fn read_spd(path: &Path) -> Result<Vec<Sample>, String> {
     if numbers.is_empty() {
         return Err(format!("{name}: no pairs of wavelength and value"));
     }
-    if numbers.len() % 2 != 0 {
+    if !numbers.len().is_multiple_of(2) {
         return Err(format!("{name}: the last wavelength has no value"));
     }
     Ok(numbers

@@ -41,8 +41,13 @@ impl UintLanes for u32x8 {
         u32x8::splat(x)
     }
     #[inline(always)]
-    fn from_fn(f: impl FnMut(usize) -> u32) -> Self {
-        u32x8::new(std::array::from_fn(f))
+    fn from_fn(mut f: impl FnMut(usize) -> u32) -> Self {
+        // A loop and not `array::from_fn`, which is not reliably inlined; so below.
+        let mut lanes = [0; 8];
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            *lane = f(i);
+        }
+        u32x8::new(lanes)
     }
     #[inline(always)]
     fn lane(self, i: usize) -> u32 {
@@ -101,8 +106,12 @@ impl Lanes for f32x8 {
         dst[..8].copy_from_slice(&self.to_array());
     }
     #[inline(always)]
-    fn from_fn(f: impl FnMut(usize) -> f32) -> Self {
-        f32x8::new(std::array::from_fn(f))
+    fn from_fn(mut f: impl FnMut(usize) -> f32) -> Self {
+        let mut lanes = [0.0; 8];
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            *lane = f(i);
+        }
+        f32x8::new(lanes)
     }
     #[inline(always)]
     fn lane(self, i: usize) -> f32 {
@@ -188,9 +197,11 @@ impl Lanes for f32x8 {
     #[inline(always)]
     fn load_rows(rows: &[Row], index: &[u32]) -> [Self; 8] {
         let last = index.len() - 1;
-        f32x8::transpose(std::array::from_fn(|i| {
-            f32x8::new(rows[index[i.min(last)] as usize].0)
-        }))
+        let mut loaded = [f32x8::ZERO; 8];
+        for (i, row) in loaded.iter_mut().enumerate() {
+            *row = f32x8::new(rows[index[i.min(last)] as usize].0);
+        }
+        f32x8::transpose(loaded)
     }
     #[inline(always)]
     fn store_rows(columns: [Self; 8], rows: &mut [Row], index: &[u32]) {

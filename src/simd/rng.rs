@@ -55,7 +55,13 @@ impl Stream {
     /// Four floats in `[0, 1)`.
     #[inline(always)]
     pub fn uniforms<L: Lanes>(&self, x: L::Uint, y: L::Uint, block: u32) -> [L; 4] {
-        self.words::<L>(x, y, block).map(unit_float::<L>)
+        let [a, b, c, d] = self.words::<L>(x, y, block);
+        [
+            unit_float::<L>(a),
+            unit_float::<L>(b),
+            unit_float::<L>(c),
+            unit_float::<L>(d),
+        ]
     }
 }
 
@@ -69,12 +75,14 @@ pub fn unit_float<L: Lanes>(word: L::Uint) -> L {
 fn pcg4d<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
     let a = L::Uint::splat(1_664_525);
     let c = L::Uint::splat(1_013_904_223);
-    let [mut x, mut y, mut z, mut w] = v.map(|v| v.mul(a).add(c));
+    let step = |v: L::Uint| v.mul(a).add(c);
+    let (mut x, mut y, mut z, mut w) = (step(v[0]), step(v[1]), step(v[2]), step(v[3]));
     x = x.add(y.mul(w));
     y = y.add(z.mul(x));
     z = z.add(x.mul(y));
     w = w.add(y.mul(z));
-    [x, y, z, w] = [x, y, z, w].map(|v| v.xor(v.shr::<16>()));
+    let fold = |v: L::Uint| v.xor(v.shr::<16>());
+    (x, y, z, w) = (fold(x), fold(y), fold(z), fold(w));
     x = x.add(y.mul(w));
     y = y.add(z.mul(x));
     z = z.add(x.mul(y));

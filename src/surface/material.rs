@@ -39,9 +39,7 @@ impl MaterialTable {
             anisotropic: false,
         };
         for Material { kind, .. } in &scene.materials {
-            let textured = params(kind)
-                .iter()
-                .any(|p| matches!(p, Param::Texture(_)));
+            let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
             let entry = Entry {
                 kind: kernel(kind),
                 textured,
@@ -166,7 +164,11 @@ fn raw_alpha(roughness: f32, remap: Remap) -> f32 {
         Remap::None => roughness,
         Remap::V3 => {
             let x = roughness.max(1e-3).ln();
-            1.62142 + 0.819955 * x + 0.1734 * x * x + 0.0171201 * x.powi(3) + 0.000640711 * x.powi(4)
+            1.62142
+                + 0.819955 * x
+                + 0.1734 * x * x
+                + 0.0171201 * x.powi(3)
+                + 0.000640711 * x.powi(4)
         }
         Remap::V4 => roughness.max(0.0).sqrt(),
     }
@@ -175,7 +177,11 @@ fn raw_alpha(roughness: f32, remap: Remap) -> f32 {
 /// Trowbridge-Reitz alpha of a roughness, kept in what `f32` evaluates well.
 fn alpha(roughness: f32, remap: Remap) -> f32 {
     let a = raw_alpha(roughness, remap);
-    if a.is_nan() { 1.0 } else { a.clamp(SMOOTH_ALPHA, 1e3) }
+    if a.is_nan() {
+        1.0
+    } else {
+        a.clamp(SMOOTH_ALPHA, 1e3)
+    }
 }
 
 /// The extinction with `eta = 1` whose reflectance at normal incidence is `r` (pbrt-v4, `ConductorMaterial`).

@@ -30,7 +30,13 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
         } => {
             let (s, t) = map(mapping, uv);
             let value = bilinear(&images[image as usize], s, t, wrap);
-            value.map(|v| scale * if invert { 1.0 - v } else { v })
+            value.map(|v| {
+                if invert {
+                    (1.0 - scale * v).max(0.0)
+                } else {
+                    scale * v
+                }
+            })
         }
     }
 }

@@ -13,7 +13,7 @@ use super::node::{Bounds, Child, NOWHERE, Node, union};
 use super::packet::MAX_DEPTH;
 use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
-use super::triangle::LeafTriangle;
+use super::triangle::{LeafTriangle, is_degenerate};
 use crate::scene::{MaterialKind, NONE, Scene};
 
 /// Most primitives per leaf.
@@ -64,7 +64,7 @@ pub fn build(scene: &Scene) -> Tree {
     flat.tree
 }
 
-/// All primitives a ray can meet, and their boxes. Primitives that are not finite are left out.
+/// All primitives a ray can meet, and their boxes. Primitives that are not finite or have no area are left out.
 fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
     let visible = |shape: u32| {
         let material = scene.shapes[shape as usize].material;
@@ -85,7 +85,8 @@ fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
             })
         };
         let bounds = [range(0), range(1), range(2)];
-        (visible(t.shape) && finite(&bounds)).then_some((Primitive::Triangle(i as u32), bounds))
+        let usable = finite(&bounds) && !is_degenerate(p);
+        (visible(t.shape) && usable).then_some((Primitive::Triangle(i as u32), bounds))
     });
     let spheres = scene.spheres.iter().enumerate().filter_map(|(i, s)| {
         let bounds = sphere_bounds(s);

@@ -8,10 +8,12 @@
 //! 4. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
 
 mod build;
+mod bvh8;
 mod node;
 pub mod offset;
 mod packet;
 mod ray;
+mod single;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -20,10 +22,11 @@ mod triangle;
 use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
-use crate::simd::{Lanes, Mask, Row};
+use crate::simd::{Lanes, Row};
 
+use self::bvh8::Bvh8;
 use self::node::Node;
-use self::packet::{Best, Stack, traverse};
+use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
 use self::triangle::LeafTriangle;
@@ -31,10 +34,21 @@ use self::triangle::LeafTriangle;
 /// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
 pub struct Tracer {
     nodes: Vec<Node>,
+    wide: Bvh8,
     triangles: Vec<LeafTriangle>,
     spheres: Vec<LeafSphere>,
     extent: Extent,
     stats: Stats,
+}
+
+/// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coherence {
+    /// They go the same way from the same place: camera rays, shadow rays sorted by pixel.
+    Coherent,
+    /// They have nothing in common: diffuse bounces.
+    Incoherent,
+    Unknown,
 }
 
 /// What a build made and took.
@@ -43,6 +57,9 @@ pub struct Stats {
     pub build_time: Duration,
     /// Inner nodes of the binary tree.
     pub nodes: usize,
+    /// Inner nodes of the wide tree, and its blocks of up to eight triangles.
+    pub nodes8: usize,
+    pub blocks8: usize,
     pub triangles: usize,
     pub spheres: usize,
     /// Levels of the binary tree, leaves included.
@@ -52,7 +69,7 @@ pub struct Stats {
 }
 
 impl Tracer {
-    /// Primitives of interface materials, and those that are not finite, are left out.
+    /// Primitives of interface materials, and those that are not finite or have no area, are left out.
     ///
     /// # Panics
     /// With more than 2^26 triangles or spheres.
@@ -64,6 +81,7 @@ impl Tracer {
             "a scene can have at most {limit} triangles and as many spheres"
         );
         let tree = build::build(scene);
+        let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
         let stats = Stats {
             build_time: start.elapsed(),
             nodes: tree.nodes.len(),
@@ -72,10 +90,15 @@ impl Tracer {
             depth: tree.depth,
             bytes: size_of_val(&tree.nodes[..])
                 + size_of_val(&tree.triangles[..])
-                + size_of_val(&tree.spheres[..]),
+                + size_of_val(&tree.spheres[..])
+                + size_of_val(&wide.nodes[..])
+                + size_of_val(&wide.blocks[..]),
+            nodes8: wide.nodes.len(),
+            blocks8: wide.blocks.len(),
         };
         Tracer {
             nodes: tree.nodes,
+            wide,
             triangles: tree.triangles,
             spheres: tree.spheres,
             extent: tree.extent,
@@ -97,27 +120,73 @@ impl Tracer {
     /// Each `L::N` consecutive entries of `list` make a packet: neighbours in the list should be neighbours in space. A ray
     /// that is not finite, or has no direction, or a `tmax` not above 0, hits nothing.
     pub fn closest<L: Lanes>(&self, rays: &[Row], list: &[u32], hits: &mut [Row]) {
-        let mut stack = Stack::<L>::new();
-        for packet in list.chunks(L::N) {
-            let ray = Ray::<L>::load(rays, packet, &self.extent);
-            let mut best = Best::new(&ray);
-            traverse::<L, false>(self, &ray, &mut best, &mut stack);
-            best.store(&ray, rays, packet, hits);
-        }
+        self.closest_with::<L>(Coherence::Unknown, rays, list, hits);
+    }
+
+    /// [`Tracer::closest`] for rays of known coherence.
+    pub fn closest_with<L: Lanes>(
+        &self,
+        coherence: Coherence,
+        rays: &[Row],
+        list: &[u32],
+        hits: &mut [Row],
+    ) {
+        self.trace::<L, false>(coherence, rays, list, |packet, ray, best| {
+            best.store(ray, rays, packet, hits);
+        });
     }
 
     /// Whether anything lies strictly between `origin` and `origin + tmax * direction`, both ends excluded by their
     /// rounding error: `blocked[i]` becomes 1 or 0 for each ray `i` in `list`. Rays are as for [`Tracer::closest`].
     pub fn occluded<L: Lanes>(&self, rays: &[Row], list: &[u32], blocked: &mut [u32]) {
-        let mut stack = Stack::<L>::new();
-        for packet in list.chunks(L::N) {
-            let ray = Ray::<L>::load(rays, packet, &self.extent);
-            let mut best = Best::new(&ray);
-            traverse::<L, true>(self, &ray, &mut best, &mut stack);
-            let hit = ray.live().and(best.t.lt(L::zero())).bits();
+        self.occluded_with::<L>(Coherence::Unknown, rays, list, blocked);
+    }
+
+    /// [`Tracer::occluded`] for rays of known coherence.
+    pub fn occluded_with<L: Lanes>(
+        &self,
+        coherence: Coherence,
+        rays: &[Row],
+        list: &[u32],
+        blocked: &mut [u32],
+    ) {
+        self.trace::<L, true>(coherence, rays, list, |packet, ray, best| {
+            let hit = best.blocked(ray);
             for (lane, &i) in packet.iter().enumerate() {
                 blocked[i as usize] = hit >> lane & 1;
             }
+        });
+    }
+
+    #[inline(always)]
+    fn trace<L: Lanes, const ANY: bool>(
+        &self,
+        coherence: Coherence,
+        rays: &[Row],
+        list: &[u32],
+        mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
+    ) {
+        let mut packets = packet::Stack::<L>::new();
+        let mut single = single::Stack::new();
+        for packet in list.chunks(L::N) {
+            let ray = Ray::<L>::load(rays, packet, &self.extent);
+            let mut best = Best::new(&ray);
+            let done = match coherence {
+                _ if L::N == 1 => {
+                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Coherent => {
+                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Unknown => {
+                    packet::traverse::<L, ANY, true>(self, &ray, &mut best, &mut packets)
+                }
+                Coherence::Incoherent => false,
+            };
+            if !done {
+                single::traverse::<L, ANY>(self, &ray, &mut best, &mut single);
+            }
+            store(packet, &ray, &best);
         }
     }
 }

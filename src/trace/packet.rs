@@ -32,6 +32,16 @@ pub struct Best<L: Lanes> {
     pub prim: L::Uint,
 }
 
+impl Best<f32> {
+    /// A ray that is done.
+    pub const NOTHING: Self = Self {
+        t: -1.0,
+        b1: 0.0,
+        b2: 0.0,
+        prim: NONE,
+    };
+}
+
 impl<L: Lanes> Best<L> {
     /// No hit; hits must be nearer than the end of the ray.
     #[inline(always)]
@@ -60,6 +70,23 @@ impl<L: Lanes> Best<L> {
         self.prim = L::uint_select(mask, prim, self.prim);
     }
 
+    /// One lane.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Best<f32> {
+        Best {
+            t: self.t.lane(i),
+            b1: self.b1.lane(i),
+            b2: self.b2.lane(i),
+            prim: self.prim.lane(i),
+        }
+    }
+
+    /// Bits of the lanes that ended with a negative `t`: something was in their way.
+    #[inline(always)]
+    pub fn blocked(&self, ray: &Ray<L>) -> u32 {
+        ray.live().and(self.t.lt(L::zero())).bits()
+    }
+
     /// As the caller's records.
     #[inline(always)]
     pub fn store(self, ray: &Ray<L>, rays: &[Row], list: &[u32], hits: &mut [Row]) {
@@ -81,35 +108,45 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows one packet to the end, or, with `PROBE`, gives up early if its rays have little in common, by their directions or as
+/// it turns out: then it returns false, and `best` holds what was found so far. With `ANY`, lanes that hit something end with a negative `best.t`.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) {
+) -> bool {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
+        Some(agreement) => descend::<L, ANY, PROBE, true>(tracer, ray, &agreement, best, stack),
+        None if PROBE && !ray.is_narrow() => false,
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
+            descend::<L, ANY, PROBE, false>(tracer, ray, &any, best, stack)
         }
     }
 }
 
+/// A packet is probed each time it has visited so many nodes, and goes on if at least so many lanes, summed over these
+/// nodes, entered them.
+const PROBE_NODES: u32 = 32;
+const PROBE_LANES: u32 = 2 * PROBE_NODES;
+
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
+fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     agreement: &Agreement,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) {
+) -> bool {
     let Stack(stack) = stack;
+    let (mut visited, mut lanes, mut entering) = (0, 0, ray.live().bits());
+    // Rays that miss a box never enter it.
+    let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
     let mut current = Child::inner(0);
     loop {
@@ -117,27 +154,40 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             let node: &Node = &tracer.nodes[current.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
-            match (meets0.any(), meets1.any()) {
+            if PROBE {
+                visited += 1;
+                lanes += entering.count_ones();
+                if visited == PROBE_NODES {
+                    if lanes < PROBE_LANES {
+                        return false;
+                    }
+                    (visited, lanes) = (0, 0);
+                }
+            }
+            let (bits0, bits1) = (meets0.bits(), meets1.bits());
+            match (bits0 != 0, bits1 != 0) {
                 (true, true) => {
                     // Rays that meet only one child have no say.
-                    let both = meets0.and(meets1);
-                    let second = near1.lt(near0).and(both).bits().count_ones();
-                    let (far, near_far, next) = if 2 * second > both.bits().count_ones() {
-                        (node.child[0], near0, node.child[1])
+                    let both = bits0 & bits1;
+                    let second = near1.lt(near0).bits() & both;
+                    if 2 * second.count_ones() > both.count_ones() {
+                        let near = L::select(meets0, near0, nowhere);
+                        stack[top & (MAX_DEPTH - 1)] = (node.child[0], near);
+                        (current, entering) = (node.child[1], bits1);
                     } else {
-                        (node.child[1], near1, node.child[0])
-                    };
-                    stack[top & (MAX_DEPTH - 1)] = (far, near_far);
+                        let near = L::select(meets1, near1, nowhere);
+                        stack[top & (MAX_DEPTH - 1)] = (node.child[1], near);
+                        (current, entering) = (node.child[0], bits0);
+                    }
                     top += 1;
-                    current = next;
                     continue;
                 }
                 (true, false) => {
-                    current = node.child[0];
+                    (current, entering) = (node.child[0], bits0);
                     continue;
                 }
                 (false, true) => {
-                    current = node.child[1];
+                    (current, entering) = (node.child[1], bits1);
                     continue;
                 }
                 (false, false) => {}
@@ -154,15 +204,16 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
-            return;
+            return true;
         }
         loop {
             if top == 0 {
-                return;
+                return true;
             }
             top -= 1;
             let (child, near) = stack[top & (MAX_DEPTH - 1)];
-            if near.le(best.t).any() {
+            entering = near.le(best.t).bits();
+            if entering != 0 {
                 current = child;
                 break;
             }

@@ -16,6 +16,9 @@ use crate::simd::{Lanes, Mask, Row, UintLanes, Vec3};
 /// below the rounding of the direction.
 const TINY: f32 = 1e-18;
 
+/// The squared cosine of 25 degrees.
+const NARROW: f32 = 0.82;
+
 /// Largest absolute coordinates of a scene, and what follows from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
@@ -171,6 +174,18 @@ impl<L: Lanes> Ray<L> {
         self.t_max.gt(L::zero())
     }
 
+    /// Whether all live lanes go nearly the way of the first: within 25 degrees.
+    #[inline(always)]
+    pub fn is_narrow(&self) -> bool {
+        let live = self.live().bits();
+        let first = live.trailing_zeros() as usize % L::N;
+        let axis = Vec3::splat(self.d.lane(first));
+        let along = axis.dot(self.d);
+        let bound = self.d.length2() * axis.length2() * L::splat(NARROW);
+        let narrow = along.gt(L::zero()).and((along * along).ge(bound));
+        live & !narrow.bits() == 0
+    }
+
     /// If all live lanes agree in the signs of the direction and in their own third axis: what they agree on.
     #[inline(always)]
     pub fn agreement(&self) -> Option<Agreement> {
@@ -193,6 +208,33 @@ impl<L: Lanes> Ray<L> {
             negative: negative.map(usize::from),
             order,
         })
+    }
+
+    /// One lane as a ray of its own.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Ray<f32> {
+        let one = |v: [L; 3]| [v[0].lane(i), v[1].lane(i), v[2].lane(i)];
+        let vector = |v: Vec3<L>| Vec3::new(v.x.lane(i), v.y.lane(i), v.z.lane(i));
+        let is = |mask: L::Mask| mask.bits() >> i & 1 == 1;
+        Ray {
+            o: vector(self.o),
+            d: vector(self.d),
+            rd: one(self.rd),
+            ord: one(self.ord),
+            own: Sheared {
+                o: one(self.own.o),
+                d: one(self.own.d),
+                rd: one(self.own.rd),
+                ord: one(self.own.ord),
+                shear: [self.own.shear[0].lane(i), self.own.shear[1].lane(i)],
+            },
+            swap_x: is(self.swap_x),
+            swap_y: is(self.swap_y),
+            t_max: self.t_max.lane(i),
+            t_scale: self.t_scale.lane(i),
+            t_shift: self.t_shift.lane(i),
+            pad: self.pad.lane(i),
+        }
     }
 
     /// The caller's `t`.

@@ -37,23 +37,34 @@ impl LeafTriangle {
     /// Vertices in the rays' own order of axes, if they agree on one.
     #[inline(always)]
     pub fn agreed<L: Lanes>(&self, agreement: &Agreement) -> [[L; 3]; 3] {
-        self.p
-            .map(|p| agreement.order.map(|axis| L::splat(p[axis & 3])))
+        let [x, y, z] = agreement.order;
+        let own = |p: &[f32; 4]| [L::splat(p[x & 3]), L::splat(p[y & 3]), L::splat(p[z & 3])];
+        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
     }
 
     /// Vertices in each ray's own order of axes.
     #[inline(always)]
     pub fn permuted<L: Lanes>(&self, ray: &Ray<L>) -> [[L; 3]; 3] {
-        self.p.map(|p| {
+        let own = |p: &[f32; 4]| {
             let p = [L::splat(p[0]), L::splat(p[1]), L::splat(p[2])];
             permute::<L>(p, ray.swap_x, ray.swap_y)
-        })
+        };
+        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
     }
 }
 
 /// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest components): 39 roundings
 /// of 2^-24 in the worst case, counted over [`hit`].
 const PLANE_ERROR: f32 = 40.0 / 16_777_216.0;
+
+/// Whether the triangle is a point or a line to [`hit`], which then never meets it.
+pub fn is_degenerate(p: [[f32; 3]; 3]) -> bool {
+    let e = |i: usize| [0, 1, 2].map(|k| p[i][k] - p[0][k]);
+    let (e1, e2) = (e(1), e(2));
+    [(1, 2), (2, 0), (0, 1)]
+        .iter()
+        .all(|&(i, j)| e1[i] * e2[j] - e1[j] * e2[i] == 0.0)
+}
 
 /// A hit of some lanes.
 #[derive(Clone, Copy, Debug)]
@@ -65,13 +76,14 @@ pub struct Hit<L: Lanes> {
 /// Lanes whose ray, a line without end, passes through the triangle, and the weights of the vertices up to a common factor.
 #[inline(always)]
 pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
-    let [[x0, y0], [x1, y1], [x2, y2]] = p.map(|p| {
+    let project = |p: &[L; 3]| {
         let z = p[2] - ray.o[2];
         [
             z.mul_add(ray.shear[0], p[0] - ray.o[0]),
             z.mul_add(ray.shear[1], p[1] - ray.o[1]),
         ]
-    });
+    };
+    let ([x0, y0], [x1, y1], [x2, y2]) = (project(&p[0]), project(&p[1]), project(&p[2]));
     let weights = [x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0];
     let [u, v, w] = weights;
     let zero = L::zero();
@@ -95,7 +107,8 @@ pub fn hit<L: Lanes, const ANY: bool>(
     let dot = |a: [L; 3], b: [L; 3]| a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]));
     let largest = |a: [L; 3]| a[0].abs().max(a[1].abs()).max(a[2].abs());
     let (e1, e2, v) = (sub(p[1], p[0]), sub(p[2], p[0]), sub(p[0], ray.o));
-    let minor = |i: usize, j: usize| e1[i].mul_add(e2[j], -(e1[j] * e2[i]));
+    // Not fused: the normal of a triangle with two equal vertices must be exactly zero.
+    let minor = |i: usize, j: usize| e1[i] * e2[j] - e1[j] * e2[i];
     let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
     let slope = dot(ray.d, n);
     // Distances to the plane, times |n|, positive in front of the origin.

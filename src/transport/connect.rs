@@ -44,7 +44,9 @@ impl World {
                 let chunk = &on[..n];
                 let tip = paths.tips[0].load::<L>(chunk);
                 let cos = tip.wo.dot(tip.ng);
-                let seen = self.lights.emitted(&self.geometry, &lights[..n], tip.p, cos);
+                let seen = self
+                    .lights
+                    .emitted(&self.geometry, &lights[..n], tip.p, cos);
                 let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
                 let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
                 let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
@@ -144,11 +146,15 @@ impl World {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[0].load::<L>(chunk);
             let light = if self.plan.light_choice {
-                self.lights.choose::<L>(samples.gather(at.choice, chunk), chunk.len())
+                self.lights
+                    .choose::<L>(samples.gather(at.choice, chunk), chunk.len())
             } else {
                 [0; 8]
             };
-            let u = [samples.gather(at.point, chunk), samples.gather(at.point + 1, chunk)];
+            let u = [
+                samples.gather(at.point, chunk),
+                samples.gather(at.point + 1, chunk),
+            ];
             let light = &light[..chunk.len()];
             let seen = self.lights.sample_direct(&self.geometry, light, tip.p, u);
             let w = seen.to_light;
@@ -157,7 +163,16 @@ impl World {
             let r = seen.radiance;
             let chance = L::one().or_zero(seen.delta.not());
             L::store_rows(
-                [r.x, r.y, r.z, seen.pdf, seen.emission_ratio, chance, L::zero(), L::zero()],
+                [
+                    r.x,
+                    r.y,
+                    r.z,
+                    seen.pdf,
+                    seen.emission_ratio,
+                    chance,
+                    L::zero(),
+                    L::zero(),
+                ],
                 &mut paths.end,
                 chunk,
             );
@@ -176,12 +191,20 @@ impl World {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
             let lens = if self.plan.lens {
-                (samples.gather(at.point, chunk), samples.gather(at.point + 1, chunk))
+                (
+                    samples.gather(at.point, chunk),
+                    samples.gather(at.point + 1, chunk),
+                )
             } else {
                 (L::zero(), L::zero())
             };
             let link = self.camera.connect(tip.p, lens);
-            shadow_ray(&mut paths.ray, chunk, tip.offset(link.to_camera), link.origin);
+            shadow_ray(
+                &mut paths.ray,
+                chunk,
+                tip.offset(link.to_camera),
+                link.origin,
+            );
             store_link(&mut paths.link, chunk, -link.to_camera, L::one());
             let zero = L::zero();
             L::store_rows(
@@ -190,7 +213,8 @@ impl World {
                 chunk,
             );
             for (i, &path) in chunk.iter().enumerate() {
-                paths.outcome[path as usize].raster = [link.raster.0.lane(i), link.raster.1.lane(i)];
+                paths.outcome[path as usize].raster =
+                    [link.raster.0.lane(i), link.raster.1.lane(i)];
             }
             push_where(joined, chunk, link.valid.bits());
         }
@@ -227,22 +251,35 @@ impl World {
             let wi_ng = wi.dot(tip.ng);
             let cos = match side {
                 Side::Camera => wi.dot(tip.ns).abs(),
-                Side::Light => {
-                    mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng))
-                }
+                Side::Light => mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)),
             };
             let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
             let f = (value.f * cos).or_zero(agree);
             let zero = L::zero();
             L::store_rows(
-                [f.x, f.y, f.z, value.pdf, value.pdf_reverse, wi_ng.abs(), zero, zero],
+                [
+                    f.x,
+                    f.y,
+                    f.z,
+                    value.pdf,
+                    value.pdf_reverse,
+                    wi_ng.abs(),
+                    zero,
+                    zero,
+                ],
                 &mut paths.value[side as usize],
                 chunk,
             );
         }
     }
 
-    fn weigh_direct<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+    fn weigh_direct<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        choices: f32,
+        live: &mut Vec<u32>,
+    ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[0].load::<L>(chunk);
             let value = L::load_rows(&paths.value[0], chunk);
@@ -257,12 +294,22 @@ impl World {
             );
             let scale = weight * L::splat(choices) / end[3];
             let f = Vec3::new(value[0], value[1], value[2]);
-            let rgb = tip.beta.mul_elem(f).mul_elem(Vec3::new(end[0], end[1], end[2])) * scale;
+            let rgb = tip
+                .beta
+                .mul_elem(f)
+                .mul_elem(Vec3::new(end[0], end[1], end[2]))
+                * scale;
             keep(paths, chunk, rgb, live);
         }
     }
 
-    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+    fn weigh_lens<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        choices: f32,
+        live: &mut Vec<u32>,
+    ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
             let value = L::load_rows(&paths.value[1], chunk);
@@ -274,9 +321,18 @@ impl World {
         }
     }
 
-    fn weigh_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut Vec<u32>) {
+    fn weigh_tips<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        choices: f32,
+        live: &mut Vec<u32>,
+    ) {
         for chunk in list.chunks(L::N) {
-            let tips = [paths.tips[0].load::<L>(chunk), paths.tips[1].load::<L>(chunk)];
+            let tips = [
+                paths.tips[0].load::<L>(chunk),
+                paths.tips[1].load::<L>(chunk),
+            ];
             let values = [
                 L::load_rows(&paths.value[0], chunk),
                 L::load_rows(&paths.value[1], chunk),
@@ -303,13 +359,21 @@ impl World {
 #[inline(always)]
 fn shadow_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, target: Vec3<L>) {
     let d = target - o;
-    L::store_rows([o.x, o.y, o.z, L::one(), d.x, d.y, d.z, L::zero()], rays, list);
+    L::store_rows(
+        [o.x, o.y, o.z, L::one(), d.x, d.y, d.z, L::zero()],
+        rays,
+        list,
+    );
 }
 
 #[inline(always)]
 fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: L) {
     let zero = L::zero();
-    L::store_rows([w.x, w.y, w.z, distance2, zero, zero, zero, zero], links, list);
+    L::store_rows(
+        [w.x, w.y, w.z, distance2, zero, zero, zero, zero],
+        links,
+        list,
+    );
 }
 
 /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
@@ -317,7 +381,11 @@ fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: 
 #[inline(always)]
 fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut Vec<u32>) {
     let zero = L::zero();
-    L::store_rows([rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero], &mut paths.value[0], list);
+    L::store_rows(
+        [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
+        &mut paths.value[0],
+        list,
+    );
     let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
     push_where(live, list, dark.not().bits());
 }

@@ -99,7 +99,13 @@ impl World {
     }
 
     /// The first primary sample of the camera stream chooses among the strategies uniformly.
-    fn choose_strategies(&self, depth: &DepthPlan, samples: &Samples, paths: &mut Paths, lists: &mut Lists) {
+    fn choose_strategies(
+        &self,
+        depth: &DepthPlan,
+        samples: &Samples,
+        paths: &mut Paths,
+        lists: &mut Lists,
+    ) {
         for list in [
             &mut lists.camera,
             &mut lists.light,

@@ -59,17 +59,29 @@ impl World {
     ) {
         for chunk in list.chunks(L::N) {
             let light = if self.plan.light_choice {
-                self.lights.choose::<L>(samples.gather(choice, chunk), chunk.len())
+                self.lights
+                    .choose::<L>(samples.gather(choice, chunk), chunk.len())
             } else {
                 [0; 8]
             };
             let u: [L; 4] = std::array::from_fn(|i| samples.gather(emission + i, chunk));
-            let ray = self.lights.sample_emission(&self.geometry, &light[..chunk.len()], u);
+            let ray = self
+                .lights
+                .sample_emission(&self.geometry, &light[..chunk.len()], u);
             store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
             let distant = L::one().or_zero(ray.distant);
             let b = ray.beta;
             L::store_rows(
-                [b.x, b.y, b.z, ray.d_vcm, ray.d_vc, distant, L::zero(), L::zero()],
+                [
+                    b.x,
+                    b.y,
+                    b.z,
+                    ray.d_vcm,
+                    ray.d_vc,
+                    distant,
+                    L::zero(),
+                    L::zero(),
+                ],
                 &mut paths.flight,
                 chunk,
             );
@@ -134,13 +146,31 @@ impl World {
             );
             let (ng, ns) = (point.ng, point.ns);
             L::store_rows(
-                [ng.x, ng.y, ng.z, bits(&params), ns.x, ns.y, ns.z, partial.d_vc],
+                [
+                    ng.x,
+                    ng.y,
+                    ng.z,
+                    bits(&params),
+                    ns.x,
+                    ns.y,
+                    ns.z,
+                    partial.d_vc,
+                ],
                 &mut tips.frame,
                 chunk,
             );
             let tangent = point.tangent;
             L::store_rows(
-                [flight[0], flight[1], flight[2], bits(&prim), tangent.x, tangent.y, tangent.z, L::zero()],
+                [
+                    flight[0],
+                    flight[1],
+                    flight[2],
+                    bits(&prim),
+                    tangent.x,
+                    tangent.y,
+                    tangent.z,
+                    L::zero(),
+                ],
                 &mut tips.energy,
                 chunk,
             );

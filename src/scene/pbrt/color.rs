@@ -72,18 +72,15 @@ fn apply(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
     m.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2])
 }
 
-/// Rec. 709 luminance.
-pub(super) fn luminance(c: Rgb) -> f32 {
-    0.212671 * c[0] + 0.715160 * c[1] + 0.072169 * c[2]
-}
-
 /// What a colour is for; decides about clamping and normalisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
     /// A reflectance; v4 clamps it to `[0, 1]`.
     Albedo,
-    /// Index of refraction and the like.
+    /// A texture's value: what it is for shows only where it is used.
     Unbounded,
+    /// Index of refraction, absorption coefficient.
+    Index,
     /// Emission. v4 scales every light by the inverse of its spectrum's luminous efficacy, so a spectrum that is not `rgb`
     /// has luminance 1 whatever its samples' magnitude.
     Emission,
@@ -101,10 +98,10 @@ impl ParamSet {
     /// The colour a parameter means, or an error if it is of no such type.
     pub fn color_of(&self, param: &Param, meaning: Use) -> Result<Rgb, SceneError> {
         let fail = |what: String| self.error_at(param, what);
-        let spectrum_meaning = if meaning == Use::Emission {
-            Meaning::Illuminant
-        } else {
-            Meaning::Reflectance
+        let spectrum_meaning = match (meaning, self.dialect) {
+            (Use::Emission, _) => Meaning::Illuminant,
+            (Use::Index, Dialect::V3) => Meaning::Index,
+            _ => Meaning::Reflectance,
         };
         let three = |v: &[f64]| match *v {
             [r, g, b] => Ok([r, g, b]),
@@ -130,8 +127,11 @@ impl ParamSet {
                         "temperature {kelvin} is not between 1 and 1000000 kelvin"
                     )));
                 }
-                let color = spectrum::blackbody(kelvin as f32).map(|c| c * scale as f32);
-                self.normalised(color, meaning)
+                let color = match self.dialect {
+                    Dialect::V3 => spectrum::blackbody_v3(kelvin as f32),
+                    Dialect::V4 => spectrum::blackbody(kelvin as f32),
+                };
+                color.map(|c| c * scale as f32)
             }
             (Type::Spectrum, Values::Numbers(v)) => {
                 if v.is_empty() || v.len() % 2 != 0 {
@@ -154,20 +154,20 @@ impl ParamSet {
                         v.len()
                     )));
                 };
-                let color = match spectrum::named(name) {
-                    Some(color) => color,
-                    None => {
-                        let path = self.dir.join(name);
-                        if !path.is_file() {
-                            return Err(fail(format!(
-                                "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
-                                param.name
-                            )));
-                        }
-                        spectrum::read_spd(&path)
-                            .and_then(|pairs| spectrum::samples(&pairs, spectrum_meaning))
-                            .map_err(fail)?
-                    }
+                let path = self.dir.join(name);
+                let color = if path.is_file() {
+                    spectrum::read_spd(&path)
+                        .and_then(|pairs| spectrum::samples(&pairs, spectrum_meaning))
+                        .map_err(fail)?
+                } else {
+                    // v3 scenes often come without the files of measured metals they name.
+                    let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
+                    known.ok_or_else(|| {
+                        fail(format!(
+                            "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
+                            param.name
+                        ))
+                    })?
                 };
                 self.normalised(color, meaning)
             }
@@ -187,9 +187,8 @@ impl ParamSet {
     }
 
     fn normalised(&self, color: Rgb, meaning: Use) -> Rgb {
-        let y = luminance(color);
-        if self.dialect == Dialect::V4 && meaning == Use::Emission && y > 0.0 {
-            color.map(|c| c / y)
+        if self.dialect == Dialect::V4 && meaning == Use::Emission {
+            spectrum::unit_luminance(color)
         } else {
             color
         }

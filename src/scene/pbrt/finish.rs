@@ -114,7 +114,7 @@ fn space_of(geometry: &Geometry, camera: DVec3) -> Space {
     let centre = low / 2.0 + high / 2.0;
     let half = high / 2.0 - low / 2.0;
     let largest = half.max_element();
-    if !(largest > 0.0) {
+    if largest <= 0.0 {
         return Space { centre, scale: 1.0 };
     }
     let radius = (half / largest).length() * largest;
@@ -158,7 +158,7 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
         let [a, b, c] = triangle
             .v
             .map(|i| Vec3::from(scene.vertices[i as usize].p).as_dvec3());
-        if !((b - a).cross(c - a).length() > MIN_CROSS) {
+        if (b - a).cross(c - a).length() <= MIN_CROSS {
             continue;
         }
         let index = scene.triangles.len() as u32;

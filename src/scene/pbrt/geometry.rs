@@ -11,7 +11,7 @@ use super::transform::{normal_matrix, swaps_handedness};
 use crate::scene::shapes::MeshData;
 
 /// Triangles and spheres a scene may have after instancing: 134 million take about 10 GB.
-const MAX_PRIMITIVES: usize = 1 << 27;
+const MAX_PRIMITIVES: usize = 1 << 26;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldVertex {

@@ -8,13 +8,14 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::color::{Use, luminance};
+use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::ParamSet;
 use super::textures::{Channels, Tables};
 use super::transform::{narrow_point, similarity};
 use crate::scene::image::{Encoding, Image};
+use crate::scene::spectrum::luminance;
 use crate::scene::{EnvLayout, Light, LightKind, Rgb, Space, SpotFalloff};
 
 /// A light that is no surface, in world space.

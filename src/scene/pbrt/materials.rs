@@ -6,11 +6,7 @@ use super::error::SceneError;
 use super::params::{ParamSet, Values};
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::spectrum;
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Rgb, Roughness};
-
-/// Copper, pbrt's default metal, if the table of named spectra does not have it.
-const COPPER_ETA: Rgb = [0.200_438, 0.924_033, 1.102_212];
-const COPPER_K: Rgb = [3.912_949, 2.452_848, 2.142_188];
+use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
 const OVERRIDABLE: [&str; 12] = [
@@ -113,7 +109,7 @@ pub(super) fn build(
                 float_param(set, names, "eta")?
             } else {
                 // Without dispersion the index is one number: that of the green middle of the spectrum.
-                color_param(set, names, "eta", Use::Unbounded)?.map(|eta| match eta {
+                color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
                     Param::Constant(c) => Param::Constant([c[1]; 3]),
                     texture => texture,
                 })
@@ -144,15 +140,21 @@ pub(super) fn build(
 }
 
 fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
-    let or_copper = |name: &str, spectrum: &str, default: Rgb| -> Result<Param, SceneError> {
-        Ok(match color_param(set, names, name, Use::Unbounded)? {
-            Some(param) => param,
-            None => Param::Constant(spectrum::named(spectrum).unwrap_or(default)),
-        })
+    // Copper is pbrt's default metal; the dialects reduce its spectra differently.
+    let or_copper = |name: &str| -> Result<Param, SceneError> {
+        if let Some(param) = color_param(set, names, name, Use::Index)? {
+            return Ok(param);
+        }
+        let copper = match set.dialect {
+            Dialect::V3 => spectrum::named_spd_file(&format!("Cu.{name}.spd")),
+            Dialect::V4 => spectrum::named(&format!("metal-Cu-{name}")),
+        };
+        let copper = copper.ok_or_else(|| set.error(format_args!("needs \"{name}\"")))?;
+        Ok(Param::Constant(copper))
     };
     Ok(ConductorFresnel::EtaK {
-        eta: or_copper("eta", "metal-Cu-eta", COPPER_ETA)?,
-        k: or_copper("k", "metal-Cu-k", COPPER_K)?,
+        eta: or_copper("eta")?,
+        k: or_copper("k")?,
     })
 }
 
@@ -196,7 +198,7 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     match eta {
         // v4 reads an index of 0 as "no change".
         Param::Constant([0.0, ..]) if set.dialect == Dialect::V4 => Ok(Param::Constant([1.0; 3])),
-        Param::Constant([x, ..]) if !(x > 0.0) => Err(set.error(format_args!(
+        Param::Constant([x, ..]) if x <= 0.0 => Err(set.error(format_args!(
             "index of refraction {x} is not positive; glass has 1.5"
         ))),
         eta => Ok(eta),

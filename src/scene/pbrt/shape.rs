@@ -160,7 +160,7 @@ fn add_data(
 
 fn sphere(set: &ParamSet, setting: &Setting, geometry: &mut Geometry) -> Result<(), SceneError> {
     let radius = set.float_or("radius", 1.0)?;
-    if !(radius > 0.0) {
+    if radius <= 0.0 {
         return Err(set.error(format_args!("radius {radius} is not positive")));
     }
     let partial = set.float_or("zmin", -radius)? > -radius

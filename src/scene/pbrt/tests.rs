@@ -694,6 +694,114 @@ fn directional_lights() {
     assert!((l[0] - 3.0 / std::f32::consts::PI).abs() < 1e-6);
 }
 
+/// A folder with a PFM picture of this size, every texel `(1, 2, 3)`.
+fn folder_with_picture(width: u32, height: u32) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().expect("a folder");
+    let mut bytes = format!("PF\n{width} {height}\n-1.0\n").into_bytes();
+    for _ in 0..width * height {
+        bytes.extend([1.0f32, 2.0, 3.0].iter().flat_map(|x| x.to_le_bytes()));
+    }
+    std::fs::write(dir.path().join("a.pfm"), bytes).expect("written");
+    dir
+}
+
+#[test]
+fn environments() {
+    let load = |size: (u32, u32), text: &str| {
+        let dir = folder_with_picture(size.0, size.1);
+        load_str(text, "t.pbrt", dir.path()).map_err(|e| e.to_string())
+    };
+    let s = load(
+        (4, 2),
+        "Film \"image\" WorldBegin Rotate 90 0 0 1 LightSource \"infinite\" \"string mapname\" \"a.pfm\" \"rgb L\" [2 1 1] WorldEnd",
+    )
+    .expect("loads");
+    let LightKind::InfiniteImage {
+        image,
+        scale,
+        to_light,
+        layout,
+    } = s.lights[0].kind
+    else {
+        panic!("an image")
+    };
+    assert_eq!(
+        (scale, layout, s.images[image as usize].width),
+        ([2.0, 1.0, 1.0], EnvLayout::LatLong, 4)
+    );
+    // The light's x is the world's y.
+    let along = |v: Vec3| Vec3::from(to_light.map(|row| Vec3::from(row).dot(v)));
+    near(along(Vec3::Y), Vec3::X);
+    near(along(Vec3::X), Vec3::NEG_Y);
+
+    let v4 = "Film \"rgb\" WorldBegin LightSource \"infinite\" \"string filename\" \"a.pfm\" \"float scale\" 3";
+    let s = load((2, 2), v4).expect("loads");
+    let LightKind::InfiniteImage { scale, layout, .. } = s.lights[0].kind else {
+        panic!("an image")
+    };
+    assert_eq!((scale, layout), ([3.0; 3], EnvLayout::EqualArea));
+    let error = load((4, 2), v4).expect_err("not square");
+    assert!(
+        error.starts_with("t.pbrt:1:23: LightSource \"infinite\": ") && error.contains("imgtool"),
+        "{error}"
+    );
+}
+
+#[test]
+fn image_textures() {
+    let dir = folder_with_picture(1, 1);
+    let load = |text: &str| load_str(text, "t.pbrt", dir.path()).map_err(|e| e.to_string());
+    let map = "\"imagemap\" \"string filename\" \"a.pfm\"";
+    let s = load(&format!(
+        "Film \"image\" WorldBegin Texture \"a\" \"color\" {map} \"float scale\" 2 \"string wrap\" \"clamp\" \
+         Texture \"b\" \"float\" {map} Texture \"c\" \"float\" {map} WorldEnd"
+    ))
+    .expect("loads");
+    // One picture for colours, one for the two uses as a number.
+    assert_eq!(s.images.len(), 2);
+    assert!(matches!(
+        s.textures[0],
+        Texture::Image {
+            image: 0,
+            wrap: Wrap::Clamp,
+            scale: 2.0,
+            invert: false,
+            ..
+        }
+    ));
+    let y = 0.212671 + 2.0 * 0.715160 + 3.0 * 0.072169;
+    assert!((s.images[1].texels[0][2] - y).abs() < 1e-5);
+    let s = load(&format!(
+        "Film \"rgb\" WorldBegin Texture \"b\" \"float\" {map} \"bool invert\" true"
+    ))
+    .expect("loads");
+    assert_eq!(s.images[0].texels[0], [2.0; 3]);
+    assert!(matches!(s.textures[0], Texture::Image { invert: true, .. }));
+}
+
+#[test]
+fn emission_by_other_spectra() {
+    // Lights of v4 have luminance 1 whatever the magnitude of a spectrum; v3 takes it as it is.
+    let luminance = |s: &Scene| match s.lights[0].kind {
+        LightKind::InfiniteConstant { l } => crate::scene::spectrum::luminance(l),
+        _ => panic!("constant"),
+    };
+    for text in [
+        "\"blackbody L\" 3000",
+        "\"spectrum L\" [400 7 700 7]",
+        "\"spectrum L\" \"stdillum-D65\"",
+    ] {
+        let s = v4(&format!(
+            "LightSource \"infinite\" {text} \"float scale\" 2"
+        ));
+        assert!((luminance(&s) - 2.0).abs() < 1e-4, "{text}");
+    }
+    let s = v3("LightSource \"infinite\" \"spectrum L\" [400 7 700 7]");
+    assert!((luminance(&s) - 7.0).abs() < 1e-3);
+    let s = v3("LightSource \"infinite\" \"blackbody L\" [3000 2]");
+    assert!((0.01..1.99).contains(&luminance(&s)));
+}
+
 // Camera, film, integrator.
 
 fn header(header: &str) -> Scene {

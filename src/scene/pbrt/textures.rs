@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use super::color::{Use, luminance};
+use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::{ParamSet, Type, Values};
 use crate::scene::image::{self, Encoding, Image};
+use crate::scene::spectrum::luminance;
 use crate::scene::{Material, Param, Rgb, Texture, UvMapping, Wrap};
 
 /// Something defined under a name that may not be usable: the reason is reported where it is used.

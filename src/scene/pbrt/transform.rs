@@ -90,7 +90,7 @@ pub(super) fn similarity(t: &DAffine3) -> Option<Similarity> {
     if gram
         .to_cols_array()
         .iter()
-        .any(|x| !(x.abs() < ORTHONORMAL_TOLERANCE))
+        .any(|x| x.is_nan() || x.abs() >= ORTHONORMAL_TOLERANCE)
     {
         return None;
     }

@@ -237,13 +237,14 @@ pub(super) fn camera(
         [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
     };
     if let Some(window) = set.floats("screenwindow")? {
-        screen = *window
-            .as_array::<4>()
-            .ok_or_else(|| set.error("\"screenwindow\" needs 4 values: x0 x1 y0 y1"))?;
+        let [x0, x1, y0, y1] = *window else {
+            return Err(set.error("\"screenwindow\" needs 4 values: x0 x1 y0 y1"));
+        };
+        screen = [x0, x1, y0, y1];
     }
     let lens_radius = set.float_in("lensradius", 0.0, 0.0, f64::INFINITY)?;
     let focal_distance = set.float_or("focaldistance", 1e6)?;
-    if lens_radius > 0.0 && !(focal_distance > 0.0) {
+    if lens_radius > 0.0 && focal_distance <= 0.0 {
         return Err(set.error(format_args!(
             "focal distance {focal_distance} is not positive"
         )));
@@ -273,7 +274,8 @@ pub(super) fn camera(
         }
     };
     let screen = screen.map(|x| x * window_scale);
-    if !(screen[0] != screen[1] && screen[2] != screen[3])
+    if screen[0] == screen[1]
+        || screen[2] == screen[3]
         || !screen.iter().all(|x| (*x as f32).is_finite())
     {
         return Err(set.error("its screen window is empty"));

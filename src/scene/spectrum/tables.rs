@@ -1,5 +1,8 @@
 //! Measured spectra, as published; wavelengths in nanometres.
 
+// Digits stay as published, and some powers happen to look like pi.
+#![allow(clippy::excessive_precision, clippy::approx_constant)]
+
 use super::Sample;
 
 /// First wavelength of [`CIE_1931`].

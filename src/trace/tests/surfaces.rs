@@ -5,8 +5,8 @@ use glam::Vec3;
 use super::scenes::*;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3 as Lanes3, f32x8};
-use crate::trace::Tracer;
 use crate::trace::offset::{leave_surface, triangle_point};
+use crate::trace::{Coherence, Tracer};
 
 /// A closed sphere of `2 * rings * (rings - 1) * 2` triangles.
 fn globe(rings: usize) -> Vec<[Vec3; 3]> {
@@ -67,8 +67,10 @@ fn closed_meshes_do_not_leak() {
                 Row([o.x, o.y, o.z, f32::INFINITY, d.x, d.y, d.z, 0.0])
             })
             .collect();
-        tracer.closest::<f32x8>(&rays, &list, &mut hits);
-        tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
+        // One method in each half: they agree, and this is enough rays for each.
+        let coherence = [Coherence::Coherent, Coherence::Incoherent][round / 16];
+        tracer.closest_with::<f32x8>(coherence, &rays, &list, &mut hits);
+        tracer.occluded_with::<f32x8>(coherence, &rays, &list, &mut blocked);
         for (i, hit) in hits.iter().enumerate() {
             assert!(hit.0[3].to_bits() != NONE, "{:?}", rays[i]);
             assert!((hit.0[0] - 1.0).abs() < 1e-2, "{hit:?} {:?}", rays[i]);
