@@ -291,11 +291,7 @@ fn bad_flags_are_named() {
         let name = flag.split('=').next().unwrap();
         assert!(message.contains(name), "{flag}: {message}");
     }
-    for pair in [
-        "--sigma -1",
-        "--seed -1",
-        "--large-step -0.5",
-    ] {
+    for pair in ["--sigma -1", "--seed -1", "--large-step -0.5"] {
         let message = folder.run(&format!("render {pair}")).fails(2);
         assert!(
             message.contains(pair.split(' ').next().unwrap()),
@@ -312,7 +308,7 @@ fn bad_flags_are_named() {
 #[test]
 fn big_but_sensible_values_are_taken() {
     let folder = Folder::new();
-    folder.run(&format!("inspect --max-depth 100")).succeeds();
+    folder.run("inspect --max-depth 100").succeeds();
     // Fails for the folder, after every flag has been accepted.
     let message = folder
         .run("render --bootstrap 100000000 --mutations 1000000000000 --chains 1000000 -o missing/a.exr")
