@@ -9,7 +9,7 @@ use crate::trace::packet::Best;
 use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::triangle::{LeafTriangle, barycentrics, covers, hit, is_degenerate};
-use crate::trace::{Coherence, Tracer};
+use crate::trace::{Coherence, Size, Tracer};
 
 /// Every primitive against one ray, by the same arithmetic but without a tree.
 fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u32) {
@@ -53,7 +53,7 @@ fn bits(row: &Row) -> [u32; 8] {
 /// All methods against the oracle, and in shuffled packets.
 fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &mut Random) {
     let scene = scene(triangles, spheres);
-    let tracer = Tracer::build(&scene);
+    let mut tracer = Tracer::build(&scene);
     let mut list: Vec<u32> = (0..rays.len() as u32).collect();
     let oracle: Vec<(Row, u32)> = list
         .iter()
@@ -81,15 +81,19 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
             tracer.closest::<f32>(rays, &list, hits);
             tracer.occluded::<f32>(rays, &list, blocked);
         });
-        for coherence in [
-            Coherence::Coherent,
-            Coherence::Incoherent,
-            Coherence::Unknown,
+        for (size, coherence) in [
+            (Size::Small, Coherence::Coherent),
+            (Size::Small, Coherence::Incoherent),
+            (Size::Large, Coherence::Incoherent),
+            (Size::Small, Coherence::Unknown),
+            (Size::Huge, Coherence::Unknown),
         ] {
-            compare(&format!("{coherence:?}"), &|hits, blocked| {
+            tracer.size = size;
+            let trace = |hits: &mut [Row], blocked: &mut [u32]| {
                 tracer.closest_with::<f32x8>(coherence, rays, &list, hits);
                 tracer.occluded_with::<f32x8>(coherence, rays, &list, blocked);
-            });
+            };
+            compare(&format!("{size:?}, {coherence:?}"), &trace);
         }
         for i in (1..list.len()).rev() {
             list.swap(i, random.below(i + 1));
