@@ -27,6 +27,7 @@ use std::time::{Duration, Instant};
 use crate::scene::Scene;
 use crate::simd::{Lanes, Row};
 
+use self::build::Tree;
 use self::bvh8::Bvh8;
 use self::node::Node;
 use self::packet::Best;
@@ -108,8 +109,18 @@ impl Tracer {
             scene.triangles.len() <= limit && scene.spheres.len() <= limit,
             "a scene can have at most {limit} triangles and as many spheres"
         );
-        let tree = build::build(scene);
-        let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+        let widen = |tree: Tree| {
+            let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+            (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
+        };
+        let (tree, wide) = build::cluster(scene)
+            .and_then(widen)
+            .or_else(|| widen(build::halve(scene)))
+            .expect("halves are not deep");
+        Self::assemble(tree, wide, start)
+    }
+
+    fn assemble(tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
         let stats = Stats {
             build_time: start.elapsed(),
             nodes: tree.nodes.len(),
@@ -196,7 +207,7 @@ impl Tracer {
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
         let mut packets = packet::Stack::<L>::new();
-        let mut walks = single::Walks::new();
+        let mut walks = None;
         for packet in list.chunks(L::N) {
             let ray = Ray::<L>::load(rays, packet, &self.extent);
             let mut best = Best::new(&ray);
@@ -208,10 +219,11 @@ impl Tracer {
                 _ => packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets),
             };
             if !done {
-                if self.size != Size::Small {
-                    single::traverse::<L, ANY, true>(self, &ray, &mut best, &mut walks);
+                let walks = walks.get_or_insert_with(single::Walks::new);
+                if self.size == Size::Small {
+                    single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
                 } else {
-                    single::traverse::<L, ANY, false>(self, &ray, &mut best, &mut walks);
+                    single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
                 }
             }
             store(packet, &ray, &best);

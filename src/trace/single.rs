@@ -3,16 +3,16 @@
 use super::Tracer;
 use super::bvh8::{Block, Node8};
 use super::node::Child;
-use super::packet::{Best, MAX_DEPTH};
+use super::packet::Best;
 use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
 use super::triangle::{barycentrics, covers, hit};
 use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
-const STACK: usize = 1024;
-/// A wide tree is no deeper than the binary one.
-const _: () = assert!(7 * MAX_DEPTH < STACK);
+const STACK: usize = 256;
+/// Deepest wide tree that can be traversed, in levels of nodes.
+pub const MAX_DEPTH: usize = STACK / 7;
 
 /// Children to be visited: bits of the distance at which the ray enters, then the child. Distances are not negative, so entries
 /// order as integers.

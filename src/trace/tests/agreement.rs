@@ -1,5 +1,7 @@
 //! Every width and packet gives the bits of the brute-force oracle, and these are right by double precision.
 
+use std::time::Instant;
+
 use glam::{DMat3, DVec3, Vec3};
 
 use super::scenes::*;
@@ -10,6 +12,7 @@ use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::triangle::{LeafTriangle, barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Size, Tracer};
+use crate::trace::{build, bvh8};
 
 /// Every primitive against one ray, by the same arithmetic but without a tree.
 fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u32) {
@@ -53,13 +56,16 @@ fn bits(row: &Row) -> [u32; 8] {
 /// All methods against the oracle, and in shuffled packets.
 fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &mut Random) {
     let scene = scene(triangles, spheres);
-    let mut tracer = Tracer::build(&scene);
+    let tracer = Tracer::build(&scene);
     let mut list: Vec<u32> = (0..rays.len() as u32).collect();
     let oracle: Vec<(Row, u32)> = list
         .iter()
         .map(|&i| brute_force(&tracer, &scene, rays, i))
         .collect();
-    for round in 0..3 {
+    let halves = build::halve(&scene);
+    let wide = bvh8::collapse(&halves.nodes, &halves.triangles);
+    let halves = Tracer::assemble(halves, wide, Instant::now());
+    for (round, mut tracer) in [tracer, halves].into_iter().enumerate() {
         let mut hits = vec![Row([7.0; 8]); rays.len()];
         let mut blocked = vec![7; rays.len()];
         let mut compare = |name: &str, trace: &dyn Fn(&mut [Row], &mut [u32])| {
@@ -115,6 +121,25 @@ fn all_methods_agree_with_brute_force() {
         let rays = rays(&mut random, &triangles, 1003);
         check(&triangles, spheres, &rays, &mut random);
     }
+}
+
+/// Sizes that shrink with every primitive make the deepest trees.
+#[test]
+fn nests_of_primitives_are_traced() {
+    let mut random = Random(9);
+    let triangles: Vec<[Vec3; 3]> = (0..900)
+        .map(|i| {
+            let size = 0.9f32.powi(i);
+            let at = Vec3::splat(size);
+            [
+                at,
+                at + random.cube() * size * 0.1,
+                at + random.cube() * size * 0.1,
+            ]
+        })
+        .collect();
+    let rays = rays(&mut random, &triangles, 512);
+    check(&triangles, vec![], &rays, &mut random);
 }
 
 #[test]
