@@ -5,7 +5,7 @@
 //! 2. `N` rays go down together as a packet; at one lane the same code is a plain single-ray traversal.
 //! 3. For rays that have nothing in common there is the same tree with eight children per node, where one ray meets eight
 //!    boxes or eight triangles at a time; in large scenes eight such rays take turns.
-//! 4. A hit depends on the ray and the primitive alone (see [`triangle`]) and the best is the smallest (t, index), so every
+//! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the smallest (t, index), so every
 //!    width, packet and order of traversal gives the same bits.
 //! 5. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
 
