@@ -211,14 +211,15 @@ impl Tracer {
         for packet in list.chunks(L::N) {
             let ray = Ray::<L>::load(rays, packet, &self.extent);
             let mut best = Best::new(&ray);
-            let done = match coherence {
-                Coherence::Unknown if L::N > 1 && self.size != Size::Huge => {
-                    packet::traverse::<L, ANY, true>(self, &ray, &mut best, &mut packets)
-                }
-                Coherence::Unknown | Coherence::Incoherent if L::N > 1 => false,
-                _ => packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets),
-            };
-            if !done {
+            let together = L::N == 1
+                || match coherence {
+                    Coherence::Coherent => true,
+                    Coherence::Incoherent => false,
+                    Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
+                };
+            if together {
+                packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
+            } else {
                 let walks = walks.get_or_insert_with(single::Walks::new);
                 if self.size == Size::Small {
                     single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
