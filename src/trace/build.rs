@@ -35,9 +35,10 @@ enum Primitive {
     Sphere(u32),
 }
 
-pub fn build(scene: &Scene) -> Tree {
+/// The best tree that obvhs builds in reasonable time, if it is not too deep.
+pub fn cluster(scene: &Scene) -> Option<Tree> {
     let (primitives, boxes) = collect(scene);
-    let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
+    let mut flat = Flattening::new(scene, &primitives, &boxes);
     let aabbs: Vec<Aabb> = boxes
         .iter()
         .map(|b| {
@@ -45,22 +46,15 @@ pub fn build(scene: &Scene) -> Tree {
             Aabb::new(corner(0), corner(1))
         })
         .collect();
-    let mut flat = Flattening {
-        scene,
-        primitives: &primitives,
-        boxes: &boxes,
-        tree: Tree {
-            nodes: Vec::new(),
-            triangles: Vec::new(),
-            spheres: Vec::new(),
-            extent: Extent::new(bounds),
-            depth: 0,
-        },
-    };
     let bvh = build_bvh2(&aabbs, quality(aabbs.len()), &mut Duration::default());
-    if !flat.flatten(&bvh) {
-        flat.halve();
-    }
+    flat.flatten(&bvh).then_some(flat.tree)
+}
+
+/// A tree of bounded depth for what no clustering sorts well: halves at the median centre of the longest axis.
+pub fn halve(scene: &Scene) -> Tree {
+    let (primitives, boxes) = collect(scene);
+    let mut flat = Flattening::new(scene, &primitives, &boxes);
+    flat.halve();
     flat.tree
 }
 
@@ -126,11 +120,25 @@ struct Pending<T> {
     content: T,
 }
 
-impl Flattening<'_> {
+impl<'a> Flattening<'a> {
+    fn new(scene: &'a Scene, primitives: &'a [Primitive], boxes: &'a [Bounds]) -> Self {
+        let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
+        Self {
+            scene,
+            primitives,
+            boxes,
+            tree: Tree {
+                nodes: vec![EMPTY_NODE],
+                triangles: Vec::new(),
+                spheres: Vec::new(),
+                extent: Extent::new(bounds),
+                depth: 1,
+            },
+        }
+    }
+
     /// Copies the tree of obvhs; false if it is too deep to be traversed.
     fn flatten(&mut self, bvh: &Bvh2) -> bool {
-        self.clear();
-        self.tree.nodes.push(EMPTY_NODE);
         let Some(root) = bvh.nodes.first() else {
             return true;
         };
@@ -179,11 +187,8 @@ impl Flattening<'_> {
         true
     }
 
-    /// A tree of bounded depth for what no clustering sorts well: halves at the median centre of the longest axis.
     fn halve(&mut self) {
-        self.clear();
         let mut order: Vec<u32> = (0..self.primitives.len() as u32).collect();
-        self.tree.nodes.push(EMPTY_NODE);
         let mut pending = vec![Pending {
             node: 0,
             depth: 1,
@@ -236,13 +241,6 @@ impl Flattening<'_> {
                 };
             }
         }
-    }
-
-    fn clear(&mut self) {
-        self.tree.nodes.clear();
-        self.tree.triangles.clear();
-        self.tree.spheres.clear();
-        self.tree.depth = 1;
     }
 
     fn push_node(&mut self) -> usize {

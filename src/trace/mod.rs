@@ -3,15 +3,18 @@
 //! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line, with the
 //!    primitives in leaf order.
 //! 2. `N` rays go down together as a packet; at one lane the same code is a plain single-ray traversal.
-//! 3. A hit depends on the ray and the primitive alone (see [`triangle`]) and the best is the smallest (t, index), so every
+//! 3. For rays that have nothing in common there is the same tree with eight children per node, where one ray meets eight
+//!    boxes or eight triangles at a time; in large scenes eight such rays take turns.
+//! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the smallest (t, index), so every
 //!    width, packet and order of traversal gives the same bits.
-//! 4. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
+//! 5. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
 
 mod build;
 mod bvh8;
 mod node;
 pub mod offset;
 mod packet;
+mod prefetch;
 mod ray;
 mod single;
 mod sphere;
@@ -24,12 +27,35 @@ use std::time::{Duration, Instant};
 use crate::scene::Scene;
 use crate::simd::{Lanes, Row};
 
+use self::build::Tree;
 use self::bvh8::Bvh8;
 use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
 use self::triangle::LeafTriangle;
+
+/// What the size of the wide tree says about the best traversal. Thresholds are from `benches/rays`, on a machine with
+/// 1 MiB of second and 32 MiB of third level cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Size {
+    /// Most of the tree is in the second level cache: packets where rays agree, else single rays one by one.
+    Small,
+    /// Single rays wait for memory, so they are interleaved: a quarter faster at 30 MB.
+    Large,
+    /// Packets wait as well, and interleaved single rays beat them even where rays agree: twice as fast at 160 MB.
+    Huge,
+}
+
+impl Size {
+    fn of(wide: &Bvh8) -> Self {
+        match size_of_val(&wide.nodes[..]) + size_of_val(&wide.blocks[..]) {
+            0..0x40_0000 => Size::Small,
+            0x40_0000..0x400_0000 => Size::Large,
+            _ => Size::Huge,
+        }
+    }
+}
 
 /// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
 pub struct Tracer {
@@ -38,16 +64,19 @@ pub struct Tracer {
     triangles: Vec<LeafTriangle>,
     spheres: Vec<LeafSphere>,
     extent: Extent,
+    size: Size,
     stats: Stats,
 }
 
-/// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result.
+/// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result; with one lane,
+/// nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coherence {
-    /// They go the same way from the same place: camera rays, shadow rays sorted by pixel.
+    /// They go the same way from the same place, and stay together: always traced as packets.
     Coherent,
-    /// They have nothing in common: diffuse bounces.
+    /// They have nothing in common, as diffuse bounces: always traced one by one.
     Incoherent,
+    /// The tracer decides, packet by packet, and by the size of the scene. The best choice unless measured otherwise.
     Unknown,
 }
 
@@ -80,8 +109,18 @@ impl Tracer {
             scene.triangles.len() <= limit && scene.spheres.len() <= limit,
             "a scene can have at most {limit} triangles and as many spheres"
         );
-        let tree = build::build(scene);
-        let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+        let widen = |tree: Tree| {
+            let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+            (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
+        };
+        let (tree, wide) = build::cluster(scene)
+            .and_then(widen)
+            .or_else(|| widen(build::halve(scene)))
+            .expect("halves are not deep");
+        Self::assemble(tree, wide, start)
+    }
+
+    fn assemble(tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
         let stats = Stats {
             build_time: start.elapsed(),
             nodes: tree.nodes.len(),
@@ -98,6 +137,7 @@ impl Tracer {
         };
         Tracer {
             nodes: tree.nodes,
+            size: Size::of(&wide),
             wide,
             triangles: tree.triangles,
             spheres: tree.spheres,
@@ -167,24 +207,25 @@ impl Tracer {
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
         let mut packets = packet::Stack::<L>::new();
-        let mut single = single::Stack::new();
+        let mut walks = None;
         for packet in list.chunks(L::N) {
             let ray = Ray::<L>::load(rays, packet, &self.extent);
             let mut best = Best::new(&ray);
-            let done = match coherence {
-                _ if L::N == 1 => {
-                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
+            let together = L::N == 1
+                || match coherence {
+                    Coherence::Coherent => true,
+                    Coherence::Incoherent => false,
+                    Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
+                };
+            if together {
+                packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
+            } else {
+                let walks = walks.get_or_insert_with(single::Walks::new);
+                if self.size == Size::Small {
+                    single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
+                } else {
+                    single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
                 }
-                Coherence::Coherent => {
-                    packet::traverse::<L, ANY, false>(self, &ray, &mut best, &mut packets)
-                }
-                Coherence::Unknown => {
-                    packet::traverse::<L, ANY, true>(self, &ray, &mut best, &mut packets)
-                }
-                Coherence::Incoherent => false,
-            };
-            if !done {
-                single::traverse::<L, ANY>(self, &ray, &mut best, &mut single);
             }
             store(packet, &ray, &best);
         }

@@ -108,43 +108,35 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet to the end, or, with `PROBE`, gives up early if its rays have little in common, by their directions or as
-/// it turns out: then it returns false, and `best` holds what was found so far. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool, const PROBE: bool>(
+pub fn traverse<L: Lanes, const ANY: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) -> bool {
+) {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, PROBE, true>(tracer, ray, &agreement, best, stack),
-        None if PROBE && !ray.is_narrow() => false,
+        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, PROBE, false>(tracer, ray, &any, best, stack)
+            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
         }
     }
 }
 
-/// A packet is probed each time it has visited so many nodes, and goes on if at least so many lanes, summed over these
-/// nodes, entered them.
-const PROBE_NODES: u32 = 32;
-const PROBE_LANES: u32 = 2 * PROBE_NODES;
-
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
+fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
     tracer: &Tracer,
     ray: &Ray<L>,
     agreement: &Agreement,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
-) -> bool {
+) {
     let Stack(stack) = stack;
-    let (mut visited, mut lanes, mut entering) = (0, 0, ray.live().bits());
     // Rays that miss a box never enter it.
     let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
@@ -154,16 +146,6 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
             let node: &Node = &tracer.nodes[current.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
-            if PROBE {
-                visited += 1;
-                lanes += entering.count_ones();
-                if visited == PROBE_NODES {
-                    if lanes < PROBE_LANES {
-                        return false;
-                    }
-                    (visited, lanes) = (0, 0);
-                }
-            }
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
             match (bits0 != 0, bits1 != 0) {
                 (true, true) => {
@@ -173,21 +155,21 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
                     if 2 * second.count_ones() > both.count_ones() {
                         let near = L::select(meets0, near0, nowhere);
                         stack[top & (MAX_DEPTH - 1)] = (node.child[0], near);
-                        (current, entering) = (node.child[1], bits1);
+                        current = node.child[1];
                     } else {
                         let near = L::select(meets1, near1, nowhere);
                         stack[top & (MAX_DEPTH - 1)] = (node.child[1], near);
-                        (current, entering) = (node.child[0], bits0);
+                        current = node.child[0];
                     }
                     top += 1;
                     continue;
                 }
                 (true, false) => {
-                    (current, entering) = (node.child[0], bits0);
+                    current = node.child[0];
                     continue;
                 }
                 (false, true) => {
-                    (current, entering) = (node.child[1], bits1);
+                    current = node.child[1];
                     continue;
                 }
                 (false, false) => {}
@@ -204,16 +186,15 @@ fn descend<L: Lanes, const ANY: bool, const PROBE: bool, const AGREE: bool>(
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
-            return true;
+            return;
         }
         loop {
             if top == 0 {
-                return true;
+                return;
             }
             top -= 1;
             let (child, near) = stack[top & (MAX_DEPTH - 1)];
-            entering = near.le(best.t).bits();
-            if entering != 0 {
+            if near.le(best.t).any() {
                 current = child;
                 break;
             }

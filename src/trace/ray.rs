@@ -174,9 +174,15 @@ impl<L: Lanes> Ray<L> {
         self.t_max.gt(L::zero())
     }
 
+    /// Whether the rays are likely to stay together, by their directions.
+    #[inline(always)]
+    pub fn is_coherent(&self) -> bool {
+        self.agreement().is_some() || self.is_narrow()
+    }
+
     /// Whether all live lanes go nearly the way of the first: within 25 degrees.
     #[inline(always)]
-    pub fn is_narrow(&self) -> bool {
+    fn is_narrow(&self) -> bool {
         let live = self.live().bits();
         let first = live.trailing_zeros() as usize % L::N;
         let axis = Vec3::splat(self.d.lane(first));

@@ -3,27 +3,41 @@
 use super::Tracer;
 use super::bvh8::{Block, Node8};
 use super::node::Child;
-use super::packet::{Best, MAX_DEPTH};
+use super::packet::Best;
+use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
 use super::triangle::{barycentrics, covers, hit};
 use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
-const STACK: usize = 1024;
-/// A wide tree is no deeper than the binary one.
-const _: () = assert!(7 * MAX_DEPTH < STACK);
+const STACK: usize = 256;
+/// Deepest wide tree that can be traversed, in levels of nodes.
+pub const MAX_DEPTH: usize = STACK / 7;
 
 /// Children to be visited: bits of the distance at which the ray enters, then the child. Distances are not negative, so entries
 /// order as integers.
-pub struct Stack([u64; STACK]);
+type Stack = [u64; STACK];
 
-impl Stack {
+/// Room for the rays of one packet on their way.
+pub struct Walks([Walk; 8]);
+
+impl Walks {
     pub fn new() -> Self {
-        Self([0; STACK])
+        Self([const { Walk::new() }; 8])
     }
 }
 
+/// A ray on its way.
+struct Walk {
+    current: Child,
+    top: usize,
+    best: Best<f32>,
+    ray: Splat,
+    stack: Stack,
+}
+
 /// The ray of one lane, in every lane.
+#[derive(Clone, Copy)]
 struct Splat {
     rd: [f32x8; 3],
     ord: [f32x8; 3],
@@ -35,80 +49,179 @@ struct Splat {
     order: [usize; 3],
 }
 
-impl Splat {
+/// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one instruction.
+struct Stored {
+    o: [[f32; 8]; 3],
+    d: [[f32; 8]; 3],
+    rd: [[f32; 8]; 3],
+    ord: [[f32; 8]; 3],
+    shear: [[f32; 8]; 2],
+    swap_x: u32,
+    swap_y: u32,
+    pad: f32,
+}
+
+impl Stored {
     #[inline(always)]
-    fn new(ray: &Ray<f32>) -> Self {
-        let all = |v: [f32; 3]| [f32x8::splat(v[0]), f32x8::splat(v[1]), f32x8::splat(v[2])];
+    fn new<L: Lanes>(ray: &Ray<L>) -> Self {
+        let one = |x: L| {
+            let mut lanes = [0.0; 8];
+            x.store(&mut lanes);
+            lanes
+        };
+        let all = |v: [L; 3]| [one(v[0]), one(v[1]), one(v[2])];
         Self {
+            o: all([ray.o.x, ray.o.y, ray.o.z]),
+            d: all([ray.d.x, ray.d.y, ray.d.z]),
             rd: all(ray.rd),
             ord: all(ray.ord),
+            shear: [one(ray.own.shear[0]), one(ray.own.shear[1])],
+            swap_x: ray.swap_x.bits(),
+            swap_y: ray.swap_y.bits(),
+            pad: ray.pad.lane(0),
+        }
+    }
+
+    #[inline(always)]
+    fn splat(&self, lane: usize) -> Splat {
+        let lane = lane & 7;
+        let order = match (self.swap_x >> lane & 1, self.swap_y >> lane & 1) {
+            (1, _) => [2, 1, 0],
+            (_, 1) => [0, 2, 1],
+            _ => [0, 1, 2],
+        };
+        let one = |x: &[f32; 8]| f32x8::splat(x[lane]);
+        let all = |v: &[[f32; 8]; 3]| [one(&v[0]), one(&v[1]), one(&v[2])];
+        let own = |v: &[[f32; 8]; 3]| [one(&v[order[0]]), one(&v[order[1]]), one(&v[order[2]])];
+        Splat {
+            rd: all(&self.rd),
+            ord: all(&self.ord),
             own: Sheared {
-                o: all(ray.own.o),
-                d: all(ray.own.d),
-                rd: all(ray.own.rd),
-                ord: all(ray.own.ord),
-                shear: [
-                    f32x8::splat(ray.own.shear[0]),
-                    f32x8::splat(ray.own.shear[1]),
-                ],
+                o: own(&self.o),
+                d: own(&self.d),
+                rd: own(&self.rd),
+                ord: own(&self.ord),
+                shear: [one(&self.shear[0]), one(&self.shear[1])],
             },
-            pad: f32x8::splat(ray.pad),
+            pad: f32x8::splat(self.pad),
             negative: [
-                usize::from(ray.rd[0] < 0.0),
-                usize::from(ray.rd[1] < 0.0),
-                usize::from(ray.rd[2] < 0.0),
+                usize::from(self.rd[0][lane] < 0.0),
+                usize::from(self.rd[1][lane] < 0.0),
+                usize::from(self.rd[2][lane] < 0.0),
             ],
-            order: match (ray.swap_x, ray.swap_y) {
-                (true, _) => [2, 1, 0],
-                (_, true) => [0, 2, 1],
-                _ => [0, 1, 2],
-            },
+            order,
         }
     }
 }
 
-/// Follows the rays of a packet one after the other; `best` may hold hits found before. With `ANY`, lanes that hit something
+/// Follows the rays of a packet, each on its own; `best` may hold hits found before. With `ANY`, lanes that hit something
 /// end with a negative `best.t`.
+///
+/// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap with the work of the
+/// others: for trees that do not fit the caches.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
     tracer: &Tracer,
     rays: &Ray<L>,
     best: &mut Best<L>,
-    stack: &mut Stack,
+    walks: &mut Walks,
 ) {
-    let mut live = best.t.ge(L::zero()).bits();
-    let mut found = [Best::<f32>::NOTHING; 8];
-    for (lane, found) in found.iter_mut().enumerate().take(L::N) {
-        *found = best.lane(lane);
+    let Walks(walks) = walks;
+    let stored = Stored::new(rays);
+    let live = best.t.ge(L::zero()).bits();
+    for (lane, walk) in walks.iter_mut().enumerate().take(L::N) {
+        walk.best = best.lane(lane);
+        walk.current = Child::inner(0);
+        walk.top = 0;
     }
-    while live != 0 {
-        let lane = live.trailing_zeros() as usize & 7;
-        live &= live - 1;
-        descend::<ANY>(tracer, &rays.lane(lane), &mut found[lane], stack);
+    if INTERLEAVE {
+        for lane in bits(live) {
+            walks[lane].ray = stored.splat(lane);
+        }
+        let mut live = live;
+        while live != 0 {
+            for lane in bits(live) {
+                if walks[lane].step::<L, ANY>(tracer, rays, lane) {
+                    walks[lane].announce(tracer);
+                } else {
+                    live &= !(1 << lane);
+                }
+            }
+        }
+    } else {
+        for lane in bits(live) {
+            let walk = &mut walks[lane];
+            walk.ray = stored.splat(lane);
+            while walk.step::<L, ANY>(tracer, rays, lane) {}
+        }
     }
     *best = Best {
-        t: L::from_fn(|lane| found[lane & 7].t),
-        b1: L::from_fn(|lane| found[lane & 7].b1),
-        b2: L::from_fn(|lane| found[lane & 7].b2),
-        prim: L::Uint::from_fn(|lane| found[lane & 7].prim),
+        t: L::from_fn(|lane| walks[lane & 7].best.t),
+        b1: L::from_fn(|lane| walks[lane & 7].best.b1),
+        b2: L::from_fn(|lane| walks[lane & 7].best.b2),
+        prim: L::Uint::from_fn(|lane| walks[lane & 7].best.prim),
     };
 }
 
-fn descend<const ANY: bool>(
-    tracer: &Tracer,
-    rays: &Ray<f32>,
-    best: &mut Best<f32>,
-    stack: &mut Stack,
-) {
-    let ray = Splat::new(rays);
-    let Stack(stack) = stack;
-    let mut top = 0;
-    let mut current = Child::inner(0);
-    loop {
-        if !current.is_leaf() {
-            let node: &Node8 = &tracer.wide.nodes[current.index()];
-            let (near, meets) = enter(&ray, node, best.t);
-            let mut meets = meets;
+/// The set bits of a mask of eight lanes.
+#[inline(always)]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize & 7;
+        (mask != 0).then(|| {
+            mask &= mask - 1;
+            lane
+        })
+    })
+}
+
+impl Walk {
+    const fn new() -> Self {
+        const ZERO: [f32x8; 3] = [f32x8::ZERO; 3];
+        Self {
+            current: Child::EMPTY,
+            top: 0,
+            best: Best::NOTHING,
+            ray: Splat {
+                rd: ZERO,
+                ord: ZERO,
+                own: Sheared {
+                    o: ZERO,
+                    d: ZERO,
+                    rd: ZERO,
+                    ord: ZERO,
+                    shear: [f32x8::ZERO; 2],
+                },
+                pad: f32x8::ZERO,
+                negative: [0; 3],
+                order: [0; 3],
+            },
+            stack: [0; STACK],
+        }
+    }
+
+    /// Prefetches what the next step will read.
+    #[inline(always)]
+    fn announce(&self, tracer: &Tracer) {
+        if !self.current.is_leaf() {
+            prefetch(&tracer.wide.nodes, self.current.index());
+        } else if !self.current.is_sphere_leaf() {
+            prefetch(&tracer.wide.blocks, self.current.range().start);
+        }
+    }
+
+    /// Visits one node or leaf; false if that was the last.
+    #[inline(always)]
+    fn step<L: Lanes, const ANY: bool>(
+        &mut self,
+        tracer: &Tracer,
+        rays: &Ray<L>,
+        lane: usize,
+    ) -> bool {
+        let (ray, best, stack) = (&self.ray, &mut self.best, &mut self.stack);
+        if !self.current.is_leaf() {
+            let node: &Node8 = &tracer.wide.nodes[self.current.index()];
+            let (near, mut meets) = enter(ray, node, best.t);
             if meets != 0 {
                 let entry = |slot: usize| {
                     (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64
@@ -116,49 +229,48 @@ fn descend<const ANY: bool>(
                 let mut nearest = entry(meets.trailing_zeros() as usize);
                 meets &= meets - 1;
                 // The nearest is entered, the others wait, farthest first.
-                let bottom = top;
+                let bottom = self.top;
                 while meets != 0 {
                     let next = entry(meets.trailing_zeros() as usize);
                     meets &= meets - 1;
-                    let mut farther = nearest.max(next);
+                    let farther = nearest.max(next);
                     nearest = nearest.min(next);
-                    let mut at = top;
+                    let mut at = self.top;
                     while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
                         stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
                         at -= 1;
                     }
-                    std::mem::swap(&mut farther, &mut stack[at & (STACK - 1)]);
-                    top += 1;
+                    stack[at & (STACK - 1)] = farther;
+                    self.top += 1;
                 }
-                current = Child(nearest as u32);
-                continue;
+                self.current = Child(nearest as u32);
+                return true;
             }
-        } else if current.is_sphere_leaf() {
-            for sphere in &tracer.spheres[current.range()] {
-                let found = sphere.hit::<f32, ANY>(rays, best.t);
+        } else if self.current.is_sphere_leaf() {
+            let ray = rays.lane(lane);
+            for sphere in &tracer.spheres[self.current.range()] {
+                let found = sphere.hit::<f32, ANY>(&ray, best.t);
                 if found.mask {
                     record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
                 }
             }
         } else {
-            for block in &tracer.wide.blocks[current.range()] {
-                test_block::<ANY>(&ray, block, best);
+            for block in &tracer.wide.blocks[self.current.range()] {
+                test_block::<ANY>(ray, block, best);
             }
         }
         if ANY && best.t < 0.0 {
-            return;
+            return false;
         }
-        loop {
-            if top == 0 {
-                return;
-            }
-            top -= 1;
-            let entry = stack[top & (STACK - 1)];
+        while self.top > 0 {
+            self.top -= 1;
+            let entry = stack[self.top & (STACK - 1)];
             if f32::from_bits((entry >> 32) as u32) <= best.t {
-                current = Child(entry as u32);
-                break;
+                self.current = Child(entry as u32);
+                return true;
             }
         }
+        false
     }
 }
 

@@ -1,5 +1,7 @@
 //! Every width and packet gives the bits of the brute-force oracle, and these are right by double precision.
 
+use std::time::Instant;
+
 use glam::{DMat3, DVec3, Vec3};
 
 use super::scenes::*;
@@ -9,7 +11,8 @@ use crate::trace::packet::Best;
 use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::triangle::{LeafTriangle, barycentrics, covers, hit, is_degenerate};
-use crate::trace::{Coherence, Tracer};
+use crate::trace::{Coherence, Size, Tracer};
+use crate::trace::{build, bvh8};
 
 /// Every primitive against one ray, by the same arithmetic but without a tree.
 fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u32) {
@@ -59,7 +62,10 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
         .iter()
         .map(|&i| brute_force(&tracer, &scene, rays, i))
         .collect();
-    for round in 0..3 {
+    let halves = build::halve(&scene);
+    let wide = bvh8::collapse(&halves.nodes, &halves.triangles);
+    let halves = Tracer::assemble(halves, wide, Instant::now());
+    for (round, mut tracer) in [tracer, halves].into_iter().enumerate() {
         let mut hits = vec![Row([7.0; 8]); rays.len()];
         let mut blocked = vec![7; rays.len()];
         let mut compare = |name: &str, trace: &dyn Fn(&mut [Row], &mut [u32])| {
@@ -81,15 +87,19 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
             tracer.closest::<f32>(rays, &list, hits);
             tracer.occluded::<f32>(rays, &list, blocked);
         });
-        for coherence in [
-            Coherence::Coherent,
-            Coherence::Incoherent,
-            Coherence::Unknown,
+        for (size, coherence) in [
+            (Size::Small, Coherence::Coherent),
+            (Size::Small, Coherence::Incoherent),
+            (Size::Large, Coherence::Incoherent),
+            (Size::Small, Coherence::Unknown),
+            (Size::Huge, Coherence::Unknown),
         ] {
-            compare(&format!("{coherence:?}"), &|hits, blocked| {
+            tracer.size = size;
+            let trace = |hits: &mut [Row], blocked: &mut [u32]| {
                 tracer.closest_with::<f32x8>(coherence, rays, &list, hits);
                 tracer.occluded_with::<f32x8>(coherence, rays, &list, blocked);
-            });
+            };
+            compare(&format!("{size:?}, {coherence:?}"), &trace);
         }
         for i in (1..list.len()).rev() {
             list.swap(i, random.below(i + 1));
@@ -111,6 +121,25 @@ fn all_methods_agree_with_brute_force() {
         let rays = rays(&mut random, &triangles, 1003);
         check(&triangles, spheres, &rays, &mut random);
     }
+}
+
+/// Sizes that shrink with every primitive make the deepest trees.
+#[test]
+fn nests_of_primitives_are_traced() {
+    let mut random = Random(9);
+    let triangles: Vec<[Vec3; 3]> = (0..900)
+        .map(|i| {
+            let size = 0.9f32.powi(i);
+            let at = Vec3::splat(size);
+            [
+                at,
+                at + random.cube() * size * 0.1,
+                at + random.cube() * size * 0.1,
+            ]
+        })
+        .collect();
+    let rays = rays(&mut random, &triangles, 512);
+    check(&triangles, vec![], &rays, &mut random);
 }
 
 #[test]

@@ -129,3 +129,121 @@ fn rays_leaving_a_surface_do_not_meet_it() {
     }
     assert_eq!((met, grazing_met), (0, 0));
 }
+
+/// A segment between points on two triangles is not blocked by them: neither end counts.
+#[test]
+fn the_ends_of_a_segment_do_not_block_it() {
+    let mut random = Random(10);
+    let triangles: Vec<[Vec3; 3]> = soup(&mut random, 6000)
+        .into_iter()
+        .filter(|p| (p[1] - p[0]).cross(p[2] - p[0]).length() > 0.0)
+        .collect();
+    // Copies share a plane; a segment within it may well be blocked.
+    for pair in triangles.chunks_exact(2).filter(|p| p[0] != p[1]) {
+        let tracer = Tracer::build(&scene(pair, vec![]));
+        let lift = |p: Vec3| Lanes3::<f32>::new(p.x, p.y, p.z);
+        let normal = |p: &[Vec3; 3]| (p[1] - p[0]).cross(p[2] - p[0]);
+        let rays: Vec<Row> = (0..16)
+            .map(|_| {
+                let mut on = |p: &[Vec3; 3]| {
+                    let u = random.unit();
+                    triangle_point(p.map(lift), u, (1.0 - u) * random.unit())
+                };
+                let ((a, error_a), (b, error_b)) = (on(&pair[0]), on(&pair[1]));
+                let o = leave_surface(a, error_a, lift(normal(&pair[0])), b - a);
+                let e = leave_surface(b, error_b, lift(normal(&pair[1])), a - b);
+                let d = e - o;
+                Row([o.x, o.y, o.z, 1.0, d.x, d.y, d.z, 0.0])
+            })
+            .collect();
+        let list: Vec<u32> = (0..16).collect();
+        let mut blocked = vec![7; 16];
+        tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
+        for (ray, blocked) in rays.iter().zip(&blocked) {
+            assert_eq!(*blocked, 0, "{ray:?} {pair:?}");
+        }
+    }
+}
+
+/// The same for spheres, which also must not meet what leaves them.
+#[test]
+fn spheres_do_not_block_what_leaves_or_reaches_them() {
+    let mut random = Random(11);
+    let mut wrong = 0;
+    for _ in 0..300 {
+        let pair = [random_sphere(&mut random), random_sphere(&mut random)];
+        let row = |m: &[[f32; 4]; 3], p: Vec3| {
+            Vec3::from_array(
+                [0, 1, 2].map(|k| m[k][0] * p.x + m[k][1] * p.y + m[k][2] * p.z + m[k][3]),
+            )
+        };
+        let tracer = Tracer::build(&scene(&[], vec![pair[0]]));
+        let lift = |p: Vec3| Lanes3::<f32>::new(p.x, p.y, p.z);
+        let rays: Vec<Row> = (0..64)
+            .map(|i| {
+                let unit = random.direction();
+                let p = row(&pair[0].to_world, unit);
+                let m = pair[0].to_unit;
+                let n = Vec3::from_array(
+                    [0, 1, 2].map(|k| m[0][k] * unit.x + m[1][k] * unit.y + m[2][k] * unit.z),
+                );
+                let error = Lanes3::splat([2e-6; 3]);
+                let mut d = random.direction();
+                if d.dot(n) < 0.0 {
+                    d = -d;
+                }
+                let o = leave_surface(lift(p), error, lift(n), lift(d));
+                // Away from the sphere, and from outside to a point just above it.
+                if i % 2 == 0 {
+                    Row([o.x, o.y, o.z, 9.0, d.x, d.y, d.z, 0.0])
+                } else {
+                    let from = lift(p + d);
+                    let d = o - from;
+                    Row([from.x, from.y, from.z, 1.0, d.x, d.y, d.z, 0.0])
+                }
+            })
+            .collect();
+        let list: Vec<u32> = (0..64).collect();
+        let mut blocked = vec![7; 64];
+        tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
+        wrong += blocked.iter().filter(|b| **b != 0).count();
+    }
+    assert_eq!(wrong, 0);
+}
+
+/// No absolute length anywhere: scaled by a power of two, everything keeps its bits.
+#[test]
+fn scale_changes_nothing() {
+    let mut random = Random(12);
+    let triangles = soup(&mut random, 400);
+    let rays = rays(&mut random, &triangles, 1600);
+    let list: Vec<u32> = (0..1600).collect();
+    let trace = |scale: f32| {
+        let scaled: Vec<_> = triangles.iter().map(|t| t.map(|p| p * scale)).collect();
+        let rays: Vec<Row> = rays
+            .iter()
+            .map(|r| {
+                let s = r.0.map(|x| x * scale);
+                Row([s[0], s[1], s[2], s[3], r.0[4], r.0[5], r.0[6], 0.0])
+            })
+            .collect();
+        let mut hits = vec![Row::default(); rays.len()];
+        let mut blocked = vec![0; rays.len()];
+        let tracer = Tracer::build(&scene(&scaled, vec![]));
+        tracer.closest::<f32x8>(&rays, &list, &mut hits);
+        tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
+        for hit in &mut hits {
+            hit.0[0] /= scale;
+        }
+        (
+            hits.iter()
+                .map(|h| h.0.map(f32::to_bits))
+                .collect::<Vec<_>>(),
+            blocked,
+        )
+    };
+    let one = trace(1.0);
+    for exponent in [-14, -3, 5, 20] {
+        assert!(one == trace(2.0f32.powi(exponent)), "2^{exponent}");
+    }
+}
