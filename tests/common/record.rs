@@ -287,9 +287,10 @@ impl<'a> Recorder<'a> {
             }
             let (to_light, target) = (wide(seen.to_light.lane(0)), wide(seen.target.lane(0)));
             let end = match self.scene.lights[light as usize].kind {
-                LightKind::Triangle { .. } | LightKind::Sphere { .. } => {
-                    End::Area { light, p: target }
-                }
+                LightKind::Triangle { .. } | LightKind::Sphere { .. } => End::Area {
+                    light,
+                    p: self.on_light(light, target),
+                },
                 LightKind::Point { .. } | LightKind::Spot { .. } => End::Point { light },
                 LightKind::Distant { .. } => End::Distant { light },
                 LightKind::InfiniteConstant { .. } | LightKind::InfiniteImage { .. } => End::Sky {
@@ -364,6 +365,29 @@ impl<'a> Recorder<'a> {
             end,
             visible,
         })
+    }
+
+    /// The point of an area light that `p` was moved off, to start or end a ray.
+    fn on_light(&self, light: u32, p: V) -> V {
+        match self.scene.lights[light as usize].kind {
+            LightKind::Triangle { triangle, .. } => {
+                let [a, b, c] = (self.scene.triangles[triangle as usize].v)
+                    .map(|i| wide(self.scene.vertices[i as usize].p));
+                let n = unit(cross(sub(b, a), sub(c, a)));
+                sub(p, scale(n, dot(sub(p, a), n)))
+            }
+            LightKind::Sphere { sphere, .. } => {
+                let sphere = &self.scene.spheres[sphere as usize];
+                let apply = |m: &[[f32; 4]; 3], v: V| -> V {
+                    m.map(|r| {
+                        let r = r.map(f64::from);
+                        r[0] * v[0] + r[1] * v[1] + r[2] * v[2] + r[3]
+                    })
+                };
+                apply(&sphere.to_world, unit(apply(&sphere.to_unit, p)))
+            }
+            _ => unreachable!("an area light"),
+        }
     }
 
     /// Contribution and densities of a path.
