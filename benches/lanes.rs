@@ -54,7 +54,14 @@ fn propose<L: Lanes>(c: &mut Criterion, world: &World) {
         let mut iteration = 0;
         b.iter(|| {
             iteration += 1;
-            kernel.propose::<L>(&ids, iteration, &current, &mut proposed, &mut large, &mut decide);
+            kernel.propose::<L>(
+                &ids,
+                iteration,
+                &current,
+                &mut proposed,
+                &mut large,
+                &mut decide,
+            );
             black_box(&proposed);
         });
     });

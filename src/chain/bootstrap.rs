@@ -9,8 +9,8 @@
 use super::accept::target;
 use super::mutate::ONE_MINUS_EPSILON;
 use crate::plan::DepthPlan;
+use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream, unit_float};
-use crate::simd::{Lanes, UintLanes};
 use crate::transport::samples::Samples;
 use crate::transport::{Paths, World};
 use rayon::prelude::*;
@@ -136,18 +136,10 @@ fn fill<L: Lanes>(
     n: usize,
     index: impl Fn(usize) -> u64,
 ) {
-    let dimensions = samples.dimensions();
-    for start in (0..n).step_by(L::N) {
-        let at = |i: usize| index((start + i).min(n - 1));
-        let x = L::Uint::from_fn(|i| at(i) as u32);
-        let y = L::Uint::from_fn(|i| plan.depth | ((at(i) >> 32) as u32) << 16);
-        for block in 0..dimensions.div_ceil(4) {
-            let words = stream.words::<L>(x, y, block as u32);
-            for c in 0..4.min(dimensions - 4 * block) {
-                unit_float::<L>(words[c]).store(&mut samples.row_mut(4 * block + c)[start..]);
-            }
-        }
-    }
+    samples.fill::<L>(stream, n, |i| {
+        let path = index(i);
+        [path as u32, plan.depth | ((path >> 32) as u32) << 16]
+    });
     let offsets: [[f64; 4]; REPLICAS] = std::array::from_fn(|r| {
         let words = stream.words::<f32>(r as u32, plan.depth, OFFSET_BLOCK);
         words.map(|w| f64::from(w) / 2f64.powi(32))

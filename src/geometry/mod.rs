@@ -3,29 +3,25 @@
 //! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere), never taken from the ray, and
 //! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
 
+mod sphere;
+
+use self::sphere::{SphereMap, sphere_rows};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
-use crate::simd::{Frame, Lanes, Mask, Row, UintLanes, Vec3, math};
+use crate::simd::{Frame, Lanes, Mask, Row, Vec3, math};
+use crate::trace::offset;
 
-/// Half an ulp at 1.
-const EPSILON: f32 = f32::EPSILON * 0.5;
-
-/// `n` roundings in a row: pbrt's gamma.
-const fn gamma(n: i32) -> f32 {
-    n as f32 * EPSILON / (1.0 - n as f32 * EPSILON)
-}
-
-/// Bound on the relative error of a recomputed position, the rounding of the offset included.
-const POSITION_ERROR: f32 = gamma(12);
+/// Roundings in mapping a point of the unit sphere, that of its length included.
+const SPHERE_ERROR: f32 = offset::gamma(10);
 
 /// The primitives of a scene, ready for eight-wide loads.
-pub struct Geometry {
-    /// `px py pz nx ny nz u v` per vertex.
-    vertices: Vec<Row>,
-    triangles: Vec<Triangle>,
-    spheres: Vec<Sphere>,
+pub struct Geometry<'a> {
+    /// `px py pz nx ny nz u v` per vertex; at least one.
+    vertices: &'a [Row],
+    triangles: &'a [Triangle],
+    spheres: &'a [Sphere],
     /// Four rows a sphere, see [`sphere_rows`].
     sphere_rows: Vec<Row>,
-    shapes: Vec<Shape>,
+    shapes: &'a [Shape],
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
 }
@@ -66,8 +62,8 @@ pub struct AreaSample<L: Lanes> {
     pub pdf: L,
 }
 
-impl Geometry {
-    pub fn new(scene: &Scene) -> Self {
+impl<'a> Geometry<'a> {
+    pub fn new(scene: &'a Scene) -> Self {
         let reach = scene
             .vertices
             .iter()
@@ -81,19 +77,18 @@ impl Geometry {
                 (centre.sqrt() + linear.sqrt()).powi(2)
             }))
             .fold(0.0, f64::max);
-        let mut vertices: Vec<Row> = (scene.vertices.iter())
-            .map(|v| bytemuck::cast::<_, Row>(*v))
-            .collect();
         // Lanes without a triangle read vertex 0.
-        if vertices.is_empty() {
-            vertices.push(Row::default());
-        }
+        const NO_VERTEX: &[Row] = &[Row([0.0; 8])];
+        let vertices = match &scene.vertices[..] {
+            [] => NO_VERTEX,
+            some => bytemuck::cast_slice(some),
+        };
         Self {
             vertices,
-            triangles: scene.triangles.clone(),
-            spheres: scene.spheres.clone(),
+            triangles: &scene.triangles,
+            spheres: &scene.spheres,
             sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
-            shapes: scene.shapes.clone(),
+            shapes: &scene.shapes,
             radius: (reach.sqrt() * 1.000_001).max(f64::from(f32::MIN_POSITIVE)) as f32,
         }
     }
@@ -168,16 +163,14 @@ impl Geometry {
             }
         }
         let n = prim.len();
-        let corner = |c: usize| L::load_rows(&self.vertices, &index[c][..n]);
+        let corner = |c: usize| L::load_rows(self.vertices, &index[c][..n]);
         let (a, b, c) = (corner(0), corner(1), corner(2));
         let point = |v: &[L; 8]| Vec3::new(v[0], v[1], v[2]);
         let normal = |v: &[L; 8]| Vec3::new(v[3], v[4], v[5]);
         let b0 = L::one() - b1 - b2;
         let blend = |x: Vec3<L>, y: Vec3<L>, z: Vec3<L>| z.mul_add(b2, y.mul_add(b1, x * b0));
         let (p0, p1, p2) = (point(&a), point(&b), point(&c));
-        let p = blend(p0, p1, p2);
-        let abs = |v: Vec3<L>| Vec3::new(v.x.abs(), v.y.abs(), v.z.abs());
-        let spread = abs(p2).mul_add(b2.abs(), abs(p1).mul_add(b1.abs(), abs(p0) * b0.abs()));
+        let (p, error) = offset::triangle_point([p0, p1, p2], b1, b2);
         let (e1, e2) = (p1 - p0, p2 - p0);
         let ng = unit_cross(e1, e2);
         let smooth = blend(normal(&a), normal(&b), normal(&c));
@@ -199,7 +192,7 @@ impl Geometry {
         }
         SurfacePoint {
             p,
-            error: spread.dot(abs(ng)) * L::splat(POSITION_ERROR),
+            error: offset::error_distance(ng, error),
             ng,
             ns,
             uv,
@@ -229,10 +222,7 @@ impl Geometry {
         }
         SurfacePoint {
             p,
-            error: map
-                .reach(w)
-                .dot(Vec3::new(ng.x.abs(), ng.y.abs(), ng.z.abs()))
-                * L::splat(POSITION_ERROR),
+            error: offset::error_distance(ng, map.reach(w) * L::splat(SPHERE_ERROR)),
             ng,
             ns: ng,
             uv,
@@ -355,18 +345,6 @@ impl Geometry {
     }
 }
 
-/// Four rows of a sphere: both maps, row by row, and its facing.
-fn sphere_rows(s: &Sphere) -> [Row; 4] {
-    let two = |a: [f32; 4], b: [f32; 4]| Row([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]);
-    let (w, u) = (s.to_world, s.to_unit);
-    [
-        two(w[0], w[1]),
-        two(w[2], u[0]),
-        two(u[1], u[2]),
-        two([s.facing, 0.0, 0.0, 0.0], [0.0; 4]),
-    ]
-}
-
 /// Unit normal of `a x b`, safe against underflow for tiny edges.
 #[inline(always)]
 fn unit_cross<L: Lanes>(a: Vec3<L>, b: Vec3<L>) -> Vec3<L> {
@@ -376,70 +354,6 @@ fn unit_cross<L: Lanes>(a: Vec3<L>, b: Vec3<L>) -> Vec3<L> {
     let n = a.cross(b);
     // Slivers lose their length once more.
     (n * (L::one() / n.max_abs().max(tiny))).normalize()
-}
-
-/// Affine maps between unit spheres and internal space, one a lane.
-struct SphereMap<L: Lanes> {
-    to_world: [[L; 4]; 3],
-    to_unit: [[L; 4]; 3],
-    facing: L,
-}
-
-impl<L: Lanes> SphereMap<L> {
-    #[inline(always)]
-    fn apply(m: &[[L; 4]; 3], v: Vec3<L>, w: L) -> Vec3<L> {
-        let row = |r: &[L; 4]| {
-            v.x.mul_add(r[0], v.y.mul_add(r[1], v.z.mul_add(r[2], r[3] * w)))
-        };
-        Vec3::new(row(&m[0]), row(&m[1]), row(&m[2]))
-    }
-    #[inline(always)]
-    fn to_world(&self, w: Vec3<L>) -> Vec3<L> {
-        Self::apply(&self.to_world, w, L::one())
-    }
-    #[inline(always)]
-    fn vector_to_world(&self, w: Vec3<L>) -> Vec3<L> {
-        Self::apply(&self.to_world, w, L::zero())
-    }
-    #[inline(always)]
-    fn to_unit(&self, p: Vec3<L>) -> Vec3<L> {
-        Self::apply(&self.to_unit, p, L::one())
-    }
-    /// Inverse transpose applied to `w`, not normalised.
-    #[inline(always)]
-    fn normal_vector(&self, w: Vec3<L>) -> Vec3<L> {
-        let m = &self.to_unit;
-        let column = |c: usize| w.x.mul_add(m[0][c], w.y.mul_add(m[1][c], w.z * m[2][c]));
-        Vec3::new(column(0), column(1), column(2))
-    }
-    #[inline(always)]
-    fn normal(&self, w: Vec3<L>) -> Vec3<L> {
-        let n = self.normal_vector(w);
-        let tiny = L::splat(f32::MIN_POSITIVE);
-        (n * (L::one() / n.max_abs().max(tiny))).normalize() * self.facing
-    }
-    /// Sums of the magnitudes that a mapped point is computed from.
-    #[inline(always)]
-    fn reach(&self, w: Vec3<L>) -> Vec3<L> {
-        let row =
-            |r: &[L; 4]| (r[0] * w.x).abs() + (r[1] * w.y).abs() + (r[2] * w.z).abs() + r[3].abs();
-        Vec3::new(
-            row(&self.to_world[0]),
-            row(&self.to_world[1]),
-            row(&self.to_world[2]),
-        )
-    }
-    /// Uniform on the unit sphere, as a density over the mapped area: `dA = |det M| |M^-T w| dw`.
-    #[inline(always)]
-    fn area_pdf(&self, w: Vec3<L>) -> L {
-        let m = &self.to_world;
-        let column = |c: usize| Vec3::new(m[0][c], m[1][c], m[2][c]);
-        let det = column(0).dot(column(1).cross(column(2))).abs();
-        let n = self.normal_vector(w);
-        let stretch = n.max_abs();
-        let length = stretch * (n * (L::one() / stretch)).length2().sqrt();
-        L::splat(0.25 * std::f32::consts::FRAC_1_PI) / (det * length)
-    }
 }
 
 /// A shading frame around `ns` whose first axis follows `tangent` where that is not zero.
@@ -457,10 +371,4 @@ pub fn shading_frame<L: Lanes>(ns: Vec3<L>, tangent: Vec3<L>) -> Frame<L> {
         t: Vec3::select(usable, ns.cross(s), plain.t),
         n: ns,
     }
-}
-
-/// The indices in `lanes` of a vector of integers.
-#[inline(always)]
-pub fn lanes_of<L: Lanes>(v: L::Uint, n: usize) -> [u32; 8] {
-    std::array::from_fn(|i| if i < n { v.lane(i) } else { 0 })
 }

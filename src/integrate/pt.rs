@@ -2,8 +2,8 @@
 
 use super::{Phase, Render, Run, Stats, per_second};
 use crate::film::{FilterTable, SampleFilm};
-use crate::simd::rng::{Purpose, Stream, unit_float};
-use crate::simd::{Lanes, UintLanes};
+use crate::simd::Lanes;
+use crate::simd::rng::{Purpose, Stream};
 use crate::transport::Paths;
 use crate::transport::evaluate::UnidirectionalLayout;
 use crate::transport::samples::Samples;
@@ -121,18 +121,10 @@ impl Grid {
 
 /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of cells, and within it uniformly.
 fn fill<L: Lanes>(stream: &Stream, grid: &Grid, samples: &mut Samples, begin: u64, n: usize) {
-    let dimensions = samples.dimensions();
-    for start in (0..n).step_by(L::N) {
-        let index = |i: usize| begin + (start + i) as u64;
-        let x = L::Uint::from_fn(|i| index(i) as u32);
-        let y = L::Uint::from_fn(|i| (index(i) >> 32) as u32);
-        for block in 0..dimensions.div_ceil(4) {
-            let words = stream.words::<L>(x, y, block as u32);
-            for c in 0..4.min(dimensions - 4 * block) {
-                unit_float::<L>(words[c]).store(&mut samples.row_mut(4 * block + c)[start..]);
-            }
-        }
-    }
+    samples.fill::<L>(stream, n, |i| {
+        let path = begin + i as u64;
+        [path as u32, (path >> 32) as u32]
+    });
     // The first two numbers place the sample in its cell, as a position in the region.
     for axis in 0..2 {
         let low = [grid.x0, grid.y0][axis];

@@ -16,6 +16,7 @@ use self::environment::Environment;
 use crate::geometry::{AreaSample, Geometry};
 use crate::scene::{LightKind, Rgb, Scene, SpotFalloff};
 use crate::simd::{Frame, Lanes, Mask, Row, UintLanes, Vec3, math};
+use crate::trace::offset;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// The kinds of light kernels.
@@ -345,11 +346,10 @@ impl LightTable {
                 let two_sided = base[4].gt(L::zero());
                 let lit = cos.gt(L::zero()).or(two_sided.and(cos.lt(L::zero())));
                 let abs = cos.abs();
-                let side = point.error.copysign(cos);
                 let sides = L::select(two_sided, L::splat(2.0), L::one());
                 DirectSample {
                     to_light: w,
-                    target: point.ng.mul_add(side, point.p),
+                    target: offset::leave(point.p, point.error, point.ng, -w),
                     radiance: colour,
                     pdf: choice * point.pdf * d2 / abs,
                     // (pA cos / (sides pi)) / (pA d2 / cos) / cos
@@ -467,7 +467,7 @@ impl LightTable {
                 let solid = L::select(two_sided, L::splat(TAU), L::splat(PI));
                 let scale = solid / point.pdf * inv_choice;
                 EmissionSample {
-                    origin: n.mul_add(point.error, point.p),
+                    origin: offset::leave(point.p, point.error, n, n),
                     direction,
                     beta: colour * scale,
                     d_vcm: solid / local.z,

@@ -65,9 +65,12 @@ impl Plan {
         lights: &LightTable,
         camera: &Camera,
     ) -> Self {
-        let used = |material: usize| (scene.shapes.iter()).any(|s| s.material as usize == material);
+        let mut used = vec![false; materials.entries.len()];
+        for shape in &scene.shapes {
+            used[shape.material as usize] = true;
+        }
         let mut kinds: Vec<Kind> = (materials.entries.iter().enumerate())
-            .filter(|(i, _)| used(*i))
+            .filter(|(i, _)| used[*i])
             .map(|(_, e)| e.kind)
             .collect();
         kinds.sort();

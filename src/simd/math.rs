@@ -57,7 +57,7 @@ pub fn ln<L: Lanes>(x: L) -> L {
         .mul_add(z, L::splat(-1.666_805_8e-1))
         .mul_add(z, L::splat(2.000_071_5e-1))
         .mul_add(z, L::splat(-2.499_999_4e-1))
-        .mul_add(z, L::splat(3.333_333_1e-1));
+        .mul_add(z, L::splat(3.333_333e-1));
     let z2 = z * z;
     let y = p * z2 * z;
     let y = exponent.mul_add(L::splat(-2.121_944_4e-4), y);
@@ -99,7 +99,7 @@ pub fn atan2<L: Lanes>(y: L, x: L) -> L {
     let p = L::splat(8.053_744_6e-2)
         .mul_add(z2, L::splat(-1.387_768_5e-1))
         .mul_add(z2, L::splat(1.997_771e-1))
-        .mul_add(z2, L::splat(-3.333_294_9e-1));
+        .mul_add(z2, L::splat(-3.333_295e-1));
     let a = (p * z2).mul_add(z, z);
     let a = L::select(fold, a + L::splat(std::f32::consts::FRAC_PI_4), a);
     let a = L::select(ay.gt(ax), L::splat(std::f32::consts::FRAC_PI_2) - a, a);

@@ -22,6 +22,7 @@ fn reflectance<L: Lanes>(row: &[L; 8], cos: L) -> Vec3<L> {
 
 impl Bsdf for Smooth {
     const DELTA: bool = true;
+    const LOBES: bool = false;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, _: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -36,6 +37,7 @@ impl Bsdf for Smooth {
 
 impl Bsdf for Rough {
     const DELTA: bool = false;
+    const LOBES: bool = false;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {

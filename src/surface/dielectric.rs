@@ -8,6 +8,7 @@ pub struct Smooth;
 
 impl Bsdf for Smooth {
     const DELTA: bool = true;
+    const LOBES: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {

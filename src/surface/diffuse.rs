@@ -36,6 +36,7 @@ pub(super) fn same_side<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
 
 impl Bsdf for Diffuse {
     const DELTA: bool = false;
+    const LOBES: bool = false;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -81,6 +82,7 @@ impl OrenNayar {
 
 impl Bsdf for OrenNayar {
     const DELTA: bool = false;
+    const LOBES: bool = false;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {

@@ -17,25 +17,25 @@ pub struct Entry {
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
-pub struct MaterialTable {
+pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
     /// Parameter rows; those of textured materials are unused.
     pub rows: Vec<Row>,
-    materials: Vec<MaterialKind>,
-    textures: Vec<Texture>,
-    images: Vec<Image>,
+    materials: &'a [Material],
+    textures: &'a [Texture],
+    images: &'a [Image],
     /// Some material needs a tangent.
     pub anisotropic: bool,
 }
 
-impl MaterialTable {
-    pub fn new(scene: &Scene) -> Self {
+impl<'a> MaterialTable<'a> {
+    pub fn new(scene: &'a Scene) -> Self {
         let mut table = Self {
             entries: Vec::new(),
             rows: Vec::new(),
-            materials: Vec::new(),
-            textures: scene.textures.clone(),
-            images: scene.images.clone(),
+            materials: &scene.materials,
+            textures: &scene.textures,
+            images: &scene.images,
             anisotropic: false,
         };
         for Material { kind, .. } in &scene.materials {
@@ -47,7 +47,6 @@ impl MaterialTable {
             if let MaterialKind::Conductor { roughness, .. } = kind {
                 table.anisotropic |= roughness.u != roughness.v;
             }
-            table.materials.push(kind.clone());
             table.entries.push(entry);
             let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
             table.rows.push(row);
@@ -57,11 +56,11 @@ impl MaterialTable {
 
     /// The parameter row of a material at texture coordinates `uv`.
     pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
-        let at = |p: Param| texture::evaluate(&self.textures, &self.images, p, uv);
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
         let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
         let mut row = [0.0; 8];
-        match &self.materials[material] {
+        match &self.materials[material].kind {
             MaterialKind::Diffuse { reflectance, sigma } => {
                 row[..3].copy_from_slice(&unit(*reflectance));
                 (row[3], row[4]) = oren_nayar_coefficients(at(*sigma)[0].clamp(0.0, 90.0));

@@ -19,6 +19,7 @@ pub(super) fn reflect<L: Lanes>(wo: Vec3<L>, reflectance: Vec3<L>) -> BsdfSample
 
 impl Bsdf for Mirror {
     const DELTA: bool = true;
+    const LOBES: bool = false;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, _: [L; 3], _: Mode) -> BsdfSample<L> {

@@ -43,7 +43,7 @@ impl Kind {
         Kind::Plastic,
     ];
 
-    /// True if the BSDF is a sum of delta distributions: it cannot be connected to.
+    /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
     pub fn is_delta(self) -> bool {
         matches!(
             self,
@@ -51,7 +51,7 @@ impl Kind {
         )
     }
 
-    /// True if sampling reads a third primary sample, the choice of lobe.
+    /// [`Bsdf::LOBES`].
     pub fn has_lobes(self) -> bool {
         matches!(self, Kind::SmoothDielectric | Kind::Plastic)
     }
@@ -134,6 +134,8 @@ impl<L: Lanes> BsdfValue<L> {
 pub trait Bsdf {
     /// Consists of delta distributions only.
     const DELTA: bool;
+    /// Sampling reads a third primary sample, the choice of lobe.
+    const LOBES: bool;
 
     /// Samples a direction from three primary samples (the third is 0 unless [`Kind::has_lobes`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;

@@ -24,6 +24,7 @@ fn diffuse_probability<L: Lanes>(row: &[L; 8]) -> L {
 
 impl Bsdf for Plastic {
     const DELTA: bool = false;
+    const LOBES: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {

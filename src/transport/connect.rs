@@ -27,7 +27,7 @@ impl<L: Lanes> Tip<L> {
     }
 }
 
-impl World {
+impl World<'_> {
     /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times.
     pub(super) fn emission<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
         let mut lights = [0u32; 8];

@@ -32,7 +32,7 @@ impl UnidirectionalLayout {
     }
 }
 
-impl World {
+impl World<'_> {
     /// Multiplexed evaluation (Hachisuka et al. 2014): path `i` of `n` takes column `i` of `samples`, laid out as `depth.layout`, chooses a
     /// strategy `(s, t)` with `s + t = depth + 2`, and leaves its contribution in `paths.outcome[i]`.
     ///
@@ -231,7 +231,7 @@ impl World {
             if !queue.is_empty() {
                 crate::for_kind!(
                     kind,
-                    self.scatter::<_, L>(paths, samples, queue, kind, side, dimension, list)
+                    self.scatter::<_, L>(paths, samples, queue, side, dimension, list)
                 );
             }
         }

@@ -27,9 +27,9 @@ use crate::surface::MaterialTable;
 use crate::trace::Tracer;
 
 /// A scene prepared for transport.
-pub struct World {
-    pub geometry: Geometry,
-    pub materials: MaterialTable,
+pub struct World<'a> {
+    pub geometry: Geometry<'a>,
+    pub materials: MaterialTable<'a>,
     pub lights: LightTable,
     pub camera: Camera,
     pub tracer: Tracer,
@@ -38,9 +38,9 @@ pub struct World {
     pub wanted: Wanted,
 }
 
-impl World {
+impl<'a> World<'a> {
     /// Builds the tracer and every table; `max_depth` is the largest number of scattering events.
-    pub fn new(scene: &Scene, max_depth: u32) -> Self {
+    pub fn new(scene: &'a Scene, max_depth: u32) -> Self {
         let geometry = Geometry::new(scene);
         let materials = MaterialTable::new(scene);
         let lights = LightTable::new(scene, &geometry);

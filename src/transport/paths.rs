@@ -3,6 +3,7 @@
 use crate::scene::NONE;
 use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::Kind;
+use crate::trace::offset;
 use crate::transport::World;
 
 /// Which subpath.
@@ -214,6 +215,6 @@ impl<L: Lanes> Tip<L> {
     /// Where a ray towards `w` starts: off the surface by its error bound.
     #[inline(always)]
     pub fn offset(&self, w: Vec3<L>) -> Vec3<L> {
-        self.ng.mul_add(self.error.copysign(w.dot(self.ng)), self.p)
+        offset::leave(self.p, self.error, self.ng, w)
     }
 }

@@ -1,6 +1,7 @@
 //! Primary samples of a batch of paths: a matrix `[dimension][path]` of numbers in `[0, 1)`.
 
-use crate::simd::Lanes;
+use crate::simd::rng::Stream;
+use crate::simd::{Lanes, UintLanes};
 
 /// Row-major by dimension; rows are padded to a multiple of eight paths.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +40,27 @@ impl Samples {
 
     pub fn row_mut(&mut self, dimension: usize) -> &mut [f32] {
         &mut self.data[dimension * self.stride..][..self.stride]
+    }
+
+    /// Fills the first `n` columns with independent uniform numbers; `counter` gives the two counters of a column in `stream`.
+    pub fn fill<L: Lanes>(
+        &mut self,
+        stream: &Stream,
+        n: usize,
+        counter: impl Fn(usize) -> [u32; 2],
+    ) {
+        let dimensions = self.dimensions();
+        for start in (0..n).step_by(L::N) {
+            let at = |i: usize| counter((start + i).min(n - 1));
+            let x = L::Uint::from_fn(|i| at(i)[0]);
+            let y = L::Uint::from_fn(|i| at(i)[1]);
+            for block in 0..dimensions.div_ceil(4) {
+                let numbers: [L; 4] = stream.uniforms(x, y, block as u32);
+                for c in 0..4.min(dimensions - 4 * block) {
+                    numbers[c].store(&mut self.row_mut(4 * block + c)[start..]);
+                }
+            }
+        }
     }
 
     /// A dimension of the paths in `list` (1 to `N` of them; missing lanes repeat the last).

@@ -6,9 +6,9 @@ use super::paths::{Paths, Side};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
-use crate::surface::{Bsdf, Kind, Mode};
+use crate::surface::{Bsdf, Mode};
 
-impl World {
+impl World<'_> {
     /// Starts the camera subpaths of `list` at raster positions; `first` is the first dimension of the raster samples, `lens` of the lens
     /// samples. `one_strategy` says that no strategy joins light tips to the camera.
     pub(super) fn start_camera<L: Lanes>(
@@ -195,7 +195,6 @@ impl World {
         paths: &mut Paths,
         samples: &Samples,
         list: &[u32],
-        kind: Kind,
         side: Side,
         dimension: &dyn Fn(u32) -> usize,
         alive: &mut Vec<u32>,
@@ -216,7 +215,7 @@ impl World {
                 *slot = dimension(path);
             }
             let u: [L; 3] = std::array::from_fn(|c| {
-                if c < 2 || kind.has_lobes() {
+                if c < 2 || B::LOBES {
                     samples.gather_each(&first, c, chunk)
                 } else {
                     L::zero()

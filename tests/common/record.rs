@@ -94,7 +94,7 @@ impl Reference {
 
 pub struct Recorder<'a> {
     pub scene: &'a Scene,
-    pub world: &'a World,
+    pub world: &'a World<'a>,
     /// Probability of choosing each light.
     pub choice: Vec<f64>,
 }
@@ -102,7 +102,7 @@ pub struct Recorder<'a> {
 type Flight = (V, V);
 
 impl<'a> Recorder<'a> {
-    pub fn new(scene: &'a Scene, world: &'a World) -> Self {
+    pub fn new(scene: &'a Scene, world: &'a World<'a>) -> Self {
         Self {
             scene,
             world,
