@@ -160,7 +160,9 @@ pub enum RenderError {
 /// Memory that the film of a render takes, in bytes, the finished picture included.
 pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
     let per_pixel = match settings.integrator {
-        IntegratorKind::Mmlt => mmlt::layers(settings.max_depth as usize + 1) * size_of::<[i64; 3]>(),
+        IntegratorKind::Mmlt => {
+            mmlt::layers(settings.max_depth as usize + 1) * size_of::<[i64; 3]>()
+        }
         IntegratorKind::Pt => size_of::<[i128; 3]>(),
     };
     film.crop_pixels() * (per_pixel + size_of::<[f32; 3]>()) as u64
