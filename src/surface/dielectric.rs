@@ -30,11 +30,13 @@ impl Bsdf for Smooth {
             Mode::Importance => transmit,
         };
         let weight = Vec3::select(reflects, Vec3::new(row[0], row[1], row[2]), transmit);
+        // Solid angles change at the boundary: n_i^2 cos_i dw_i = n_t^2 cos_t dw_t, and deltas with them.
+        let bend = inv_eta * inv_eta * (cos_i / boundary.cos_t);
         BsdfSample {
             wi: Vec3::select(reflects, reflected, refracted),
             weight: weight.or_zero(cos_i.gt(L::zero())),
             pdf: L::one(),
-            pdf_reverse: L::one(),
+            pdf_reverse: L::select(reflects, L::one(), bend),
         }
     }
 

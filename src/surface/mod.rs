@@ -103,7 +103,8 @@ pub struct BsdfSample<L: Lanes> {
     pub weight: Vec3<L>,
     /// Density of `wi` given `wo`, solid angle. For delta BSDFs 1.
     pub pdf: L,
-    /// Density of `wo` given `wi`. For delta BSDFs 1 (their choice of lobe is symmetric).
+    /// Density of `wo` given `wi`. For delta BSDFs over `pdf`: 1, since their choice of lobe is symmetric, but for what refraction does to
+    /// solid angles.
     pub pdf_reverse: L,
 }
 

@@ -1,0 +1,8 @@
+//! What the tests share. Every test binary includes all of it and uses a part.
+#![allow(dead_code)]
+
+pub mod bsdf;
+pub mod record;
+pub mod scenes;
+pub mod stats;
+pub mod vector;

@@ -1,0 +1,263 @@
+//! Small scenes that between them have every material, light and camera.
+
+use phalanx::film::output::{Picture, write};
+use phalanx::scene::{Scene, load_str};
+use std::path::Path;
+
+/// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
+fn quad(corners: [[f32; 3]; 4]) -> String {
+    let p: Vec<String> = corners.iter().flatten().map(f32::to_string).collect();
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{}]\n",
+        p.join(" ")
+    )
+}
+
+/// A patch of a wavy surface around the origin, `n` by `n` quads, with smooth vertex normals.
+fn wave(n: usize) -> String {
+    let (mut p, mut normals, mut uv, mut index) = (vec![], vec![], vec![], vec![]);
+    for j in 0..=n {
+        for i in 0..=n {
+            let (u, v) = (i as f32 / n as f32, j as f32 / n as f32);
+            let (x, z) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            let y = 0.15 * (4.0 * x).sin() * (3.0 * z).cos();
+            let dx = 0.6 * (4.0 * x).cos() * (3.0 * z).cos();
+            let dz = -0.45 * (4.0 * x).sin() * (3.0 * z).sin();
+            p.extend([x, y, z]);
+            normals.extend([-dx, 1.0, -dz]);
+            uv.extend([u, v]);
+            if i < n && j < n {
+                let a = j * (n + 1) + i;
+                let (b, c, d) = (a + n + 1, a + n + 2, a + 1);
+                index.extend([a, b, c, a, c, d]);
+            }
+        }
+    }
+    let text = |v: &[f32]| v.iter().map(f32::to_string).collect::<Vec<_>>().join(" ");
+    let index: Vec<String> = index.iter().map(usize::to_string).collect();
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [{}] \"point P\" [{}] \"normal N\" [{}] \"float uv\" [{}]\n",
+        index.join(" "),
+        text(&p),
+        text(&normals),
+        text(&uv)
+    )
+}
+
+/// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right; all face inwards.
+fn walls(materials: [&str; 5]) -> String {
+    let faces = [
+        [
+            [-1., -1., -1.],
+            [-1., -1., 1.],
+            [1., -1., 1.],
+            [1., -1., -1.],
+        ],
+        [[-1., 1., -1.], [1., 1., -1.], [1., 1., 1.], [-1., 1., 1.]],
+        [[-1., -1., 1.], [-1., 1., 1.], [1., 1., 1.], [1., -1., 1.]],
+        [
+            [-1., -1., -1.],
+            [-1., 1., -1.],
+            [-1., 1., 1.],
+            [-1., -1., 1.],
+        ],
+        [[1., -1., -1.], [1., -1., 1.], [1., 1., 1.], [1., 1., -1.]],
+    ];
+    (materials.iter().zip(faces))
+        .map(|(m, f)| format!("{m}\n{}", quad(f)))
+        .collect()
+}
+
+/// The side of the box `[-1, 1]^3` that [`walls`] leaves open.
+fn front(material: &str) -> String {
+    let face = [
+        [-1., -1., -1.],
+        [1., -1., -1.],
+        [1., 1., -1.],
+        [-1., 1., -1.],
+    ];
+    format!("{material}\n{}", quad(face))
+}
+
+const LOOK: &str = "LookAt 0 0.1 -2.6  0 0 0  0 1 0\n";
+const INSIDE: &str = "LookAt 0 0.1 -0.9  0 -0.1 0  0 1 0\n";
+const FILM: &str = "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 12 \"string filename\" \"x.pfm\"\nPixelFilter \"box\"\n";
+const PINHOLE: &str = "Camera \"perspective\" \"float fov\" 50\n";
+const LENS: &str = "Camera \"perspective\" \"float fov\" 50 \"float lensradius\" 0.1 \"float focaldistance\" 2.5\n";
+const WIDE: &str = "Camera \"perspective\" \"float fov\" 90\n";
+const PARALLEL: &str = "Camera \"orthographic\" \"float screenwindow\" [-0.9 0.9 -0.9 0.9]\n";
+
+const MATTE: &str = "Material \"matte\" \"rgb Kd\" [0.7 0.6 0.5]";
+const BLUE: &str = "Material \"matte\" \"rgb Kd\" [0.2 0.3 0.8]";
+const ROUGH: &str = "Material \"matte\" \"rgb Kd\" [0.6 0.7 0.6] \"float sigma\" 40";
+const MIRROR: &str = "Material \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]";
+const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
+const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
+const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
+const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
+const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
+
+fn area(l: &str, two_sided: bool, shape: &str) -> String {
+    format!(
+        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}] \"bool twosided\" \"{two_sided}\"\n{shape}AttributeEnd\n"
+    )
+}
+
+fn sphere(x: f32, y: f32, z: f32, r: f32, material: &str) -> String {
+    format!(
+        "AttributeBegin\n{material}\nTranslate {x} {y} {z}\nShape \"sphere\" \"float radius\" {r}\nAttributeEnd\n"
+    )
+}
+
+/// Under the ceiling, facing down.
+fn lamp() -> String {
+    quad([
+        [-0.5, 0.95, -0.5],
+        [0.5, 0.95, -0.5],
+        [0.5, 0.95, 0.5],
+        [-0.5, 0.95, 0.5],
+    ])
+}
+
+/// A glass wedge: its faces are not parallel, so that what refraction does to densities on the way in is not undone on the way out.
+fn wedge() -> String {
+    "Shape \"trianglemesh\" \"integer indices\" [0 2 1 3 4 5 0 1 4 0 4 3 1 2 5 1 5 4 2 0 3 2 3 5] \"point P\" [-0.6 0 -0.5  0.6 0 -0.5  0 0.5 -0.3  -0.6 0 0.5  0.6 0 0.5  0 0.5 0.3]\n"
+        .into()
+}
+
+fn load(view: &str, world: &str, dir: &Path) -> Scene {
+    let text = format!("{view}WorldBegin\n{world}WorldEnd\n");
+    load_str(&text, "test.pbrt", dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// An environment with a smooth sky and a small sun.
+pub fn sky(width: u32, height: u32) -> Picture {
+    let pixels = (0..width * height)
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            let sun = if x == width / 3 && y == height / 4 {
+                30.0
+            } else {
+                0.0
+            };
+            let base = 0.3 + 0.7 * (y as f32 / height as f32);
+            [base + sun, 0.5 * base + sun, 0.2 + 0.03 * x as f32 + sun]
+        })
+        .collect();
+    Picture {
+        width,
+        height,
+        offset: [0, 0],
+        full: [width, height],
+        pixels,
+    }
+}
+
+/// Every scene of the transport tests, by name.
+pub fn all() -> Vec<(&'static str, Scene)> {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    write(&dir.path().join("sky.pfm"), &sky(16, 8), &[], 0.0).expect("a written image");
+    let build = |name: &'static str, view: String, world: String| {
+        let film = if view.contains("Film") { "" } else { FILM };
+        (name, load(&format!("{view}{film}"), &world, dir.path()))
+    };
+    vec![
+        build(
+            "diffuse box, lamp",
+            format!("{LOOK}{PINHOLE}"),
+            walls([ROUGH, MATTE, MATTE, BLUE, ROUGH]) + MATTE + &area("5 4 3", false, &lamp()),
+        ),
+        build(
+            "glossy box, lens, sphere light and two-sided lamp",
+            format!("{LOOK}{LENS}"),
+            walls([PLASTIC, MATTE, METAL, MATTE, PLASTIC])
+                + MATTE
+                + &area("2 2 3", true, &lamp())
+                + &area("6 5 4", false, &sphere(0.3, -0.2, 0.2, 0.25, MATTE)),
+        ),
+        build(
+            "closed box, specular things",
+            format!("{INSIDE}{WIDE}"),
+            walls([MATTE, MATTE, MIRROR, ROUGH, STEEL])
+                + &front(BLUE)
+                + &sphere(-0.4, -0.5, 0.2, 0.45, GLASS)
+                + &sphere(0.5, -0.5, 0.3, 0.4, STEEL)
+                + &sphere(-0.4, -0.5, 0.2, 0.2, PLASTIC)
+                + MATTE
+                + &area("5 4 3", false, &lamp()),
+        ),
+        build(
+            "point, spot and distant lights on a smooth mesh",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "LightSource \"point\" \"rgb I\" [2 1 1] \"point from\" [0.3 0.6 -0.4]
+                 LightSource \"spot\" \"rgb I\" [4 5 6] \"point from\" [-0.5 0.8 -0.5] \"point to\" [0 -1 0.2] \"float coneangle\" 50 \"float conedeltaangle\" 30
+                 LightSource \"distant\" \"rgb L\" [1 1.5 1] \"point from\" [0.2 1 -1.5] \"point to\" [0 0 0]
+                 {}
+                 AttributeBegin {PLASTIC} Translate 0 -0.5 0 {} AttributeEnd
+                 {}",
+                walls([MATTE, MATTE, ROUGH, MIRROR, MATTE]),
+                wave(6),
+                sphere(0.4, 0.2, 0.4, 0.3, METAL),
+            ),
+        ),
+        build(
+            "constant sky, lens, glass and brushed metal",
+            format!("{LOOK}{LENS}"),
+            format!(
+                "LightSource \"infinite\" \"rgb L\" [1 1.2 1.5]
+                 AttributeBegin {BRUSHED} Translate 0 -0.8 0 {} AttributeEnd
+                 {}{}{}",
+                wave(6),
+                sphere(-0.5, 0.0, 0.0, 0.4, GLASS),
+                sphere(0.5, 0.1, 0.2, 0.4, PLASTIC),
+                area("4 4 4", true, &sphere(0.0, 0.6, 0.5, 0.2, MATTE)),
+            ),
+        ),
+        build(
+            "image sky, parallel camera, smooth meshes",
+            format!("LookAt 0.4 1.2 -2.5  0 -0.3 0  0 1 0\n{PARALLEL}"),
+            format!(
+                "AttributeBegin Rotate 30 0 1 1 LightSource \"infinite\" \"string mapname\" \"sky.pfm\" AttributeEnd
+                 AttributeBegin {MATTE} Translate 0 -0.6 0 {0} AttributeEnd
+                 AttributeBegin {METAL} Translate 0 -0.2 0.7 Rotate -70 1 0 0 Scale 0.6 1 0.6 {0} AttributeEnd
+                 {1}{2}",
+                wave(5),
+                sphere(-0.4, 0.1, -0.1, 0.35, GLASS),
+                sphere(0.5, 0.1, 0.1, 0.3, MIRROR),
+            ),
+        ),
+        build(
+            "lamp in a glass ball, wedge",
+            format!("{LOOK}{PINHOLE}"),
+            walls([MATTE, MATTE, ROUGH, MATTE, BLUE])
+                + &sphere(0.4, 0.2, 0.0, 0.45, GLASS)
+                + &area("9 8 7", false, &sphere(0.4, 0.2, 0.0, 0.2, MATTE))
+                + &format!(
+                    "AttributeBegin\n{GLASS}\nTranslate -0.3 -0.8 0\n{}AttributeEnd\n",
+                    wedge()
+                ),
+        ),
+        build(
+            "ellipsoid light, mirrored and cropped view",
+            format!(
+                "Scale -1 1 1\n{LOOK}{PINHOLE}Film \"image\" \"integer xresolution\" 20 \"integer yresolution\" 16 \"float cropwindow\" [0.2 0.9 0.1 0.8] PixelFilter \"gaussian\" \"float xwidth\" 1.5 \"float ywidth\" 2\n"
+            ),
+            format!(
+                "{}AttributeBegin {MATTE} AreaLightSource \"diffuse\" \"rgb L\" [5 5 4] Translate 0 0.5 0 Scale 0.6 0.1 0.3 Shape \"sphere\" \"float radius\" 1 AttributeEnd
+                 AttributeBegin {PLASTIC} Translate 0 -0.6 0 Scale 0.7 1 0.7 {} AttributeEnd
+                 {}",
+                walls([MATTE, BLUE, ROUGH, METAL, MATTE]),
+                wave(5),
+                sphere(0.6, -0.1, 0.3, 0.3, GLASS),
+            ),
+        ),
+    ]
+}
+
+/// A closed diffuse box with a lamp inside.
+pub fn furnace(albedo: f32) -> Scene {
+    let m = format!("Material \"matte\" \"rgb Kd\" [{albedo} {albedo} {albedo}]");
+    let world = walls([&m; 5]) + &front(&m) + &area("1 1 1", false, &lamp());
+    load(&format!("{INSIDE}{WIDE}{FILM}"), &world, Path::new("."))
+}

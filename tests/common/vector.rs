@@ -1,0 +1,35 @@
+//! `f64` vectors: the references are computed in double precision, apart from the renderer's own types.
+
+pub type V = [f64; 3];
+
+pub fn wide(v: [f32; 3]) -> V {
+    v.map(f64::from)
+}
+pub fn narrow(v: V) -> [f32; 3] {
+    v.map(|x| x as f32)
+}
+pub fn add(a: V, b: V) -> V {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+pub fn sub(a: V, b: V) -> V {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+pub fn scale(a: V, s: f64) -> V {
+    a.map(|x| x * s)
+}
+pub fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+pub fn cross(a: V, b: V) -> V {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+pub fn length(a: V) -> f64 {
+    dot(a, a).sqrt()
+}
+pub fn unit(a: V) -> V {
+    scale(a, 1.0 / length(a))
+}
