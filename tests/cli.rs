@@ -534,6 +534,38 @@ mod signals {
     }
 
     #[test]
+    fn without_a_bootstrap_there_is_no_picture_to_write() {
+        let folder = Folder::new();
+        let child = folder
+            .command("render --bootstrap 1000000000")
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(500));
+        send(child.id(), 2);
+        let ran = Ran(child.wait_with_output().unwrap());
+        assert_eq!(ran.code(), 130);
+        assert!(ran.stderr().contains("no picture is written"));
+        assert!(folder.files().is_empty());
+    }
+
+    #[test]
+    fn the_second_one_quits_at_once() {
+        let folder = Folder::new();
+        let mut child = folder
+            .command("render -q --bootstrap 1000000000")
+            .spawn()
+            .unwrap();
+        for _ in 0..2 {
+            std::thread::sleep(Duration::from_millis(500));
+            send(child.id(), 15);
+        }
+        let start = Instant::now();
+        assert_eq!(child.wait().unwrap().code(), Some(143));
+        assert!(start.elapsed() < Duration::from_secs(1));
+    }
+
+    #[test]
     fn at_any_moment_there_is_a_whole_picture_or_none() {
         for milliseconds in [30, 60, 100, 200] {
             let folder = Folder::new();

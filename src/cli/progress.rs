@@ -1,7 +1,8 @@
 //! How a render goes: a bar where stderr is a terminal, a line every ten per cent elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -23,6 +24,12 @@ pub struct Progress<'a> {
     start: Instant,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
+    /// The bootstrap is done, or there is none.
+    rendering: AtomicBool,
+    /// When a signal was first seen during the bootstrap.
+    interrupted: OnceLock<Instant>,
+    /// A signal has ended the bootstrap.
+    abandoned: AtomicBool,
 }
 
 struct State {
@@ -39,6 +46,8 @@ struct State {
 const STEPS: u64 = 1000;
 /// Short renders need no lines, and long ones none more often.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
+/// What a bootstrap still gets after a signal: without all of it no picture has its brightness. Most take less.
+const GRACE: Duration = Duration::from_secs(2);
 
 impl<'a> Progress<'a> {
     pub fn new(
@@ -75,7 +84,15 @@ impl<'a> Progress<'a> {
                 last_line: now,
                 tenths: 0,
             }),
+            rendering: AtomicBool::new(integrator == IntegratorKind::Pt),
+            interrupted: OnceLock::new(),
+            abandoned: AtomicBool::new(false),
         }
+    }
+
+    /// The bootstrap was cut short: what was rendered from it is not normalised.
+    pub fn abandoned(&self) -> bool {
+        self.abandoned.load(Ordering::Relaxed)
     }
 
     /// Clears the bar, so that what is printed next stands alone.
@@ -113,7 +130,10 @@ impl<'a> Progress<'a> {
 
 impl Observer for Progress<'_> {
     fn progress(&self, phase: Phase, done: u64, total: u64) {
-        if self.messages.quiet {
+        if phase == Phase::Render || done >= total {
+            self.rendering.store(true, Ordering::Relaxed);
+        }
+        if self.messages.quiet || self.signals.any() {
             return;
         }
         // Nothing between lock and release panics; a poisoned state is as good as any.
@@ -152,6 +172,13 @@ impl Observer for Progress<'_> {
     }
 
     fn stop(&self) -> bool {
-        self.signals.any()
+        if !self.signals.any() || self.rendering.load(Ordering::Relaxed) {
+            return self.signals.any();
+        }
+        let late = self.interrupted.get_or_init(Instant::now).elapsed() >= GRACE;
+        if late {
+            self.abandoned.store(true, Ordering::Relaxed);
+        }
+        late
     }
 }

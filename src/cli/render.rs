@@ -52,7 +52,8 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         messages.warning(warning);
     }
     if let Some(code) = signals.exit_code() {
-        if render.stats.mutations == 0 && render.stats.samples == 0 {
+        let nothing = render.stats.mutations == 0 && render.stats.samples == 0;
+        if nothing || progress.abandoned() {
             messages.warning("stopped before anything was rendered; no picture is written");
             return Ok(code);
         }
