@@ -132,12 +132,12 @@ impl Environment {
         });
         let (u, v, solid) = match self.layout {
             EnvLayout::LatLong => {
-                let z = local[2].clamp(-1.0, 1.0);
                 let turns = local[1].atan2(local[0]) / TAU;
-                let sin = (1.0 - z * z).max(0.0).sqrt();
+                // Not from `1 - z^2`: near the poles nothing is left of it.
+                let sin = local[0].hypot(local[1]);
                 (
                     if turns < 0.0 { turns + 1.0 } else { turns },
-                    z.acos() * FRAC_1_PI,
+                    sin.atan2(local[2]) * FRAC_1_PI,
                     TAU * PI * sin,
                 )
             }

@@ -13,16 +13,19 @@ pub struct Dielectric<L> {
 /// `cos_i >= 0`; `eta` is the index of the far side over that of the near side (pbrt-v4, section 9.3.5).
 #[inline(always)]
 pub fn dielectric<L: Lanes>(cos_i: L, eta: L) -> Dielectric<L> {
-    let sin2_t = ((L::one() - cos_i * cos_i) / (eta * eta)).max(L::zero());
-    let total = sin2_t.ge(L::one());
-    let cos_t = (L::one() - sin2_t).max(L::zero()).sqrt();
+    // (eta cos_t)^2 = eta^2 - sin_i^2 without a difference of large numbers: at grazing incidence on an index near 1, `1 - sin_t^2` would
+    // round to total reflection.
+    let scaled2 = cos_i.mul_add(cos_i, (eta - L::one()) * (eta + L::one()));
+    let total = scaled2.lt(L::zero());
+    let scaled = scaled2.max(L::zero()).sqrt();
+    let cos_t = (scaled / eta).min(L::one());
     // Parallel and perpendicular amplitudes; 0/0 only at grazing incidence on equal indices, where nothing reflects.
     let ratio = |a: L, b: L| {
         let sum = a + b;
         L::select(sum.gt(L::zero()), (a - b) / sum, L::zero())
     };
     let parallel = ratio(eta * cos_i, cos_t);
-    let perpendicular = ratio(cos_i, eta * cos_t);
+    let perpendicular = ratio(cos_i, scaled);
     let r = (parallel * parallel + perpendicular * perpendicular) * L::splat(0.5);
     Dielectric {
         reflectance: L::select(total, L::one(), r),
@@ -55,5 +58,6 @@ fn conductor_channel<L: Lanes>(cos_i: L, eta: L, k: L) -> L {
     let t3 = cos2 * a2_plus_b2 + sin2 * sin2;
     let t4 = t2 * sin2;
     let rp = rs * safe(t3 - t4, t3 + t4);
-    (rp + rs) * L::splat(0.5)
+    // Equal indices reflect nothing, which rounding must not turn into less.
+    ((rp + rs) * L::splat(0.5)).max(L::zero())
 }

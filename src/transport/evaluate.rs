@@ -46,6 +46,7 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
+        paths.light_subpaths = 1.0;
         if depth.strategies.is_empty() {
             return;
         }
