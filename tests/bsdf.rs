@@ -231,8 +231,8 @@ fn samples_and_evaluations_are_consistent() {
                     };
                     near(back[i].1, r, &format!("reverse pdf, {what}"));
                     near(back[i].2, p, &format!("reversed reverse, {what}"));
-                    for c in 0..3 {
-                        near(back[i].0[c], f[c], &format!("reciprocity, {what}"));
+                    for (back, forth) in back[i].0.into_iter().zip(f) {
+                        near(back, forth, &format!("reciprocity, {what}"));
                     }
                 }
             }
