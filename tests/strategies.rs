@@ -12,7 +12,7 @@ use phalanx::transport::{Outcome, Paths, World};
 
 const MAX_DEPTH: u32 = 4;
 const BATCH: usize = 2048;
-const BATCHES: usize = 40;
+const BATCHES: usize = 30;
 /// Tiles along each side of the region: means over the whole picture would hide what is only misplaced.
 const TILES: usize = 2;
 
