@@ -22,6 +22,7 @@ mod sphere;
 mod tests;
 mod triangle;
 
+use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
@@ -207,27 +208,32 @@ impl Tracer {
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
         let mut packets = packet::Stack::<L>::new();
-        let mut walks = None;
-        for packet in list.chunks(L::N) {
-            let ray = Ray::<L>::load(rays, packet, &self.extent);
-            let mut best = Best::new(&ray);
-            let together = L::N == 1
-                || match coherence {
-                    Coherence::Coherent => true,
-                    Coherence::Incoherent => false,
-                    Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
-                };
-            if together {
-                packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
-            } else {
-                let walks = walks.get_or_insert_with(single::Walks::new);
-                if self.size == Size::Small {
-                    single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
+        WALKS.with_borrow_mut(|walks| {
+            for packet in list.chunks(L::N) {
+                let ray = Ray::<L>::load(rays, packet, &self.extent);
+                let mut best = Best::new(&ray);
+                let together = L::N == 1
+                    || match coherence {
+                        Coherence::Coherent => true,
+                        Coherence::Incoherent => false,
+                        Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
+                    };
+                if together {
+                    packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
                 } else {
-                    single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
+                    if self.size == Size::Small {
+                        single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
+                    } else {
+                        single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
+                    }
                 }
+                store(packet, &ray, &best);
             }
-            store(packet, &ray, &best);
-        }
+        });
     }
+}
+
+thread_local! {
+    /// Eight stacks are too large to be made for every call.
+    static WALKS: RefCell<single::Walks> = RefCell::new(single::Walks::new());
 }

@@ -122,7 +122,8 @@ impl World<'_> {
         self.weigh_lens::<L>(paths, lens, choices, &mut lists.trace);
         self.weigh_tips::<L>(paths, general, choices, &mut lists.trace);
         paths.rays += lists.trace.len() as u64;
-        (self.tracer).occluded::<L>(&paths.ray, &lists.trace, &mut paths.blocked);
+        paths.sorter.sort(&paths.ray, &lists.trace);
+        (self.tracer).occluded::<L>(&paths.ray, paths.sorter.sorted(), &mut paths.blocked);
         for &path in &lists.trace {
             if paths.blocked[path as usize] == 0 {
                 let value = &paths.value[0][path as usize].0;

@@ -14,6 +14,7 @@ pub mod evaluate;
 pub mod mis;
 pub mod paths;
 pub mod samples;
+mod sort;
 pub mod walk;
 
 pub use self::paths::{Outcome, Paths};

@@ -5,6 +5,7 @@ use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::Kind;
 use crate::trace::offset;
 use crate::transport::World;
+use crate::transport::sort::Sorter;
 
 /// Which subpath.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +78,8 @@ pub struct Paths {
     pub t: Vec<u32>,
     /// Results.
     pub outcome: Vec<Outcome>,
+    /// Puts waves in the order they are traced.
+    pub(super) sorter: Sorter,
     /// Rays traced so far.
     pub rays: u64,
     /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
@@ -119,6 +122,7 @@ impl Paths {
             s: Vec::new(),
             t: Vec::new(),
             outcome: Vec::new(),
+            sorter: Sorter::default(),
             rays: 0,
             light_subpaths: 1.0,
             lists: Lists {

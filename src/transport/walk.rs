@@ -92,7 +92,9 @@ impl World<'_> {
     /// Traces the rays of `list`.
     pub(super) fn trace<L: Lanes>(&self, paths: &mut Paths, list: &[u32]) {
         paths.rays += list.len() as u64;
-        self.tracer.closest::<L>(&paths.ray, list, &mut paths.hit);
+        paths.sorter.sort(&paths.ray, list);
+        let sorted = paths.sorter.sorted();
+        self.tracer.closest::<L>(&paths.ray, sorted, &mut paths.hit);
     }
 
     /// The subpaths of `list` have hit surfaces: makes the hits their tips.
