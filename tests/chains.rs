@@ -86,7 +86,7 @@ fn pictures_without_light_are_black_and_say_so() {
 }
 
 /// A light walled in. Rounding puts points that lie within some 1e-7 of an edge beyond the adjoining wall, and what scatters there escapes:
-/// measured, 6e-6 of the light.
+/// measured, 1e-5 of the light.
 #[test]
 fn a_light_walled_in() {
     let walls = "Material \"matte\"\n".to_string() + &inward_box([-1.0, 0.0, 2.2, 2.7, 0.0, 1.0]);
