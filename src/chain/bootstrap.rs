@@ -124,6 +124,8 @@ pub struct Bootstrap {
     pub estimate: Estimate,
     /// Target of every sample.
     values: Vec<f32>,
+    /// Samples asked for.
+    wanted: u64,
     pub rejected: u64,
     pub rays: u64,
 }
@@ -204,10 +206,16 @@ impl Bootstrap {
         let mut bootstrap = Self {
             estimate: Estimate::default(),
             values: Vec::new(),
+            wanted: count,
             rejected: 0,
             rays: 0,
         };
-        for (values, rejected, rays) in chunks {
+        // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left out has lost its place, and counts
+        // as if it had not been made.
+        let whole = chunks
+            .into_iter()
+            .take_while(|(values, ..)| !values.is_empty());
+        for (values, rejected, rays) in whole {
             // Chunk by chunk: the order of the sum does not depend on threads.
             let mut part = Moments::default();
             values.iter().for_each(|v| part.add(*v));
@@ -218,6 +226,11 @@ impl Bootstrap {
         }
         bootstrap.estimate.replica_error2 = replica_error2(&bootstrap.values);
         bootstrap
+    }
+
+    /// Cancelled before all samples were made.
+    pub fn is_short(&self) -> bool {
+        (self.values.len() as u64) < self.wanted
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so

@@ -64,10 +64,12 @@ pub struct AreaSample<L: Lanes> {
 
 impl<'a> Geometry<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let reach = scene
-            .vertices
-            .iter()
-            .map(|v| v.p.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>())
+        // Vertices that no triangle refers to can lie anywhere.
+        let corners = (scene.triangles.iter())
+            .flat_map(|t| t.v)
+            .map(|i| scene.vertices[i as usize].p);
+        let reach = corners
+            .map(|p| p.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>())
             .chain(scene.spheres.iter().map(|s| {
                 // Centre plus the Frobenius norm of the linear part bounds every point.
                 let centre: f64 = s.to_world.iter().map(|r| f64::from(r[3]).powi(2)).sum();
@@ -89,7 +91,12 @@ impl<'a> Geometry<'a> {
             spheres: &scene.spheres,
             sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
             shapes: &scene.shapes,
-            radius: (reach.sqrt() * 1.000_001).max(f64::from(f32::MIN_POSITIVE)) as f32,
+            // Without geometry any radius serves, as long as its square and inverse are numbers.
+            radius: if reach > 0.0 {
+                (reach.sqrt() * 1.000_001) as f32
+            } else {
+                1.0
+            },
         }
     }
 

@@ -50,6 +50,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         counts.rays += b.rays;
     }
     let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
+    let short = bootstraps.iter().any(Bootstrap::is_short);
     let allotments = allot(run, &bootstraps);
     let chains: usize = allotments.iter().map(|a| a.chains).sum();
 
@@ -91,7 +92,9 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let mutations = u64::from(done) * chains as u64;
     let (acceptance_large, acceptance_small) = counts.acceptance();
     let mut warnings = Vec::new();
-    if chains == 0 {
+    if short {
+        warnings.push("stopped during the bootstrap: light is missing from the picture".into());
+    } else if chains == 0 {
         warnings.push(dark_reason(run));
     }
     Render {
@@ -113,7 +116,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         width,
         height,
         warnings,
-        stopped_early: stopped,
+        stopped_early: stopped || short,
     }
 }
 

@@ -1,0 +1,166 @@
+//! The same seed gives the same bits: on any number of threads, at any width of SIMD, in batches of any size.
+
+mod support;
+
+use phalanx::film::output::{Picture, write};
+use phalanx::integrate::{Settings, Width};
+use phalanx::scene::{Scene, load, load_str};
+use std::path::Path;
+use support::{BOTH, run};
+
+/// Every kind of light, material, shape and texture at once, through an open lens, a wide filter and a crop window.
+fn everything() -> Scene {
+    let dir = tempfile::tempdir().unwrap();
+    let sky = Picture {
+        width: 8,
+        height: 4,
+        offset: [0, 0],
+        full: [8, 4],
+        pixels: (0..32)
+            .map(|i| [0.1 * i as f32, 0.5, 3.0 / (i + 1) as f32])
+            .collect(),
+    };
+    write(&dir.path().join("sky.pfm"), &sky, &[], 0.0).unwrap();
+    let text = r#"
+LookAt 0 2 7  0 0.8 0  0 1 0
+Camera "perspective" "float fov" [45] "float lensradius" [0.1] "float focaldistance" [7]
+Film "image" "integer xresolution" [40] "integer yresolution" [30] "float cropwindow" [0.1 0.9 0.05 1]
+PixelFilter "mitchell"
+Integrator "mlt" "integer maxdepth" [6]
+WorldBegin
+Texture "checks" "spectrum" "checkerboard" "float uscale" [4] "float vscale" [4] "rgb tex1" [.2 .2 .1] "rgb tex2" [.7 .8 .6]
+Texture "sky" "spectrum" "imagemap" "string filename" "sky.pfm"
+Texture "dim" "spectrum" "scale" "texture tex1" "sky" "rgb tex2" [.3 .3 .3]
+LightSource "infinite" "string mapname" "sky.pfm" "rgb scale" [.2 .2 .2]
+LightSource "infinite" "rgb L" [.05 .05 .1]
+LightSource "distant" "rgb L" [.4 .4 .3] "point from" [1 2 1] "point to" [0 0 0]
+LightSource "point" "rgb I" [3 2 1] "point from" [-2 3 1]
+LightSource "spot" "rgb I" [9 9 12] "point from" [2 3 2] "point to" [0 0 0] "float coneangle" [30]
+Material "matte" "texture Kd" "checks" "float sigma" [20]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-5 0 -5 -5 0 5 5 0 5 5 0 -5] "float uv" [0 0 0 1 1 1 1 0]
+Material "matte" "texture Kd" "dim"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-5 0 -5 5 0 -5 5 4 -5 -5 4 -5] "float uv" [0 0 1 0 1 1 0 1]
+  "normal N" [.2 0 1 -.2 0 1 -.2 0 1 .2 0 1]
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [5 4 3] "bool twosided" "true"
+  Translate 0 3 -1  Rotate 80 1 0 0
+  Shape "disk" "float radius" [0.6]
+AttributeEnd
+AttributeBegin
+  AreaLightSource "diffuse" "rgb L" [2 3 4]
+  Translate -2.4 0.5 1  Scale 0.3 0.5 -0.2
+  Shape "sphere" "float radius" [1]
+AttributeEnd
+AttributeBegin
+  Material "glass" "float index" [1.5]
+  Translate 0.8 0.7 1.2
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+AttributeBegin
+  Material "plastic" "rgb Kd" [.3 .1 .1] "rgb Ks" [.4 .4 .4] "float roughness" [.1]
+  Translate -0.8 0.7 -1
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+AttributeBegin
+  Material "metal" "float uroughness" [.05] "float vroughness" [.3]
+  Translate 2.2 0.7 -0.5
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+AttributeBegin
+  Material "mirror"
+  Translate -2.5 0.9 -1.5
+  Shape "loopsubdiv" "integer nlevels" [2] "integer indices" [0 1 2 0 3 1 0 2 3 1 3 2] "point P" [0 1 0 .9 -.5 0 -.5 -.5 .8 -.5 -.5 -.8]
+AttributeEnd
+WorldEnd
+"#;
+    load_str(text, "everything.pbrt", dir.path()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn reference(name: &str) -> Scene {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+    load(&dir.join(name)).unwrap()
+}
+
+/// Renders with every schedule there is and expects the bits of the first.
+fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
+    for (integrator, effort) in BOTH.into_iter().zip(effort) {
+        let plain = Settings {
+            integrator,
+            seed: 3,
+            threads: 1,
+            samples_per_pixel: effort,
+            mutations_per_pixel: effort,
+            // Neither of them a multiple of any batch.
+            bootstrap: 3001,
+            chains: 700,
+            ..Settings::of(scene)
+        };
+        let first = run(scene, &plain);
+        assert!(first.pixels.iter().flatten().any(|v| *v > 0.0));
+        let mut schedules = vec![
+            (1, Width::One, None),
+            (2, Width::Eight, None),
+            (2, Width::One, None),
+        ];
+        schedules.extend([8, 24, 64, 512].map(|b| (2, Width::Eight, Some(b))));
+        // A batch of the path tracer may hold any number.
+        schedules.extend([(1, Width::One, Some(8)), (1, Width::Eight, Some(13))]);
+        for (threads, lanes, batch) in schedules {
+            let settings = Settings {
+                threads,
+                lanes,
+                batch,
+                ..plain.clone()
+            };
+            let other = run(scene, &settings);
+            let differ = (first.pixels.iter().flatten())
+                .zip(other.pixels.iter().flatten())
+                .filter(|(a, b)| a.to_bits() != b.to_bits())
+                .count();
+            assert_eq!(
+                differ, 0,
+                "{integrator:?}: values differ with {threads} threads, {lanes:?}, batch {batch:?}"
+            );
+            let figures = |r: &phalanx::integrate::Render| {
+                let s = &r.stats;
+                (
+                    s.mutations,
+                    s.samples,
+                    s.rays,
+                    s.b,
+                    s.b_stderr,
+                    s.acceptance_large,
+                    s.acceptance_small,
+                )
+            };
+            assert_eq!(
+                figures(&first),
+                figures(&other),
+                "{integrator:?} {threads} {lanes:?} {batch:?}"
+            );
+        }
+        let other_seed = run(scene, &Settings { seed: 4, ..plain });
+        assert_ne!(
+            first.pixels, other_seed.pixels,
+            "{integrator:?} ignores the seed"
+        );
+    }
+}
+
+#[test]
+fn every_feature_at_once() {
+    expect_one_picture(&everything(), [16, 64]);
+}
+
+/// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part here.
+#[test]
+fn reference_scenes() {
+    for name in [
+        "cornell-glass.pbrt",
+        "env-lens.pbrt",
+        "deltas.pbrt",
+        "room-v4.pbrt",
+    ] {
+        expect_one_picture(&reference(name), [1, 2]);
+    }
+}
