@@ -10,8 +10,15 @@ use super::lights::AreaLight;
 use super::transform::{normal_matrix, swaps_handedness};
 use crate::scene::shapes::MeshData;
 
-/// Triangles and spheres a scene may have after instancing: 134 million take about 10 GB.
+/// Triangles and spheres a scene may have after instancing: 67 million take about 5 GB.
 const MAX_PRIMITIVES: usize = 1 << 26;
+
+/// Coordinates beyond this are treated as infinite: squares and products of them must stay numbers.
+const FARTHEST: f64 = 1e100;
+
+fn is_placeable(p: DVec3) -> bool {
+    p.to_array().iter().all(|c| c.abs() <= FARTHEST)
+}
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldVertex {
@@ -134,7 +141,9 @@ impl Geometry {
     pub fn add_sphere(&mut self, setting: &Setting, radius: f64) -> Result<(), SceneError> {
         self.room_for(&setting.site, 1, 0)?;
         let to_world = setting.ctm * DAffine3::from_scale(DVec3::splat(radius));
-        if super::transform::inverse(&to_world).is_none() {
+        let reach = to_world.matrix3.to_cols_array().map(f64::abs);
+        let far = to_world.translation.abs() + DVec3::splat(reach.iter().sum());
+        if super::transform::inverse(&to_world).is_none() || !is_placeable(far) {
             return Err(setting
                 .site
                 .error("its radius and the current transform leave no sphere with a volume"));
@@ -214,7 +223,7 @@ impl Geometry {
             } else {
                 v.map(|i| self.vertices[i as usize])
             };
-            if !corners.iter().all(|c| c.p.is_finite()) {
+            if !corners.iter().all(|c| is_placeable(c.p)) {
                 dropped += 1;
                 continue;
             }
@@ -241,12 +250,12 @@ impl Geometry {
         if dropped > 0 {
             report.warn_at(
                 &setting.site,
-                format_args!("{dropped} triangles with vertices that are not finite dropped"),
+                format_args!("{dropped} triangles with vertices that are not finite, or beyond 1e100, dropped"),
             );
         }
         // No index refers to such vertices any more.
         for vertex in &mut self.vertices[base as usize..] {
-            if !vertex.p.is_finite() {
+            if !is_placeable(vertex.p) {
                 vertex.p = DVec3::ZERO;
             }
         }
@@ -272,7 +281,7 @@ impl Geometry {
         let first_sphere = self.spheres.len() as u32;
         for v in &object.vertices {
             let p = by.transform_point3(v.p);
-            if !p.is_finite() {
+            if !is_placeable(p) {
                 return Err(site.error("the current transform moves the object beyond all numbers"));
             }
             self.vertices.push(WorldVertex {
