@@ -35,7 +35,7 @@ pub(super) fn build(
             };
             set.accept(&["edgelength"]);
             let path = set.dir.join(name);
-            let data = ply::read_ply(&path).map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            let data = ply::read_ply(&path).map_err(|e| set.error(e))?;
             add_data(data, set, setting, geometry, false, report)
         }
         "sphere" => sphere(set, setting, geometry),
