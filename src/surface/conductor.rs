@@ -41,10 +41,7 @@ impl Bsdf for Rough {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        let distribution = TrowbridgeReitz {
-            ax: row[6],
-            ay: row[7],
-        };
+        let distribution = TrowbridgeReitz::of_row(row);
         let (up, sign) = upper(wo);
         let h = distribution.sample_normal(up, u[0], u[1]);
         let wi = h.mul_add(L::splat(2.0) * up.dot(h), -up);
@@ -61,10 +58,7 @@ impl Bsdf for Rough {
 
     #[inline(always)]
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
-        let distribution = TrowbridgeReitz {
-            ax: row[6],
-            ay: row[7],
-        };
+        let distribution = TrowbridgeReitz::of_row(row);
         let valid = same_side(wo, wi);
         let (up_o, up_i) = (upper(wo).0, upper(wi).0);
         let r = distribution.reflection(up_o, up_i);

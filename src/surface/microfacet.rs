@@ -25,6 +25,15 @@ pub struct Reflection<L> {
 }
 
 impl<L: Lanes> TrowbridgeReitz<L> {
+    /// Of a parameter row that ends in alpha x, alpha y.
+    #[inline(always)]
+    pub fn of_row(row: &[L; 8]) -> Self {
+        Self {
+            ax: row[6],
+            ay: row[7],
+        }
+    }
+
     /// Normal distribution, normalised so that its projection integrates to 1.
     #[inline(always)]
     pub fn d(&self, h: Vec3<L>) -> L {

@@ -28,10 +28,7 @@ impl Bsdf for Plastic {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        let distribution = TrowbridgeReitz {
-            ax: row[6],
-            ay: row[7],
-        };
+        let distribution = TrowbridgeReitz::of_row(row);
         let (up, sign) = upper(wo);
         let diffuse = u[2].lt(diffuse_probability(row));
         let h = distribution.sample_normal(up, u[0], u[1]);
@@ -49,10 +46,7 @@ impl Bsdf for Plastic {
 
     #[inline(always)]
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
-        let distribution = TrowbridgeReitz {
-            ax: row[6],
-            ay: row[7],
-        };
+        let distribution = TrowbridgeReitz::of_row(row);
         let valid = same_side(wo, wi);
         let (o, i) = (upper(wo).0, upper(wi).0);
         let r = distribution.reflection(o, i);
