@@ -6,6 +6,7 @@
 mod scenes;
 
 use std::hint::black_box;
+use std::path::Path;
 use std::time::Duration;
 
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
@@ -37,19 +38,47 @@ fn bench_wave<L: Lanes>(
     });
 }
 
+/// Writes triangles and rays for `benches/embree`, which says how.
+fn dump(folder: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for detail in DETAILS {
+        let scene = scenes::room(detail);
+        let name = format!("{}k", scene.triangles.len() / 1000);
+        let vertices: Vec<[f32; 3]> = scene.vertices.iter().map(|v| v.p).collect();
+        std::fs::write(folder.join(format!("{name}.triangles")), bytemuck::cast_slice(&vertices))?;
+        for mut wave in scenes::waves(&scene, &Tracer::build(&scene), SIDE) {
+            wave.rays.iter_mut().for_each(|r| r.0[7] = f32::from(u8::from(wave.shadow)));
+            let file = format!("{name}.{}.rays", wave.name.replace(' ', "-"));
+            std::fs::write(folder.join(file), bytemuck::cast_slice(&wave.rays))?;
+        }
+    }
+    Ok(())
+}
+
+/// Rings of a sphere, for 20 thousand, 370 thousand and 2 million triangles.
+const DETAILS: [usize; 3] = [18, 76, 178];
+/// Rays of a wave are its square.
+const SIDE: usize = 512;
+
 fn main() {
-    let quick = std::env::args().any(|a| a == "--test");
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|a| a == "--dump") {
+        let folder = arguments.get(at + 1).expect("--dump needs a folder");
+        dump(Path::new(folder)).expect("the rays can be written");
+        return;
+    }
+    let quick = arguments.iter().any(|a| a == "--test");
     let mut criterion = Criterion::default()
         .sample_size(10)
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_millis(800))
         .configure_from_args();
-    let details: &[usize] = if quick { &[8] } else { &[18, 76, 178] };
+    let details: &[usize] = if quick { &[8] } else { &DETAILS };
     for &detail in details {
         let scene = scenes::room(detail);
         let tracer = Tracer::build(&scene);
         println!("{:?}", tracer.stats());
-        let side = if quick { 16 } else { 256 };
+        let side = if quick { 16 } else { SIDE };
         let mut group = criterion.benchmark_group(format!("{}k", scene.triangles.len() / 1000));
         for wave in &scenes::waves(&scene, &tracer, side) {
             group.throughput(Throughput::Elements(wave.rays.len() as u64));

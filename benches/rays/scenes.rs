@@ -210,10 +210,11 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
     for i in (1..count).rev() {
         shuffled.swap(i, ((random.unit() as f64 * (i + 1) as f64) as usize).min(i));
     }
-    let wave = |name, rays: &[Row], list: &[u32], shadow| Wave {
+    // Rays lie in memory in the order they are traced, as in a renderer's batches: what is measured is the tree.
+    let wave = |name, rays: &[Row], order: &[u32], shadow| Wave {
         name,
-        rays: rays.to_vec(),
-        list: list.to_vec(),
+        rays: order.iter().map(|&i| rays[i as usize]).collect(),
+        list: all.clone(),
         shadow,
     };
     vec![
