@@ -47,7 +47,7 @@ fn propose<L: Lanes>(c: &mut Criterion, world: &World) {
     let current = regenerate::<L>(plan, 1, &seeds);
     let mut proposed = Samples::new(plan.layout.total, CHAINS);
     let kernel = Kernel::new(1, 0.3, 0.01);
-    let (mut large, mut decide) = (vec![false; CHAINS], vec![0.0; CHAINS]);
+    let (mut large, mut decide) = (vec![0.0; CHAINS], vec![0.0; CHAINS]);
     let mut group = c.benchmark_group("propose");
     group.throughput(Throughput::Elements((CHAINS * plan.layout.total) as u64));
     group.bench_function(BenchmarkId::new("lanes", L::N), |b| {

@@ -237,7 +237,7 @@ fn march(sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
         current.row_mut(d).fill_with(|| random.uniform());
     }
     let mut proposed = current.clone();
-    let (mut large, mut decide) = (vec![false; chains], vec![0.0; chains]);
+    let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
     for i in 0..steps {
         kernel.propose::<f32x8>(&ids, i, &current, &mut proposed, &mut large, &mut decide);
         std::mem::swap(&mut current, &mut proposed);
@@ -285,7 +285,7 @@ fn one_long_chain_visits_everything_alike() {
     let ids: Vec<u32> = (0..8).collect();
     let mut current = Samples::new(1, 8);
     let mut proposed = current.clone();
-    let (mut large, mut decide) = (vec![false; 8], vec![0.0; 8]);
+    let (mut large, mut decide) = (vec![0.0; 8], vec![0.0; 8]);
     let mut cells = vec![0.0; 64];
     let mut count = 0.0;
     for i in 0..125_000 {
@@ -312,7 +312,7 @@ fn proposals_of_chains_are_uncorrelated() {
         start.row_mut(d).fill(0.5);
     }
     let mut proposed = start.clone();
-    let (mut large, mut decide) = (vec![false; chains], vec![0.0; chains]);
+    let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
     let mut series = vec![vec![]; chains];
     let mut kinds = vec![vec![]; chains];
     for i in 0..steps {
@@ -323,7 +323,7 @@ fn proposals_of_chains_are_uncorrelated() {
                 let u = proposed.row(d)[c];
                 series[c].push(if u > 0.5 { 1.0 } else { -1.0f64 });
             }
-            kinds[c].push(if large[c] { 0.7 } else { -0.3 } / 0.21f64.sqrt());
+            kinds[c].push(if large[c] > 0.0 { 0.7 } else { -0.3 } / 0.21f64.sqrt());
             kinds[c].push((f64::from(decide[c]) - 0.5) * 12f64.sqrt());
         }
     }
@@ -349,13 +349,13 @@ fn large_steps_are_as_frequent_as_asked_and_uniform() {
         start.row_mut(d).fill(0.25);
     }
     let mut proposed = start.clone();
-    let (mut large, mut decide) = (vec![false; chains], vec![0.0; chains]);
+    let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
     let mut count = 0.0;
     let mut cells = vec![0.0; 64];
     for i in 0..steps {
         kernel.propose::<f32x8>(&ids, i, &start, &mut proposed, &mut large, &mut decide);
         for c in 0..chains {
-            if large[c] {
+            if large[c] > 0.0 {
                 count += 1.0;
                 cells[(proposed.row(0)[c] * 64.0) as usize] += 1.0;
             } else {

@@ -23,7 +23,7 @@ fn fill(samples: &mut Samples, random: &mut Random) {
 }
 
 fn value(o: &Outcome) -> f64 {
-    assert!(!o.rejected);
+    assert!(o.rejected == 0);
     // Channels weighed apart, so that swapped ones show.
     f64::from(o.rgb[0]) + 2.0 * f64::from(o.rgb[1]) + 3.0 * f64::from(o.rgb[2])
 }

@@ -1,54 +1,35 @@
 //! The target and the acceptance rule.
 
-use crate::transport::Outcome;
+use crate::simd::Lanes;
+use crate::simd::Mask;
 
 /// The scalar a chain equilibrates to: the mean of the channels. Positive wherever any channel is (luminance would starve blue), and a
 /// colour over its target is at most 3 a channel, which is what lets the film be fixed-point.
 #[inline(always)]
-pub fn target(rgb: [f32; 3]) -> f32 {
+pub fn target<L: Lanes>(rgb: [L; 3]) -> L {
     // Divided first: three large finite channels must not overflow.
-    let third = 1.0 / 3.0;
+    let third = L::splat(1.0 / 3.0);
     let mean = rgb[0] * third + rgb[1] * third + rgb[2] * third;
     // Subnormal targets have lost the digits that a ratio needs.
-    if mean >= f32::MIN_POSITIVE { mean } else { 0.0 }
+    mean.or_zero(mean.ge(L::splat(f32::MIN_POSITIVE)))
+}
+
+/// Colour over target, at most 3 a channel; 0 where there is no light.
+#[inline(always)]
+pub fn colour<L: Lanes>(rgb: [L; 3], target: L) -> [L; 3] {
+    let lit = target.gt(L::zero());
+    let [r, g, b] = rgb;
+    let over = |v: L| (v / target).min(L::splat(3.0)).or_zero(lit);
+    [over(r), over(g), over(b)]
 }
 
 /// Metropolis acceptance `min(1, proposed / current)` of two finite, non-negative targets. A state without light accepts any that has some,
 /// and nothing accepts a proposal without.
 #[inline(always)]
-pub fn acceptance(current: f32, proposed: f32) -> f32 {
-    if !(proposed > 0.0 && proposed.is_finite()) {
-        0.0
-    } else if current > 0.0 {
-        (proposed / current).min(1.0)
-    } else {
-        1.0
-    }
-}
-
-/// A chain's state as the film sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
-    pub target: f32,
-    /// Colour over target, at most 3 a channel.
-    pub colour: [f32; 3],
-    pub raster: [f32; 2],
-}
-
-impl State {
-    pub fn new(outcome: &Outcome) -> Self {
-        let target = target(outcome.rgb);
-        let colour = if target > 0.0 {
-            outcome.rgb.map(|v| (v / target).min(3.0))
-        } else {
-            [0.0; 3]
-        };
-        Self {
-            target,
-            colour,
-            raster: outcome.raster,
-        }
-    }
+pub fn acceptance<L: Lanes>(current: L, proposed: L) -> L {
+    let one = L::one();
+    let ratio = L::select(current.gt(L::zero()), (proposed / current).min(one), one);
+    ratio.or_zero(proposed.gt(L::zero()).and(proposed.is_finite()))
 }
 
 #[cfg(test)]
@@ -58,7 +39,7 @@ mod tests {
     #[test]
     fn acceptance_over_the_whole_table() {
         let (tiny, huge) = (f32::MIN_POSITIVE, f32::MAX);
-        let bad = [f32::INFINITY, f32::NAN, -1.0, f32::NEG_INFINITY];
+        let bad: [f32; 4] = [f32::INFINITY, f32::NAN, -1.0, f32::NEG_INFINITY];
         for current in [0.0, tiny, 1.0, huge] {
             assert_eq!(acceptance(current, 0.0), 0.0);
             for proposed in bad {
@@ -73,20 +54,15 @@ mod tests {
             }
         }
         // A current state that is not a number cannot arise, and would not trap a chain.
-        assert_eq!(acceptance(f32::NAN, 1.0), 1.0);
-        assert_eq!(acceptance(4.0, 1.0), 0.25);
+        assert_eq!(acceptance(f32::NAN, 1.0f32), 1.0);
+        assert_eq!(acceptance(4.0f32, 1.0), 0.25);
     }
 
     #[test]
     fn targets_are_positive_where_any_channel_is() {
-        assert!(target([0.0, 0.0, 1e-20]) > 0.0);
+        assert!(target([0.0f32, 0.0, 1e-20]) > 0.0);
         assert!(target([f32::MAX; 3]).is_finite());
-        let state = State::new(&Outcome {
-            rgb: [0.0, 0.0, 7.0],
-            raster: [0.0; 2],
-            s: 0,
-            rejected: false,
-        });
-        assert!((state.colour[2] - 3.0).abs() < 1e-6);
+        let rgb = [0.0f32, 0.0, 7.0];
+        assert!((colour(rgb, target(rgb))[2] - 3.0).abs() < 1e-6);
     }
 }

@@ -1,11 +1,12 @@
 //! A batch of chains of one depth, marching in lockstep.
 
-use super::accept::{State, acceptance};
+use super::accept::{acceptance, colour, target};
 use super::bootstrap::{Moments, regenerate};
 use super::mutate::Kernel;
-use crate::film::SplatFilm;
+use crate::film::{Splat, SplatFilm};
 use crate::plan::DepthPlan;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Mask, Row};
+use crate::transport::clock::Stage;
 use crate::transport::samples::Samples;
 use crate::transport::{Paths, World};
 
@@ -18,22 +19,37 @@ pub struct Batch {
     pub depth: usize,
     /// Global chain numbers, padded to a multiple of eight.
     ids: Vec<u32>,
-    /// Chains, without padding.
-    n: usize,
+    /// `0..n`, the chains without padding.
+    order: Vec<u32>,
     current: Samples,
     proposed: Samples,
-    states: Vec<State>,
+    /// Targets of the current states.
+    targets: Vec<f32>,
+    /// The rest of the current states, `[colour (3), raster (2), ..]`: colour over target, at most 3 a channel.
+    states: Vec<Row>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
-    large: Vec<bool>,
+    /// 1 for large steps, 0 for small ones.
+    large: Vec<f32>,
     decide: Vec<f32>,
+    /// Targets of the latest large steps, 0 for small ones.
+    seen: Vec<f32>,
     /// Acceptance of the latest proposals, a bit a chain, eight chains a word.
     accepted: Vec<u32>,
+    /// What the latest step leaves for the film.
+    splats: Vec<Splat>,
     /// Next iteration.
     iteration: u32,
     /// Large-step targets, chain by chain: independent uniform samples.
-    pub large_moments: Vec<Moments>,
+    large_moments: LargeSteps,
     pub counts: Counts,
+}
+
+/// Sums over the large steps of each chain.
+struct LargeSteps {
+    count: Vec<u32>,
+    sum: Vec<f64>,
+    squares: Vec<f64>,
 }
 
 /// What happened to proposals.
@@ -99,30 +115,64 @@ impl Batch {
         let padded = n.next_multiple_of(8);
         let current = regenerate::<L>(plan, seed, seeds);
         world.evaluate_multiplexed::<L>(plan, &current, n, paths);
+        let mut targets: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
+        targets.resize(padded, 0.0);
+        let states = (paths.outcome.iter().zip(&targets))
+            .map(|(o, &target)| {
+                let [r, g, b] = colour(o.rgb, target);
+                let [x, y] = o.raster;
+                Row([r, g, b, x, y, 0.0, 0.0, 0.0])
+            })
+            .collect();
         Self {
             depth,
             ids: (first..first + padded)
                 .map(|j| chain_id(plan.depth, j))
                 .collect(),
-            n,
+            order: (0..n as u32).collect(),
             proposed: Samples::new(plan.layout.total, n),
             current,
-            states: paths.outcome.iter().map(State::new).collect(),
-            weights: vec![0; n],
-            large: vec![false; padded],
+            targets,
+            states,
+            weights: vec![0; padded],
+            large: vec![0.0; padded],
             decide: vec![0.0; padded],
+            seen: vec![0.0; padded],
             accepted: vec![0; padded / 8],
+            splats: vec![Splat::default(); n + 1],
             iteration: 0,
-            large_moments: vec![Moments::default(); n],
+            large_moments: LargeSteps {
+                count: vec![0; n],
+                sum: vec![0.0; n],
+                squares: vec![0.0; n],
+            },
             counts: Counts::default(),
         }
     }
 
     pub fn len(&self) -> usize {
-        self.n
+        self.order.len()
     }
     pub fn is_empty(&self) -> bool {
-        self.n == 0
+        self.order.is_empty()
+    }
+    /// Iterations made.
+    pub fn iterations(&self) -> u32 {
+        self.iteration
+    }
+
+    /// Large-step targets, chain by chain: independent uniform samples.
+    pub fn large_moments(&self) -> impl Iterator<Item = Moments> {
+        let LargeSteps {
+            count,
+            sum,
+            squares,
+        } = &self.large_moments;
+        (0..self.len()).map(|i| Moments {
+            count: u64::from(count[i]),
+            sum: sum[i],
+            sum_squares: squares[i],
+        })
     }
 
     /// Marches `iterations` steps; splats go to `layer` of the film, scaled by `splat_scale` (at most 1).
@@ -138,7 +188,10 @@ impl Batch {
         splat_scale: f64,
     ) {
         let plan = &world.plan.depths[self.depth];
+        let n = self.len();
         let rays = paths.rays;
+        let scale = splat_scale / (1u64 << WEIGHT_BITS) as f64;
+        paths.clock.skip();
         for _ in 0..iterations {
             kernel.propose::<L>(
                 &self.ids,
@@ -148,56 +201,97 @@ impl Batch {
                 &mut self.large,
                 &mut self.decide,
             );
-            world.evaluate_multiplexed::<L>(plan, &self.proposed, self.n, paths);
-            self.accept::<L>(plan, paths, film, layer, splat_scale);
+            paths.clock.count(Stage::Mutate, n, L::N);
+            paths.clock.lap(Stage::Mutate);
+            world.evaluate_multiplexed::<L>(plan, &self.proposed, n, paths);
+            let left = self.accept::<L>(paths);
+            self.keep::<L>(plan);
+            paths.clock.count(Stage::Accept, n, L::N);
+            paths.clock.lap(Stage::Accept);
+            film.add_all(layer, &self.splats[..left], scale);
+            paths.clock.count(Stage::Splat, left, 1);
+            paths.clock.lap(Stage::Splat);
             self.iteration += 1;
         }
         self.counts.rays += paths.rays - rays;
     }
 
-    /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1): the
-    /// one left behind is splatted, the one that stays collects weight until it is left.
-    fn accept<L: Lanes>(
-        &mut self,
-        plan: &DepthPlan,
-        paths: &Paths,
-        film: &SplatFilm,
-        layer: usize,
-        splat_scale: f64,
-    ) {
+    /// Accepts or rejects every proposal; returns the number of splats. Both states are worth their expected share (`a` and `1 - a`, Veach
+    /// and Guibas 1997, section 5.1): the one left behind is splatted, the one that stays collects weight until it is left.
+    fn accept<L: Lanes>(&mut self, paths: &Paths) -> usize {
         let one = 1u64 << WEIGHT_BITS;
-        let scale = splat_scale / one as f64;
+        let outcomes: &[Row] = bytemuck::cast_slice(&paths.outcome);
+        let zero = L::zero();
+        let mut gone = [Row::default(); 8];
+        let mut left = 0;
         self.accepted.fill(0);
-        for i in 0..self.n {
-            let outcome = &paths.outcome[i];
-            let proposal = State::new(outcome);
-            let a = acceptance(self.states[i].target, proposal.target);
-            let share = (f64::from(a) * one as f64) as u64;
-            self.counts.rejected += u64::from(outcome.rejected);
-            if self.large[i] {
-                self.counts.large += 1;
-                self.counts.large_accepted += share;
-                self.large_moments[i].add(proposal.target);
-            } else {
-                self.counts.small += 1;
-                self.counts.small_accepted += share;
+        for list in self.order.chunks(L::N) {
+            let start = list[0] as usize;
+            let [r, g, b, x, y, ..] = L::load_rows(outcomes, list);
+            let proposed = target([r, g, b]);
+            let [r, g, b] = colour([r, g, b], proposed);
+            let new = [r, g, b, x, y, zero, zero, zero];
+            let old = L::load_rows(&self.states, list);
+            let current = L::load(&self.targets[start..]);
+            let a = acceptance(current, proposed);
+            let taken = L::load(&self.decide[start..]).lt(a);
+            let large = L::load(&self.large[start..]).gt(zero);
+            proposed.or_zero(large).store(&mut self.seen[start..]);
+            L::select(taken, proposed, current).store(&mut self.targets[start..]);
+            let (mut stays, mut goes) = (old, old);
+            for c in 0..5 {
+                stays[c] = L::select(taken, new[c], old[c]);
+                goes[c] = L::select(taken, old[c], new[c]);
             }
-            self.weights[i] += one - share;
-            if self.decide[i] < a {
-                flush(&self.states[i], self.weights[i], film, layer, scale);
-                self.states[i] = proposal;
-                self.weights[i] = share;
-                self.accepted[i / 8] |= 1 << (i % 8);
-            } else if share > 0 {
-                flush(&proposal, share, film, layer, scale);
+            L::store_rows(stays, &mut self.states, list);
+            L::store_rows(goes, &mut gone, &EACH[..list.len()]);
+            let lit = L::select(taken, current, proposed).gt(zero).bits();
+            let (taken, large) = (taken.bits(), large.bits());
+            self.accepted[start / 8] |= taken << (start % 8);
+            for (lane, &chain) in list.iter().enumerate() {
+                let i = chain as usize;
+                let share = (f64::from(a.lane(lane)) * one as f64) as u64;
+                let collected = self.weights[i] + (one - share);
+                let (stay, go) = if taken >> lane & 1 != 0 {
+                    (share, collected)
+                } else {
+                    (collected, share)
+                };
+                self.weights[i] = stay;
+                let Row([r, g, b, x, y, ..]) = gone[lane];
+                self.splats[left] = Splat {
+                    colour: [r, g, b],
+                    raster: [x, y],
+                    weight: go,
+                };
+                left += usize::from((lit >> lane & 1 != 0) & (go > 0));
+                let is_large = u64::from(large >> lane & 1);
+                self.counts.large += is_large;
+                self.counts.large_accepted += share * is_large;
+                self.counts.small += 1 - is_large;
+                self.counts.small_accepted += share * (1 - is_large);
+                self.counts.rejected += u64::from(paths.outcome[i].rejected);
             }
         }
+        let n = self.len();
+        let steps = &mut self.large_moments;
+        for i in 0..n {
+            let v = f64::from(self.seen[i]);
+            steps.count[i] += u32::from(self.large[i] > 0.0);
+            steps.sum[i] += v;
+            steps.squares[i] += v * v;
+        }
+        left
+    }
+
+    /// The primary samples of accepted proposals become current.
+    fn keep<L: Lanes>(&mut self, plan: &DepthPlan) {
         for d in 0..plan.layout.total {
             let (to, from) = (self.current.row_mut(d), self.proposed.row(d));
             for (block, bits) in self.accepted.iter().enumerate() {
                 for lane in (0..8).step_by(L::N) {
                     let at = 8 * block + lane;
-                    let mask = <L::Mask as crate::simd::Mask>::from_bits(bits >> lane);
+                    let mask = L::Mask::from_bits(bits >> lane);
                     L::select(mask, L::load(&from[at..]), L::load(&to[at..])).store(&mut to[at..]);
                 }
             }
@@ -207,15 +301,20 @@ impl Batch {
     /// Splats what the current states have collected, as at the end of a run.
     pub fn flush(&mut self, film: &SplatFilm, layer: usize, splat_scale: f64) {
         let scale = splat_scale / (1u64 << WEIGHT_BITS) as f64;
-        for (state, weight) in self.states.iter().zip(&mut self.weights) {
-            flush(state, *weight, film, layer, scale);
-            *weight = 0;
-        }
+        let lit = (0..self.len()).filter(|&i| self.targets[i] > 0.0 && self.weights[i] > 0);
+        let splats: Vec<Splat> = lit
+            .map(|i| {
+                let Row([r, g, b, x, y, ..]) = self.states[i];
+                Splat {
+                    colour: [r, g, b],
+                    raster: [x, y],
+                    weight: self.weights[i],
+                }
+            })
+            .collect();
+        film.add_all(layer, &splats, scale);
+        self.weights.fill(0);
     }
 }
 
-fn flush(state: &State, weight: u64, film: &SplatFilm, layer: usize, scale: f64) {
-    if weight > 0 && state.target > 0.0 {
-        film.add(layer, state.raster, state.colour, weight as f64 * scale);
-    }
-}
+const EACH: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];

@@ -187,7 +187,7 @@ impl Bootstrap {
             let rays = paths.rays;
             fill::<L>(&stream, depth, samples, n, |i| first + i as u64);
             world.evaluate_multiplexed::<L>(depth, samples, n, paths);
-            let rejected = paths.outcome.iter().filter(|o| o.rejected).count() as u64;
+            let rejected = paths.outcome.iter().filter(|o| o.rejected > 0).count() as u64;
             let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
             (values, rejected, paths.rays - rays)
         };

@@ -4,7 +4,7 @@
 //! once (pbrt-v3, section 16.4.2), without samples that are used for the first time in a small step starting anywhere but uniform.
 
 use crate::simd::rng::{Purpose, Stream, unit_float};
-use crate::simd::{Lanes, Mask, UintLanes, math};
+use crate::simd::{Lanes, UintLanes, math};
 use crate::transport::samples::Samples;
 
 /// Parameters of the mutation kernel.
@@ -30,15 +30,15 @@ impl Kernel {
         }
     }
 
-    /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of eight; `large` and `decide` receive the kind of
-    /// step and the uniform number of the acceptance test.
+    /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of eight; `large` (1 or 0) and `decide` receive the
+    /// kind of step and the uniform number of the acceptance test.
     pub fn propose<L: Lanes>(
         &self,
         ids: &[u32],
         iteration: u32,
         current: &Samples,
         proposed: &mut Samples,
-        large: &mut [bool],
+        large: &mut [f32],
         decide: &mut [f32],
     ) {
         let y = L::Uint::splat(iteration);
@@ -47,10 +47,7 @@ impl Kernel {
             let [step, accept, ..]: [L; 4] = self.decision.uniforms(x, y, 0);
             accept.store(&mut decide[start..]);
             let is_large = step.lt(L::splat(self.large_step_probability));
-            let bits = is_large.bits();
-            for (i, flag) in large[start..start + L::N].iter_mut().enumerate() {
-                *flag = bits >> i & 1 != 0;
-            }
+            L::one().or_zero(is_large).store(&mut large[start..]);
             let dimensions = current.dimensions();
             for block in 0..dimensions.div_ceil(4) {
                 let words = self.mutation.words::<L>(x, y, block as u32);

@@ -105,6 +105,15 @@ impl FilterTable {
         ((self.crop[1] - self.crop[0]) * (self.crop[3] - self.crop[2])) as usize
     }
 
+    /// The pixel at `raster`, or the nearest to it in the crop window.
+    #[inline]
+    pub fn nearest(&self, raster: [f32; 2]) -> usize {
+        let [x0, x1, y0, y1] = self.crop;
+        let x = (raster[0] as i64).clamp(x0, x1 - 1) - x0;
+        let y = (raster[1] as i64).clamp(y0, y1 - 1) - y0;
+        (y * (x1 - x0) + x) as usize
+    }
+
     /// Calls `add(pixel, weight)` for every pixel of the crop window (row by row from its top left) that a sample at `raster` reaches.
     #[inline]
     pub fn splat(&self, raster: [f32; 2], mut add: impl FnMut(usize, f64)) {

@@ -5,4 +5,4 @@ pub mod output;
 mod sums;
 
 pub use self::filter::FilterTable;
-pub use self::sums::{SampleFilm, SplatFilm};
+pub use self::sums::{SampleFilm, Splat, SplatFilm};

@@ -1,8 +1,22 @@
 //! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
 
 use super::FilterTable;
+use crate::simd::prefetch::prefetch;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
+
+/// A weighted contribution.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Splat {
+    /// Over its own mean channel.
+    pub colour: [f32; 3],
+    /// In pixels.
+    pub raster: [f32; 2],
+    pub weight: u64,
+}
+
+/// The pixel of this many splats ahead is fetched: films are larger than caches, and splats fall anywhere.
+const AHEAD: usize = 8;
 
 /// Film for splats of bounded size: layers of 64-bit fixed-point pixels.
 ///
@@ -45,6 +59,23 @@ impl SplatFilm {
                 sum.fetch_add(value, Ordering::Relaxed);
             }
         });
+    }
+
+    /// Adds splats, each scaled by `scale` (the weight of a splat times `scale` is at most 1).
+    pub fn add_all(&self, layer: usize, splats: &[Splat], scale: f64) {
+        for (i, splat) in splats.iter().enumerate() {
+            if let Some(next) = splats.get(i + AHEAD) {
+                let pixel = self.filter.nearest(next.raster);
+                let at = (layer * self.filter.pixels() + pixel) * 3;
+                prefetch(&self.sums, at);
+            }
+            self.add(
+                layer,
+                splat.raster,
+                splat.colour,
+                splat.weight as f64 * scale,
+            );
+        }
     }
 
     /// The picture: each layer times its scale, summed in order.

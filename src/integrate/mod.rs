@@ -2,6 +2,7 @@
 
 mod mmlt;
 mod pt;
+mod schedule;
 
 use crate::scene::{Film, IntegratorKind, Scene};
 use crate::simd::f32x8;
@@ -24,7 +25,7 @@ pub struct Settings {
     pub samples_per_pixel: u64,
     /// Mutations per pixel (MMLT).
     pub mutations_per_pixel: u64,
-    /// Chains over all depths; every depth that carries light has at least eight.
+    /// Chains over all depths; every depth that carries light has enough to fill the lanes, if this is enough for one depth.
     pub chains: u64,
     /// Bootstrap paths per depth.
     pub bootstrap: u64,

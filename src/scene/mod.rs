@@ -341,7 +341,7 @@ impl Default for IntegratorSettings {
             max_depth: 5,
             pixel_samples: 16,
             mutations_per_pixel: 100,
-            chains: 1000,
+            chains: 8192,
             bootstrap_samples: 100_000,
             large_step_probability: 0.3,
             sigma: 0.01,

@@ -10,6 +10,7 @@
 mod eight;
 pub mod math;
 mod one;
+pub mod prefetch;
 pub mod rng;
 mod vec3;
 

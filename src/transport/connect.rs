@@ -1,10 +1,11 @@
 //! The last step of a path: its tips are joined, or the camera subpath has met a light. One visibility ray at most.
 
 use super::World;
+use super::clock::Stage;
+use super::list::List;
 use super::mis::{self, Partial};
-use super::paths::{Paths, Side, Tip};
+use super::paths::{Lists, Paths, Side, Tip};
 use super::samples::Samples;
-use super::walk::push_where;
 use crate::geometry::shading_frame;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, Vec3};
@@ -85,25 +86,22 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         samples: &Samples,
+        lists: &mut Lists,
         at: ConnectionSamples,
         choices: f32,
     ) {
-        let mut lists = std::mem::take(&mut paths.lists);
-        lists.scratch.clear();
-        let joined = &mut lists.scratch;
-        self.link_direct::<L>(paths, samples, &lists.direct, at, joined);
-        let direct_end = joined.len();
-        self.link_lens::<L>(paths, samples, &lists.lens, at, joined);
-        let lens_end = joined.len();
-        self.link_tips::<L>(paths, &lists.general, joined);
-
-        let (direct, rest) = joined.split_at(direct_end);
-        let (lens, general) = rest.split_at(lens_end - direct_end);
+        let [direct, lens, general] = &mut lists.joined;
+        direct.clear();
+        lens.clear();
+        general.clear();
+        self.link_direct::<L>(paths, samples, &lists.direct, at, direct);
+        self.link_lens::<L>(paths, samples, &lists.lens, at, lens);
+        self.link_tips::<L>(paths, &lists.general, general);
         for (list, side) in [
-            (direct, Side::Camera),
-            (general, Side::Camera),
-            (lens, Side::Light),
-            (general, Side::Light),
+            (&*direct, Side::Camera),
+            (&*general, Side::Camera),
+            (&*lens, Side::Light),
+            (&*general, Side::Light),
         ] {
             if list.is_empty() {
                 continue;
@@ -112,28 +110,34 @@ impl World<'_> {
             for &kind in &self.plan.kinds {
                 let queue = &lists.queues[kind as usize];
                 if !queue.is_empty() {
+                    paths.clock.count(Stage::Connect, queue.len(), L::N);
                     crate::for_kind!(kind, self.evaluate::<_, L>(paths, queue, side));
                 }
             }
         }
+        paths.clock.lap(Stage::Connect);
         // Contributions first: no ray for what carries nothing.
         lists.trace.clear();
         self.weigh_direct::<L>(paths, direct, choices, &mut lists.trace);
         self.weigh_lens::<L>(paths, lens, choices, &mut lists.trace);
         self.weigh_tips::<L>(paths, general, choices, &mut lists.trace);
+        paths.clock.lap(Stage::Mis);
         paths.rays += lists.trace.len() as u64;
         paths.sorter.sort(&paths.ray, &lists.trace);
+        paths.clock.lap(Stage::Sort);
         (self.tracer).occluded::<L>(&paths.ray, paths.sorter.sorted(), &mut paths.blocked);
-        for &path in &lists.trace {
-            if paths.blocked[path as usize] == 0 {
-                let value = &paths.value[0][path as usize].0;
-                let rgb = &mut paths.outcome[path as usize].rgb;
-                for c in 0..3 {
-                    rgb[c] += value[c];
-                }
+        paths.clock.count(Stage::Occlusion, lists.trace.len(), L::N);
+        paths.clock.lap(Stage::Occlusion);
+        for &path in &*lists.trace {
+            let visible = paths.blocked[path as usize] == 0;
+            let value = &paths.value[0][path as usize].0;
+            let rgb = &mut paths.outcome[path as usize].rgb;
+            for c in 0..3 {
+                // Not a product: what is blocked may be infinite.
+                rgb[c] += if visible { value[c] } else { 0.0 };
             }
         }
-        paths.lists = lists;
+        paths.clock.lap(Stage::Mis);
     }
 
     fn link_direct<L: Lanes>(
@@ -142,7 +146,7 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        joined: &mut Vec<u32>,
+        joined: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[0].load::<L>(chunk);
@@ -177,7 +181,7 @@ impl World<'_> {
                 &mut paths.end,
                 chunk,
             );
-            push_where(joined, chunk, seen.valid.bits());
+            joined.push_where(chunk, seen.valid.bits());
         }
     }
 
@@ -187,7 +191,7 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        joined: &mut Vec<u32>,
+        joined: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
@@ -217,11 +221,11 @@ impl World<'_> {
                 paths.outcome[path as usize].raster =
                     [link.raster.0.lane(i), link.raster.1.lane(i)];
             }
-            push_where(joined, chunk, link.valid.bits());
+            joined.push_where(chunk, link.valid.bits());
         }
     }
 
-    fn link_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], joined: &mut Vec<u32>) {
+    fn link_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], joined: &mut List) {
         for chunk in list.chunks(L::N) {
             let camera = paths.tips[0].load::<L>(chunk);
             let light = paths.tips[1].load::<L>(chunk);
@@ -231,7 +235,7 @@ impl World<'_> {
             shadow_ray(&mut paths.ray, chunk, camera.offset(w), light.offset(-w));
             store_link(&mut paths.link, chunk, w, d2);
             // Coincident tips have no direction between them and contribute nothing.
-            push_where(joined, chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+            joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
         }
     }
 
@@ -279,7 +283,7 @@ impl World<'_> {
         paths: &mut Paths,
         list: &[u32],
         choices: f32,
-        live: &mut Vec<u32>,
+        live: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[0].load::<L>(chunk);
@@ -304,13 +308,7 @@ impl World<'_> {
         }
     }
 
-    fn weigh_lens<L: Lanes>(
-        &self,
-        paths: &mut Paths,
-        list: &[u32],
-        choices: f32,
-        live: &mut Vec<u32>,
-    ) {
+    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
             let value = L::load_rows(&paths.value[1], chunk);
@@ -322,13 +320,7 @@ impl World<'_> {
         }
     }
 
-    fn weigh_tips<L: Lanes>(
-        &self,
-        paths: &mut Paths,
-        list: &[u32],
-        choices: f32,
-        live: &mut Vec<u32>,
-    ) {
+    fn weigh_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
         for chunk in list.chunks(L::N) {
             let tips = [
                 paths.tips[0].load::<L>(chunk),
@@ -380,7 +372,7 @@ fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: 
 /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
 /// alive.
 #[inline(always)]
-fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut Vec<u32>) {
+fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
     let zero = L::zero();
     L::store_rows(
         [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
@@ -388,7 +380,7 @@ fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut Vec<
         list,
     );
     let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
-    push_where(live, list, dark.not().bits());
+    live.push_where(list, dark.not().bits());
 }
 
 /// Adds to the outcomes of the paths in `list`.

@@ -1,9 +1,11 @@
 //! Evaluating batches of paths from their primary samples, wave by wave.
 
 use super::World;
+use super::clock::Stage;
 use super::connect::ConnectionSamples;
 use super::paths::{Lists, Paths, Side};
 use super::samples::Samples;
+use super::walk::Bounce;
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
 
@@ -52,6 +54,7 @@ impl World<'_> {
         }
         let mut lists = std::mem::take(&mut paths.lists);
         self.choose_strategies(depth, samples, paths, &mut lists);
+        paths.clock.lap(Stage::Sort);
         let at = &depth.layout;
         // With one strategy nothing competes with it.
         let alone = depth.strategies.len() == 1;
@@ -65,14 +68,18 @@ impl World<'_> {
         );
         for wave in 0..=depth.depth {
             // Light subpaths start where the camera's rays are spent.
-            let mut light = std::mem::take(&mut lists.light);
-            let first = (at.light_choice, at.emission);
-            self.start_light::<L>(paths, samples, &lists.starting, first, &mut light);
-            lists.light = light;
+            self.start_light::<L>(
+                paths,
+                samples,
+                &lists.starting,
+                (at.light_choice, at.emission),
+                &mut lists.light,
+            );
+            paths.clock.lap(Stage::Generate);
             lists.starting.clear();
             lists.trace.clear();
-            lists.trace.extend_from_slice(&lists.camera);
-            lists.trace.extend_from_slice(&lists.light);
+            lists.trace.extend(&lists.camera);
+            lists.trace.extend(&lists.light);
             if lists.trace.is_empty() {
                 break;
             }
@@ -82,20 +89,13 @@ impl World<'_> {
         }
         self.emission::<L>(paths, &lists.emission, choices);
         self.escape::<L>(paths, &lists.escaped, choices);
-        for &path in &lists.connect {
-            let (s, t) = (paths.s[path as usize], paths.t[path as usize]);
-            match (s, t) {
-                (1, _) => lists.direct.push(path),
-                (_, 1) => lists.lens.push(path),
-                _ => lists.general.push(path),
-            }
-        }
-        paths.lists = lists;
+        paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        self.connect::<L>(paths, samples, connection, choices);
+        self.connect::<L>(paths, samples, &mut lists, connection, choices);
+        paths.lists = lists;
         self.settle(paths);
     }
 
@@ -107,37 +107,26 @@ impl World<'_> {
         paths: &mut Paths,
         lists: &mut Lists,
     ) {
-        for list in [
-            &mut lists.camera,
-            &mut lists.light,
-            &mut lists.emission,
-            &mut lists.escaped,
-            &mut lists.starting,
-            &mut lists.connect,
-            &mut lists.direct,
-            &mut lists.lens,
-            &mut lists.general,
-        ] {
-            list.clear();
-        }
+        lists.clear();
         let count = depth.strategies.len();
-        for path in 0..paths.n {
-            let pick = if count > 1 {
-                let u = samples.row(depth.layout.strategy)[path];
-                ((u * count as f32) as usize).min(count - 1)
-            } else {
-                0
-            };
-            let s = depth.strategies[pick];
+        let n = paths.n;
+        if count == 1 {
+            paths.s[..n].fill(depth.strategies[0]);
+        } else {
+            // Strategies are consecutive numbers.
+            let (first, most) = (depth.strategies[0], count as u32 - 1);
+            let choice = &samples.row(depth.layout.strategy)[..n];
+            for (s, u) in paths.s[..n].iter_mut().zip(choice) {
+                *s = first + ((u * count as f32) as i32 as u32).min(most);
+            }
+        }
+        for path in 0..n {
+            let s = paths.s[path];
             let t = depth.depth + 2 - s;
-            paths.s[path] = s;
             paths.t[path] = t;
             paths.outcome[path].s = s;
-            if t >= 2 {
-                lists.camera.push(path as u32);
-            } else {
-                lists.starting.push(path as u32);
-            }
+            lists.camera.push_if(path as u32, t >= 2);
+            lists.starting.push_if(path as u32, t < 2);
         }
     }
 
@@ -151,34 +140,33 @@ impl World<'_> {
         wave: u32,
     ) {
         lists.scratch.clear();
-        for &path in &lists.camera {
-            let last = paths.t[path as usize] == wave + 2;
-            if !paths.missed(path) {
-                lists.scratch.push(path);
-            } else if last && paths.s[path as usize] == 0 {
-                lists.escaped.push(path);
-            }
+        for &path in &*lists.camera {
+            let i = path as usize;
+            let missed = paths.missed(path);
+            let seen = missed & (paths.t[i] == wave + 2) & (paths.s[i] == 0);
+            lists.scratch.push_if(path, !missed);
+            lists.escaped.push_if(path, seen);
         }
+        paths.clock.lap(Stage::Sort);
         self.arrive::<L>(paths, &lists.scratch, Side::Camera);
         lists.camera.clear();
-        for &path in &lists.scratch {
-            let s = paths.s[path as usize];
-            if paths.t[path as usize] > wave + 2 {
-                lists.camera.push(path);
-            } else if s == 0 {
-                lists.emission.push(path);
-            } else if paths.tips[0].kind[path as usize].is_delta() {
-                // Nothing can be joined to a delta BSDF.
-            } else if s == 1 {
-                lists.connect.push(path);
-            } else {
-                lists.starting.push(path);
-            }
+        for &path in &*lists.scratch {
+            let i = path as usize;
+            let (s, ends) = (paths.s[i], paths.t[i] == wave + 2);
+            // Nothing can be joined to a delta BSDF.
+            let joins = ends & !paths.tips[0].kind[i].is_delta();
+            lists.camera.push_if(path, !ends);
+            lists.emission.push_if(path, ends & (s == 0));
+            lists.direct.push_if(path, joins & (s == 1));
+            lists.starting.push_if(path, joins & (s > 1));
         }
-        let first = depth.layout.camera_bounce + wave as usize * depth.layout.per_bounce;
-        let mut alive = std::mem::take(&mut lists.camera);
-        self.scatter_queues::<L>(paths, samples, lists, &mut alive, Side::Camera, &|_| first);
-        lists.camera = alive;
+        let at = &depth.layout;
+        let bounce = Bounce {
+            first: at.camera_bounce + wave as usize * at.per_bounce,
+            per_bounce: 0,
+            wave,
+        };
+        self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
     }
 
     fn advance_light<L: Lanes>(
@@ -189,53 +177,65 @@ impl World<'_> {
         depth: &DepthPlan,
         wave: u32,
     ) {
+        if lists.light.is_empty() {
+            return;
+        }
         lists.scratch.clear();
-        let hit = lists.light.iter().filter(|p| !paths.missed(**p));
-        lists.scratch.extend(hit);
+        for &path in &*lists.light {
+            lists.scratch.push_if(path, !paths.missed(path));
+        }
+        paths.clock.lap(Stage::Sort);
         self.arrive::<L>(paths, &lists.scratch, Side::Light);
         lists.light.clear();
-        for &path in &lists.scratch {
+        if wave + 1 < depth.depth {
+            lists.light.extend(&lists.scratch);
+        } else {
             // All rays but the visibility ray are spent.
-            if wave + 1 < depth.depth {
-                lists.light.push(path);
-            } else if !paths.tips[1].kind[path as usize].is_delta() {
-                lists.connect.push(path);
+            for &path in &*lists.scratch {
+                let joins = !paths.tips[1].kind[path as usize].is_delta();
+                let lens = paths.t[path as usize] == 1;
+                lists.lens.push_if(path, joins & lens);
+                lists.general.push_if(path, joins & !lens);
             }
         }
-        let (base, per) = (depth.layout.light_bounce, depth.layout.per_bounce);
-        let mut alive = std::mem::take(&mut lists.light);
-        let t = std::mem::take(&mut paths.t);
-        self.scatter_queues::<L>(paths, samples, lists, &mut alive, Side::Light, &|path| {
-            base + (wave + 1 - t[path as usize]) as usize * per
-        });
-        paths.t = t;
-        lists.light = alive;
+        let bounce = Bounce {
+            first: depth.layout.light_bounce,
+            per_bounce: depth.layout.per_bounce,
+            wave,
+        };
+        self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
     }
 
-    /// Scatters the tips of `list` queue by queue; `list` is left with the survivors.
+    /// Scatters the tips of `lists.camera` or `lists.light` queue by queue; the list is left with the survivors.
     pub(super) fn scatter_queues<L: Lanes>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
-        list: &mut Vec<u32>,
         side: Side,
-        dimension: &dyn Fn(u32) -> usize,
+        bounce: Bounce,
     ) {
+        let list = match side {
+            Side::Camera => &mut lists.camera,
+            Side::Light => &mut lists.light,
+        };
         if list.is_empty() {
             return;
         }
         self.queue(paths, list, side, &mut lists.queues);
         list.clear();
+        paths.clock.lap(Stage::Sort);
         for &kind in &self.plan.kinds {
             let queue = &lists.queues[kind as usize];
             if !queue.is_empty() {
+                paths.clock.count(Stage::Shade, queue.len(), L::N);
                 crate::for_kind!(
                     kind,
-                    self.scatter::<_, L>(paths, samples, queue, side, dimension, list)
+                    self.scatter::<_, L>(paths, samples, queue, side, bounce, list)
                 );
             }
         }
+        paths.clock.lap(Stage::Shade);
     }
 
     /// Path tracing: camera subpaths of up to `layout.max_depth` scattering events, at every vertex joined to a light (`s = 1`) and, where they
@@ -250,47 +250,48 @@ impl World<'_> {
         paths.resize(n);
         paths.light_subpaths = 0.0;
         let mut lists = std::mem::take(&mut paths.lists);
-        lists.camera.clear();
-        lists.camera.extend(0..n as u32);
-        lists.lens.clear();
-        lists.general.clear();
+        lists.clear();
+        for path in 0..n {
+            lists.camera.push(path as u32);
+        }
         self.start_camera::<L>(paths, samples, &lists.camera, (0, 2), true);
+        paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
             if lists.camera.is_empty() {
                 break;
             }
             self.trace::<L>(paths, &lists.camera);
             lists.escaped.clear();
-            lists.scratch.clear();
-            for &path in &lists.camera {
-                if paths.missed(path) {
-                    lists.escaped.push(path);
-                } else {
-                    lists.scratch.push(path);
-                }
+            lists.emission.clear();
+            for &path in &*lists.camera {
+                let missed = paths.missed(path);
+                lists.escaped.push_if(path, missed);
+                lists.emission.push_if(path, !missed);
             }
+            paths.clock.lap(Stage::Sort);
             self.escape::<L>(paths, &lists.escaped, 1.0);
-            self.arrive::<L>(paths, &lists.scratch, Side::Camera);
-            self.emission::<L>(paths, &lists.scratch, 1.0);
+            paths.clock.lap(Stage::Mis);
+            self.arrive::<L>(paths, &lists.emission, Side::Camera);
+            self.emission::<L>(paths, &lists.emission, 1.0);
+            paths.clock.lap(Stage::Mis);
             if depth == layout.max_depth {
                 break;
             }
-            let mut alive = std::mem::take(&mut lists.camera);
-            alive.clear();
-            alive.extend_from_slice(&lists.scratch);
+            lists.camera.clear();
+            lists.camera.extend(&lists.emission);
             lists.direct.clear();
-            if self.plan.connectable {
-                let kinds = &paths.tips[0].kind;
-                let joinable = alive.iter().filter(|p| !kinds[**p as usize].is_delta());
-                lists.direct.extend(joinable);
+            for &path in &*lists.camera {
+                let joins = !paths.tips[0].kind[path as usize].is_delta();
+                lists.direct.push_if(path, joins & self.plan.connectable);
             }
-            paths.lists = lists;
-            let (bounce, connection) = layout.at(depth);
-            self.connect::<L>(paths, samples, connection, 1.0);
-            lists = std::mem::take(&mut paths.lists);
-            let first = |_| bounce;
-            self.scatter_queues::<L>(paths, samples, &mut lists, &mut alive, Side::Camera, &first);
-            lists.camera = alive;
+            let (first, connection) = layout.at(depth);
+            self.connect::<L>(paths, samples, &mut lists, connection, 1.0);
+            let bounce = Bounce {
+                first,
+                per_bounce: 0,
+                wave: depth,
+            };
+            self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }
         paths.lists = lists;
         self.settle(paths);
@@ -301,7 +302,7 @@ impl World<'_> {
         for outcome in &mut paths.outcome {
             if outcome.rgb.iter().any(|v| !v.is_finite() || *v < 0.0) {
                 outcome.rgb = [0.0; 3];
-                outcome.rejected = true;
+                outcome.rejected = 1;
             }
         }
     }

@@ -9,8 +9,10 @@
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
+pub mod clock;
 pub mod connect;
 pub mod evaluate;
+mod list;
 pub mod mis;
 pub mod paths;
 pub mod samples;

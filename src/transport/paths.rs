@@ -5,6 +5,8 @@ use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::Kind;
 use crate::trace::offset;
 use crate::transport::World;
+use crate::transport::clock::Clock;
+use crate::transport::list::List;
 use crate::transport::sort::Sorter;
 
 /// Which subpath.
@@ -37,8 +39,9 @@ impl Tips {
     }
 }
 
-/// What became of a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What became of a path: a [`Row`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(32))]
 pub struct Outcome {
     /// Contribution, linear sRGB: radiance over the density of the path, MIS weight and choice of strategy included. 0 if the path
     /// carries no light.
@@ -47,8 +50,20 @@ pub struct Outcome {
     pub raster: [f32; 2],
     /// Light vertices of its strategy.
     pub s: u32,
-    /// The contribution was not finite, or negative, and was replaced by 0.
-    pub rejected: bool,
+    /// 1 if the contribution was not finite, or negative, and was replaced by 0; else 0.
+    pub rejected: u32,
+    _unused: u32,
+}
+
+impl Outcome {
+    /// A path that carries `rgb` to `raster`.
+    pub fn new(rgb: [f32; 3], raster: [f32; 2]) -> Self {
+        Self {
+            rgb,
+            raster,
+            ..Self::default()
+        }
+    }
 }
 
 /// Workspace for up to a fixed number of paths; grows, never shrinks.
@@ -85,23 +100,56 @@ pub struct Paths {
     /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
     pub light_subpaths: f32,
     pub(super) lists: Lists,
+    /// Where the time goes.
+    pub clock: Clock,
 }
 
 /// Index lists, kept between batches for their memory.
 #[derive(Default)]
 pub struct Lists {
-    pub camera: Vec<u32>,
-    pub light: Vec<u32>,
-    pub trace: Vec<u32>,
-    pub queues: Vec<Vec<u32>>,
-    pub emission: Vec<u32>,
-    pub escaped: Vec<u32>,
-    pub starting: Vec<u32>,
-    pub connect: Vec<u32>,
-    pub direct: Vec<u32>,
-    pub lens: Vec<u32>,
-    pub general: Vec<u32>,
-    pub scratch: Vec<u32>,
+    pub camera: List,
+    pub light: List,
+    pub trace: List,
+    pub queues: [List; Kind::ALL.len()],
+    pub emission: List,
+    pub escaped: List,
+    pub starting: List,
+    pub direct: List,
+    pub lens: List,
+    pub general: List,
+    pub scratch: List,
+    pub joined: [List; 3],
+    /// Paths there is room for.
+    room: usize,
+}
+
+impl Lists {
+    fn all(&mut self) -> impl Iterator<Item = &mut List> {
+        [
+            &mut self.camera,
+            &mut self.light,
+            &mut self.trace,
+            &mut self.emission,
+            &mut self.escaped,
+            &mut self.starting,
+            &mut self.direct,
+            &mut self.lens,
+            &mut self.general,
+            &mut self.scratch,
+        ]
+        .into_iter()
+        .chain(&mut self.queues)
+        .chain(&mut self.joined)
+    }
+
+    fn reserve(&mut self, n: usize) {
+        self.room = n;
+        self.all().for_each(|list| list.reserve(n));
+    }
+
+    pub fn clear(&mut self) {
+        self.all().for_each(List::clear);
+    }
 }
 
 impl Paths {
@@ -125,10 +173,8 @@ impl Paths {
             sorter: Sorter::default(),
             rays: 0,
             light_subpaths: 1.0,
-            lists: Lists {
-                queues: vec![Vec::new(); Kind::ALL.len()],
-                ..Lists::default()
-            },
+            lists: Lists::default(),
+            clock: Clock::default(),
         }
     }
 
@@ -157,13 +203,10 @@ impl Paths {
             self.t.resize(n, 0);
         }
         self.outcome.clear();
-        let dark = Outcome {
-            rgb: [0.0; 3],
-            raster: [0.0; 2],
-            s: 0,
-            rejected: false,
-        };
-        self.outcome.resize(n, dark);
+        self.outcome.resize(n, Outcome::default());
+        if self.lists.room < n {
+            self.lists.reserve(n);
+        }
     }
 
     /// The parameter row reserved for a textured tip.

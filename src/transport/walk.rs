@@ -1,12 +1,36 @@
 //! Subpaths on their way: start at the camera or a light, trace a wave, arrive at surfaces, scatter.
 
 use super::World;
+use super::clock::Stage;
+use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Paths, Side};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::{Bsdf, Mode};
+
+/// Where the primary samples of a bounce are.
+#[derive(Clone, Copy)]
+pub(super) struct Bounce {
+    /// First dimension.
+    pub first: usize,
+    /// Light subpaths start in different waves: dimensions a path is further for every wave since its start. 0 if all are
+    /// at `first`.
+    pub per_bounce: usize,
+    pub wave: u32,
+}
+
+impl Bounce {
+    #[inline(always)]
+    fn dimension(&self, paths: &Paths, path: u32) -> usize {
+        if self.per_bounce == 0 {
+            return self.first;
+        }
+        // A light subpath starts when its camera subpath has spent its `t - 1` rays.
+        self.first + (self.wave + 1 - paths.t[path as usize]) as usize * self.per_bounce
+    }
+}
 
 impl World<'_> {
     /// Starts the camera subpaths of `list` at raster positions; `first` is the first dimension of the raster samples, `lens` of the lens
@@ -55,7 +79,7 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         (choice, emission): (usize, usize),
-        started: &mut Vec<u32>,
+        started: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
             let light = if self.plan.light_choice {
@@ -85,7 +109,7 @@ impl World<'_> {
                 &mut paths.flight,
                 chunk,
             );
-            push_where(started, chunk, ray.valid.bits());
+            started.push_where(chunk, ray.valid.bits());
         }
     }
 
@@ -93,8 +117,11 @@ impl World<'_> {
     pub(super) fn trace<L: Lanes>(&self, paths: &mut Paths, list: &[u32]) {
         paths.rays += list.len() as u64;
         paths.sorter.sort(&paths.ray, list);
+        paths.clock.lap(Stage::Sort);
         let sorted = paths.sorter.sorted();
         self.tracer.closest::<L>(&paths.ray, sorted, &mut paths.hit);
+        paths.clock.count(Stage::Trace, list.len(), L::N);
+        paths.clock.lap(Stage::Trace);
     }
 
     /// The subpaths of `list` have hit surfaces: makes the hits their tips.
@@ -177,10 +204,17 @@ impl World<'_> {
                 chunk,
             );
         }
+        paths.clock.count(Stage::Surface, list.len(), L::N);
+        paths.clock.lap(Stage::Surface);
     }
 
     /// Sorts `list` into the queues of its tips' BSDF kinds.
-    pub(super) fn queue(&self, paths: &Paths, list: &[u32], side: Side, queues: &mut [Vec<u32>]) {
+    pub(super) fn queue(&self, paths: &Paths, list: &[u32], side: Side, queues: &mut [List]) {
+        if let [kind] = self.plan.kinds[..] {
+            queues[kind as usize].clear();
+            queues[kind as usize].extend(list);
+            return;
+        }
         for &kind in &self.plan.kinds {
             queues[kind as usize].clear();
         }
@@ -190,16 +224,15 @@ impl World<'_> {
         }
     }
 
-    /// Scatters the tips of `list`, all of one BSDF; survivors are appended to `alive` with a new ray and flight record. `dimension` gives
-    /// the first of a path's samples for this bounce.
+    /// Scatters the tips of `list`, all of one BSDF; survivors are appended to `alive` with a new ray and flight record.
     pub(super) fn scatter<B: Bsdf, L: Lanes>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         list: &[u32],
         side: Side,
-        dimension: &dyn Fn(u32) -> usize,
-        alive: &mut Vec<u32>,
+        bounce: Bounce,
+        alive: &mut List,
     ) {
         let mode = match side {
             Side::Camera => Mode::Radiance,
@@ -214,7 +247,7 @@ impl World<'_> {
             let row = L::load_rows(&paths.params, &params[..chunk.len()]);
             let mut first = [0usize; 8];
             for (slot, &path) in first.iter_mut().zip(chunk) {
-                *slot = dimension(path);
+                *slot = bounce.dimension(paths, path);
             }
             let u: [L; 3] = std::array::from_fn(|c| {
                 if c < 2 || B::LOBES {
@@ -250,7 +283,7 @@ impl World<'_> {
                 chunk,
             );
             let lit = b.x.max(b.y).max(b.z).gt(L::zero());
-            push_where(alive, chunk, agree.and(lit).bits());
+            alive.push_where(chunk, agree.and(lit).bits());
         }
     }
 }
@@ -260,14 +293,4 @@ impl World<'_> {
 fn store_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, d: Vec3<L>) {
     let far = L::splat(f32::INFINITY);
     L::store_rows([o.x, o.y, o.z, far, d.x, d.y, d.z, L::zero()], rays, list);
-}
-
-/// Appends the entries of `chunk` whose bit is set.
-#[inline(always)]
-pub(super) fn push_where(out: &mut Vec<u32>, chunk: &[u32], bits: u32) {
-    for (i, &path) in chunk.iter().enumerate() {
-        if bits >> i & 1 != 0 {
-            out.push(path);
-        }
-    }
 }

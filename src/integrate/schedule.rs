@@ -1,0 +1,253 @@
+//! Who marches when: chains and mutations per depth, and the rounds in which threads march them.
+
+use super::Run;
+use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH};
+use crate::chain::bootstrap::{Bootstrap, Estimate};
+use crate::chain::mutate::Kernel;
+use crate::film::SplatFilm;
+use crate::integrate::Phase;
+use crate::simd::Lanes;
+use crate::transport::Paths;
+use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+/// Depths with a film layer of their own; deeper ones share the last.
+pub(super) const LAYERS: usize = 16;
+
+/// Chains that a layer has at least, if the settings ask for as many: with fewer, lanes stay empty.
+const FEWEST: usize = 512;
+/// The same for each depth of a shared layer.
+const FEWEST_SHARED: usize = 64;
+/// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level cache (`benches/batch`).
+const LARGEST_BATCH: usize = 512;
+/// Fewest chains of a batch, however many threads want work.
+const SMALLEST_BATCH: usize = 64;
+
+/// Iterations a thread marches a batch before it looks for another.
+const STRIDE: u32 = 16;
+/// Length of a round: progress and stops are prompt, the barrier costs little.
+const ROUND: Duration = Duration::from_millis(250);
+
+/// The chains of a depth, and how they reach the film.
+pub(super) struct Allotment {
+    /// Index into the plan's depths.
+    pub depth: usize,
+    pub chains: usize,
+    pub layer: usize,
+    /// Iterations of every chain in the whole run, the same for all depths of a layer.
+    pub iterations: u32,
+    /// Weight of this depth's splats within its layer, at most 1.
+    pub share: f64,
+    pub bootstrap: Estimate,
+}
+
+/// Allots `mutations` to the depths in proportion to `b_k`. Chains are allotted likewise, but at least as many as fill the lanes, with
+/// accordingly fewer iterations; depths that share a layer of the film make the same number.
+pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<Allotment> {
+    let chains = run.settings.chains as usize;
+    let b: f64 = bootstraps.iter().map(|b| b.estimate.mean()).sum();
+    let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
+        .filter(|(_, boot)| boot.estimate.mean() > 0.0)
+        .map(|(depth, boot)| {
+            let layer = depth.min(LAYERS - 1);
+            let fewest = if layer < LAYERS - 1 {
+                FEWEST
+            } else {
+                FEWEST_SHARED
+            };
+            let wish = chains as f64 * boot.estimate.mean() / b;
+            let wish = (wish.ceil() as usize).max(fewest.min(chains));
+            Allotment {
+                depth,
+                chains: wish.next_multiple_of(8).min(MAX_CHAINS_PER_DEPTH),
+                layer,
+                iterations: 0,
+                share: 1.0,
+                bootstrap: boot.estimate,
+            }
+        })
+        .collect();
+    for layer in 0..LAYERS {
+        let members = || list.iter().filter(|a| a.layer == layer);
+        let chains: usize = members().map(|a| a.chains).sum();
+        let light: f64 = members().map(|a| a.bootstrap.mean()).sum();
+        let most = members().map(density).fold(0.0, f64::max);
+        for a in list.iter_mut().filter(|a| a.layer == layer) {
+            let iterations = (mutations * light / b / chains as f64).ceil();
+            a.iterations = iterations.min(f64::from(u32::MAX)) as u32;
+            // Depths that share a layer keep the proportions the bootstrap gave them.
+            a.share = density(a) / most;
+        }
+    }
+    list
+}
+
+/// Light per chain.
+pub(super) fn density(a: &Allotment) -> f64 {
+    a.bootstrap.mean() / a.chains as f64
+}
+
+/// Chains per batch unless the settings say otherwise: few enough that every thread finds work.
+fn batch_size(run: &Run, allotments: &[Allotment]) -> usize {
+    let chains: usize = allotments.iter().map(|a| a.chains).sum();
+    let spread = (chains / (4 * rayon::current_num_threads())).next_multiple_of(8);
+    run.settings
+        .batch
+        .unwrap_or(spread.clamp(SMALLEST_BATCH, LARGEST_BATCH))
+        .next_multiple_of(8)
+}
+
+/// Chains on their way.
+pub(super) struct March<'a> {
+    run: &'a Run<'a>,
+    kernel: Kernel,
+    allotments: &'a [Allotment],
+    /// With the allotment each belongs to.
+    batches: Vec<(&'a Allotment, Mutex<Batch>)>,
+    /// A workspace for every thread.
+    paths: Vec<Mutex<Paths>>,
+    /// Batches that have not reached the end of a round.
+    queue: Mutex<VecDeque<usize>>,
+}
+
+/// A thread that panicked has ended the render: nobody sees what it left.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+impl<'a> March<'a> {
+    /// Starts all chains.
+    pub fn new<L: Lanes>(
+        run: &'a Run<'a>,
+        allotments: &'a [Allotment],
+        bootstraps: &[Bootstrap],
+    ) -> Self {
+        let settings = run.settings;
+        let size = batch_size(run, allotments);
+        let mut parts = Vec::new();
+        for a in allotments {
+            let seeds = bootstraps[a.depth].seeds(settings.seed, a.depth as u32, a.chains);
+            let pieces = seeds.chunks(size).map(<[u64]>::to_vec).enumerate();
+            parts.extend(pieces.map(|(i, piece)| (a, i * size, piece)));
+        }
+        let batches = parts
+            .into_par_iter()
+            .map_init(
+                || Paths::new(run.world),
+                |paths, (a, first, seeds)| {
+                    let seed = settings.seed;
+                    let batch = Batch::new::<L>(run.world, a.depth, first, &seeds, seed, paths);
+                    (a, Mutex::new(batch))
+                },
+            )
+            .collect();
+        Self {
+            run,
+            kernel: Kernel::new(
+                settings.seed,
+                settings.large_step_probability,
+                settings.sigma,
+            ),
+            allotments,
+            batches,
+            paths: (0..rayon::current_num_threads())
+                .map(|_| Mutex::new(Paths::new(run.world)))
+                .collect(),
+            queue: Mutex::default(),
+        }
+    }
+
+    /// Marches until every chain has made its iterations, in rounds; true if time or the observer ended it before.
+    pub fn march<L: Lanes>(&mut self, film: &SplatFilm) -> bool {
+        let total = mutations(self.allotments, |a| a.iterations);
+        let longest = self.allotments.iter().map(|a| a.iterations).max();
+        let Some(longest) = longest.filter(|i| *i > 0) else {
+            return false;
+        };
+        let settings = self.run.settings;
+        // Fractions of the whole.
+        let (mut done, mut step) = (0.0, 4.0 / f64::from(longest));
+        while done < 1.0 {
+            let begin = Instant::now();
+            let until = if done + step < 1.0 { done + step } else { 1.0 };
+            self.round::<L>(film, until);
+            let made = mutations(self.allotments, |a| part(a, until));
+            (self.run.observer).progress(Phase::Render, made, total);
+            if until < 1.0 && self.run.ended() {
+                return true;
+            }
+            let mut next = ROUND;
+            if let Some(limit) = settings.time {
+                next = next.min(limit.saturating_sub(self.run.start.elapsed()));
+            }
+            let ratio = next.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-6);
+            step = ((until - done) * ratio.clamp(0.01, 4.0)).max(f64::EPSILON);
+            done = until;
+        }
+        false
+    }
+
+    /// Marches all batches to the fraction `until` of their iterations.
+    fn round<L: Lanes>(&self, film: &SplatFilm, until: f64) {
+        lock(&self.queue).extend(0..self.batches.len());
+        rayon::broadcast(|context| {
+            let mut paths = lock(&self.paths[context.index()]);
+            loop {
+                // Not in the condition: the guard would live as long as the body.
+                let next = lock(&self.queue).pop_front();
+                let Some(i) = next else {
+                    break;
+                };
+                let (a, batch) = &self.batches[i];
+                let mut batch = lock(batch);
+                let left = part(a, until).saturating_sub(batch.iterations());
+                batch.march::<L>(
+                    self.run.world,
+                    &self.kernel,
+                    left.min(STRIDE),
+                    &mut paths,
+                    film,
+                    a.layer,
+                    a.share,
+                );
+                if left > STRIDE {
+                    lock(&self.queue).push_back(i);
+                }
+            }
+        });
+    }
+
+    /// All batches, with their allotments, and the workspaces of the threads.
+    pub fn finish(self) -> (Vec<(&'a Allotment, Batch)>, Vec<Paths>) {
+        let own = |mutex: Mutex<_>| {
+            mutex
+                .into_inner()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+        };
+        let batches = (self.batches.into_iter())
+            .map(|(a, batch)| (a, own(batch)))
+            .collect();
+        let paths = (self.paths.into_iter())
+            .map(|p| {
+                p.into_inner()
+                    .unwrap_or_else(|poisoned| poisoned.into_inner())
+            })
+            .collect();
+        (batches, paths)
+    }
+}
+
+/// Iterations that are a fraction of an allotment's; a pure function, so that all batches of a layer reach the same.
+fn part(a: &Allotment, fraction: f64) -> u32 {
+    (f64::from(a.iterations) * fraction).ceil() as u32
+}
+
+fn mutations(allotments: &[Allotment], iterations: impl Fn(&Allotment) -> u32) -> u64 {
+    (allotments.iter())
+        .map(|a| u64::from(iterations(a)) * a.chains as u64)
+        .sum()
+}
