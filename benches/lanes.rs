@@ -3,14 +3,14 @@
 //! Same kernels, same chains, same bits; throughput is mutations (or primary samples) a second on one thread.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use phalanx::chain::batch::Batch;
+use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::{Bootstrap, regenerate};
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{FilterTable, SplatFilm};
 use phalanx::scene::{self, Scene};
 use phalanx::simd::{Lanes, f32x8};
+use phalanx::transport::World;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Paths, World};
 use std::hint::black_box;
 use std::path::Path;
 
@@ -26,15 +26,15 @@ fn step<L: Lanes>(c: &mut Criterion, scene: &Scene, world: &World, depth: usize)
     let plan = &world.plan.depths[depth];
     let bootstrap = Bootstrap::run::<L>(world, plan, 1, 20_000, &|| false);
     let seeds = bootstrap.seeds(1, depth as u32, CHAINS);
-    let mut paths = Paths::new(world);
-    let mut batch = Batch::new::<L>(world, depth, 0, &seeds, 1, &mut paths);
+    let mut workspace = Workspace::new(world);
+    let mut batch = Batch::new::<L>(world, depth, 0, &seeds, 1, &mut workspace.paths);
     let kernel = Kernel::new(1, 0.3, 0.01);
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
     let film = SplatFilm::new(filter, 1, 1e12);
     let mut group = c.benchmark_group(format!("step/depth {depth}"));
     group.throughput(Throughput::Elements(CHAINS as u64));
     group.bench_function(BenchmarkId::new("lanes", L::N), |b| {
-        b.iter(|| batch.march::<L>(world, &kernel, 1, &mut paths, &film, 0, 1.0));
+        b.iter(|| batch.march::<L>(world, &kernel, 1, &mut workspace, &film, 0, 1.0));
     });
     group.finish();
 }

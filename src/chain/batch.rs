@@ -3,9 +3,9 @@
 use super::accept::{acceptance, colour, target};
 use super::bootstrap::{Moments, regenerate};
 use super::mutate::Kernel;
-use crate::film::{Splat, SplatFilm};
+use crate::film::{SplatFilm, SplatLog};
 use crate::plan::DepthPlan;
-use crate::simd::{Lanes, Mask, Row};
+use crate::simd::{Lanes, Row};
 use crate::transport::clock::Stage;
 use crate::transport::samples::Samples;
 use crate::transport::{Paths, World};
@@ -32,12 +32,15 @@ pub struct Batch {
     /// 1 for large steps, 0 for small ones.
     large: Vec<f32>,
     decide: Vec<f32>,
+    /// Of the latest proposals: acceptance, whether accepted (1 or 0), whether the state that was left has light.
+    share: Vec<f32>,
+    taken: Vec<f32>,
+    lit: Vec<f32>,
     /// Targets of the latest large steps, 0 for small ones.
     seen: Vec<f32>,
-    /// Acceptance of the latest proposals, a bit a chain, eight chains a word.
-    accepted: Vec<u32>,
-    /// What the latest step leaves for the film.
-    splats: Vec<Splat>,
+    /// States that the latest step has left, and their weights.
+    left: Vec<Row>,
+    left_weights: Vec<u64>,
     /// Next iteration.
     iteration: u32,
     /// Large-step targets, chain by chain: independent uniform samples.
@@ -51,6 +54,24 @@ struct LargeSteps {
     sum: Vec<f64>,
     squares: Vec<f64>,
 }
+
+/// Memory to march in: one for each thread, whatever the batches.
+pub struct Workspace {
+    pub paths: Paths,
+    log: SplatLog,
+}
+
+impl Workspace {
+    pub fn new(world: &World) -> Self {
+        Self {
+            paths: Paths::new(world),
+            log: SplatLog::default(),
+        }
+    }
+}
+
+/// Splats collected before they go to the film, 256 KiB: the more, the more of them are neighbours there.
+const LOG: usize = 8192;
 
 /// What happened to proposals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -137,9 +158,12 @@ impl Batch {
             weights: vec![0; padded],
             large: vec![0.0; padded],
             decide: vec![0.0; padded],
+            share: vec![0.0; padded],
+            taken: vec![0.0; padded],
+            lit: vec![0.0; padded],
             seen: vec![0.0; padded],
-            accepted: vec![0; padded / 8],
-            splats: vec![Splat::default(); n + 1],
+            left: vec![Row::default(); n],
+            left_weights: vec![0; n],
             iteration: 0,
             large_moments: LargeSteps {
                 count: vec![0; n],
@@ -182,15 +206,17 @@ impl Batch {
         world: &World,
         kernel: &Kernel,
         iterations: u32,
-        paths: &mut Paths,
+        workspace: &mut Workspace,
         film: &SplatFilm,
         layer: usize,
         splat_scale: f64,
     ) {
+        let Workspace { paths, log } = workspace;
         let plan = &world.plan.depths[self.depth];
         let n = self.len();
         let rays = paths.rays;
-        let scale = splat_scale / (1u64 << WEIGHT_BITS) as f64;
+        let scale = splat_scale / ONE as f64;
+        log.reserve(LOG.max(n));
         paths.clock.skip();
         for _ in 0..iterations {
             kernel.propose::<L>(
@@ -204,117 +230,155 @@ impl Batch {
             paths.clock.count(Stage::Mutate, n, L::N);
             paths.clock.lap(Stage::Mutate);
             world.evaluate_multiplexed::<L>(plan, &self.proposed, n, paths);
-            let left = self.accept::<L>(paths);
+            self.accept::<L>(paths);
             self.keep::<L>(plan);
             paths.clock.count(Stage::Accept, n, L::N);
             paths.clock.lap(Stage::Accept);
-            film.add_all(layer, &self.splats[..left], scale);
-            paths.clock.count(Stage::Splat, left, 1);
+            if log.room() < n {
+                film.add(layer, log, scale);
+            }
+            for (state, weight) in self.left.iter().zip(&self.left_weights) {
+                log.push(state, *weight);
+            }
+            paths.clock.count(Stage::Splat, n, 1);
             paths.clock.lap(Stage::Splat);
             self.iteration += 1;
         }
+        film.add(layer, log, scale);
+        paths.clock.lap(Stage::Splat);
         self.counts.rays += paths.rays - rays;
     }
 
-    /// Accepts or rejects every proposal; returns the number of splats. Both states are worth their expected share (`a` and `1 - a`, Veach
-    /// and Guibas 1997, section 5.1): the one left behind is splatted, the one that stays collects weight until it is left.
-    fn accept<L: Lanes>(&mut self, paths: &Paths) -> usize {
-        let one = 1u64 << WEIGHT_BITS;
+    /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1):
+    /// the one left behind is splatted, the one that stays collects weight until it is left.
+    #[inline(never)]
+    fn accept<L: Lanes>(&mut self, paths: &Paths) {
         let outcomes: &[Row] = bytemuck::cast_slice(&paths.outcome);
         let zero = L::zero();
-        let mut gone = [Row::default(); 8];
-        let mut left = 0;
-        self.accepted.fill(0);
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
             let [r, g, b, x, y, ..] = L::load_rows(outcomes, list);
             let proposed = target([r, g, b]);
             let [r, g, b] = colour([r, g, b], proposed);
-            let new = [r, g, b, x, y, zero, zero, zero];
+            let new = [r, g, b, x, y];
             let old = L::load_rows(&self.states, list);
             let current = L::load(&self.targets[start..]);
             let a = acceptance(current, proposed);
             let taken = L::load(&self.decide[start..]).lt(a);
             let large = L::load(&self.large[start..]).gt(zero);
+            a.store(&mut self.share[start..]);
+            L::one().or_zero(taken).store(&mut self.taken[start..]);
             proposed.or_zero(large).store(&mut self.seen[start..]);
             L::select(taken, proposed, current).store(&mut self.targets[start..]);
+            // Of a state without light nothing is splatted.
+            let lit = L::select(taken, current, proposed).gt(zero);
+            L::one().or_zero(lit).store(&mut self.lit[start..]);
             let (mut stays, mut goes) = (old, old);
             for c in 0..5 {
                 stays[c] = L::select(taken, new[c], old[c]);
                 goes[c] = L::select(taken, old[c], new[c]);
             }
             L::store_rows(stays, &mut self.states, list);
-            L::store_rows(goes, &mut gone, &EACH[..list.len()]);
-            let lit = L::select(taken, current, proposed).gt(zero).bits();
-            let (taken, large) = (taken.bits(), large.bits());
-            self.accepted[start / 8] |= taken << (start % 8);
-            for (lane, &chain) in list.iter().enumerate() {
-                let i = chain as usize;
-                let share = (f64::from(a.lane(lane)) * one as f64) as u64;
-                let collected = self.weights[i] + (one - share);
-                let (stay, go) = if taken >> lane & 1 != 0 {
-                    (share, collected)
-                } else {
-                    (collected, share)
-                };
-                self.weights[i] = stay;
-                let Row([r, g, b, x, y, ..]) = gone[lane];
-                self.splats[left] = Splat {
-                    colour: [r, g, b],
-                    raster: [x, y],
-                    weight: go,
-                };
-                left += usize::from((lit >> lane & 1 != 0) & (go > 0));
-                let is_large = u64::from(large >> lane & 1);
-                self.counts.large += is_large;
-                self.counts.large_accepted += share * is_large;
-                self.counts.small += 1 - is_large;
-                self.counts.small_accepted += share * (1 - is_large);
-                self.counts.rejected += u64::from(paths.outcome[i].rejected);
-            }
+            L::store_rows(goes, &mut self.left, list);
         }
-        let n = self.len();
-        let steps = &mut self.large_moments;
+        self.collect();
+        let rejected = paths.outcome.iter().map(|o| u64::from(o.rejected));
+        self.counts.rejected += rejected.sum::<u64>();
+    }
+
+    /// Weights, and sums over large steps: plain loops over arrays, which compilers turn into vector code.
+    #[inline(never)]
+    fn collect(&mut self) {
+        let n = self.order.len();
+        let (share, taken, lit) = (&self.share[..n], &self.taken[..n], &self.lit[..n]);
+        let (large, seen) = (&self.large[..n], &self.seen[..n]);
+        let (weights, left) = (&mut self.weights[..n], &mut self.left_weights[..n]);
+        let (mut all, mut of_large) = (0, 0);
         for i in 0..n {
-            let v = f64::from(self.seen[i]);
-            steps.count[i] += u32::from(self.large[i] > 0.0);
-            steps.sum[i] += v;
-            steps.squares[i] += v * v;
+            let share = fixed(share[i]);
+            let collected = weights[i] + (ONE - share);
+            let taken = mask(taken[i]);
+            weights[i] = (share & taken) | (collected & !taken);
+            left[i] = ((collected & taken) | (share & !taken)) & mask(lit[i]);
+            all += share;
+            of_large += share & mask(large[i]);
         }
-        left
+        let LargeSteps {
+            count,
+            sum,
+            squares,
+        } = &mut self.large_moments;
+        let (count, sum, squares) = (&mut count[..n], &mut sum[..n], &mut squares[..n]);
+        let mut steps = 0;
+        for i in 0..n {
+            let v = f64::from(seen[i]);
+            let is_large = u32::from(large[i].to_bits() != 0);
+            count[i] += is_large;
+            steps += is_large;
+            sum[i] += v;
+            squares[i] += v * v;
+        }
+        self.counts.large += u64::from(steps);
+        self.counts.small += n as u64 - u64::from(steps);
+        self.counts.large_accepted += of_large;
+        self.counts.small_accepted += all - of_large;
     }
 
     /// The primary samples of accepted proposals become current.
+    #[inline(never)]
     fn keep<L: Lanes>(&mut self, plan: &DepthPlan) {
         for d in 0..plan.layout.total {
-            let (to, from) = (self.current.row_mut(d), self.proposed.row(d));
-            for (block, bits) in self.accepted.iter().enumerate() {
-                for lane in (0..8).step_by(L::N) {
-                    let at = 8 * block + lane;
-                    let mask = L::Mask::from_bits(bits >> lane);
-                    L::select(mask, L::load(&from[at..]), L::load(&to[at..])).store(&mut to[at..]);
-                }
+            let to = self.current.row_mut(d).chunks_exact_mut(L::N);
+            let from = self.proposed.row(d).chunks_exact(L::N);
+            for ((to, from), taken) in to.zip(from).zip(self.taken.chunks_exact(L::N)) {
+                let taken = L::load(taken).gt(L::zero());
+                L::select(taken, L::load(from), L::load(to)).store(to);
             }
         }
     }
 
     /// Splats what the current states have collected, as at the end of a run.
     pub fn flush(&mut self, film: &SplatFilm, layer: usize, splat_scale: f64) {
-        let scale = splat_scale / (1u64 << WEIGHT_BITS) as f64;
-        let lit = (0..self.len()).filter(|&i| self.targets[i] > 0.0 && self.weights[i] > 0);
-        let splats: Vec<Splat> = lit
-            .map(|i| {
-                let Row([r, g, b, x, y, ..]) = self.states[i];
-                Splat {
-                    colour: [r, g, b],
-                    raster: [x, y],
-                    weight: self.weights[i],
-                }
-            })
-            .collect();
-        film.add_all(layer, &splats, scale);
+        let mut log = SplatLog::default();
+        log.reserve(self.len());
+        for (i, state) in self.states.iter().enumerate() {
+            let lit = self.targets[i] > 0.0;
+            log.push(state, if lit { self.weights[i] } else { 0 });
+        }
+        film.add(layer, &mut log, splat_scale / ONE as f64);
         self.weights.fill(0);
     }
 }
 
-const EACH: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+/// A weight of 1.
+const ONE: u64 = 1 << WEIGHT_BITS;
+
+/// `x` in `[0, 1]` in units of 2^-32, rounded. In a sum with 2^52 the integer is the mantissa; a cast would have to look for numbers
+/// that do not fit.
+#[inline(always)]
+fn fixed(x: f32) -> u64 {
+    let sum = f64::from(x) * ONE as f64 + (1u64 << 52) as f64;
+    sum.to_bits() & ((1 << 52) - 1)
+}
+
+/// All ones for 1, 0 for 0.
+#[inline(always)]
+fn mask(flag: f32) -> u64 {
+    // Not a cast, which would look for numbers that do not fit.
+    u64::from(flag.to_bits() != 0).wrapping_neg()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_rounded_shares() {
+        for x in [0.0, 1.0, 0.5, 1e-9, 1e-20, 0.999_999_94, 1.0 / 3.0] {
+            let exact = f64::from(x) * ONE as f64;
+            assert!((fixed(x) as f64 - exact).abs() <= 0.5, "{x}");
+        }
+        assert_eq!(fixed(1.0), ONE);
+        assert_eq!((mask(0.0), mask(1.0)), (0, u64::MAX));
+    }
+}

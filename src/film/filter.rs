@@ -14,6 +14,8 @@ pub struct FilterTable {
     norm: [f64; 2],
     /// `[x0, x1, y0, y1]`
     crop: [i64; 4],
+    /// The same.
+    edges: [f32; 4],
     /// A box of one pixel: a sample belongs to the pixel it is in.
     single: bool,
 }
@@ -26,6 +28,7 @@ impl FilterTable {
             radius,
             norm: [1.0; 2],
             crop: crop.map(i64::from),
+            edges: crop.map(|v| v as f32),
             single: filter.kind == FilterKind::Box && radius == [0.5, 0.5],
         };
         for axis in 0..2 {
@@ -105,12 +108,26 @@ impl FilterTable {
         ((self.crop[1] - self.crop[0]) * (self.crop[3] - self.crop[2])) as usize
     }
 
+    /// Whether a sample reaches the pixel it is in, with weight 1, and no other.
+    #[inline(always)]
+    pub fn is_single(&self) -> bool {
+        self.single
+    }
+
+    /// Whether `raster` is in the crop window.
+    #[inline(always)]
+    pub fn contains(&self, raster: [f32; 2]) -> bool {
+        let [x0, x1, y0, y1] = self.edges;
+        let [x, y] = raster;
+        (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
+    }
+
     /// The pixel at `raster`, or the nearest to it in the crop window.
     #[inline]
     pub fn nearest(&self, raster: [f32; 2]) -> usize {
         let [x0, x1, y0, y1] = self.crop;
-        let x = (raster[0] as i64).clamp(x0, x1 - 1) - x0;
-        let y = (raster[1] as i64).clamp(y0, y1 - 1) - y0;
+        let x = i64::from(raster[0] as i32).clamp(x0, x1 - 1) - x0;
+        let y = i64::from(raster[1] as i32).clamp(y0, y1 - 1) - y0;
         (y * (x1 - x0) + x) as usize
     }
 
@@ -123,7 +140,7 @@ impl FilterTable {
         // `as` saturates, and NaN becomes 0: positions are finite and in the region anyway.
         let (fx, fy) = (raster[0].floor() as i64, raster[1].floor() as i64);
         if self.single {
-            if (x0..x1).contains(&fx) && (y0..y1).contains(&fy) {
+            if self.contains(raster) {
                 add(index(fx, fy), 1.0);
             }
             return;

@@ -3,6 +3,7 @@
 pub mod filter;
 pub mod output;
 mod sums;
+mod zeros;
 
 pub use self::filter::FilterTable;
-pub use self::sums::{SampleFilm, Splat, SplatFilm};
+pub use self::sums::{SampleFilm, SplatFilm, SplatLog};

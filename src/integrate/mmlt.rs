@@ -51,7 +51,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let mut march = March::new::<L>(run, &allotments, &bootstraps);
     drop(bootstraps);
     let stopped = march.march::<L>(&film);
-    let (mut batches, _) = march.finish();
+    let mut batches = march.finish();
     let mut mutations = 0;
     for (a, batch) in &mut batches {
         batch.flush(&film, a.layer, a.share);

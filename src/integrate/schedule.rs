@@ -1,7 +1,7 @@
 //! Who marches when: chains and mutations per depth, and the rounds in which threads march them.
 
 use super::Run;
-use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH};
+use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
 use crate::film::SplatFilm;
@@ -106,8 +106,8 @@ pub(super) struct March<'a> {
     allotments: &'a [Allotment],
     /// With the allotment each belongs to.
     batches: Vec<(&'a Allotment, Mutex<Batch>)>,
-    /// A workspace for every thread.
-    paths: Vec<Mutex<Paths>>,
+    /// One for every thread.
+    workspaces: Vec<Mutex<Workspace>>,
     /// Batches that have not reached the end of a round.
     queue: Mutex<VecDeque<usize>>,
 }
@@ -154,8 +154,8 @@ impl<'a> March<'a> {
             ),
             allotments,
             batches,
-            paths: (0..rayon::current_num_threads())
-                .map(|_| Mutex::new(Paths::new(run.world)))
+            workspaces: (0..rayon::current_num_threads())
+                .map(|_| Mutex::new(Workspace::new(run.world)))
                 .collect(),
             queue: Mutex::default(),
         }
@@ -195,7 +195,7 @@ impl<'a> March<'a> {
     fn round<L: Lanes>(&self, film: &SplatFilm, until: f64) {
         lock(&self.queue).extend(0..self.batches.len());
         rayon::broadcast(|context| {
-            let mut paths = lock(&self.paths[context.index()]);
+            let mut workspace = lock(&self.workspaces[context.index()]);
             loop {
                 // Not in the condition: the guard would live as long as the body.
                 let next = lock(&self.queue).pop_front();
@@ -209,7 +209,7 @@ impl<'a> March<'a> {
                     self.run.world,
                     &self.kernel,
                     left.min(STRIDE),
-                    &mut paths,
+                    &mut workspace,
                     film,
                     a.layer,
                     a.share,
@@ -221,23 +221,16 @@ impl<'a> March<'a> {
         });
     }
 
-    /// All batches, with their allotments, and the workspaces of the threads.
-    pub fn finish(self) -> (Vec<(&'a Allotment, Batch)>, Vec<Paths>) {
-        let own = |mutex: Mutex<_>| {
-            mutex
+    /// All batches, with their allotments.
+    pub fn finish(self) -> Vec<(&'a Allotment, Batch)> {
+        let own = |batch: Mutex<Batch>| {
+            batch
                 .into_inner()
                 .unwrap_or_else(|poisoned| poisoned.into_inner())
         };
-        let batches = (self.batches.into_iter())
+        (self.batches.into_iter())
             .map(|(a, batch)| (a, own(batch)))
-            .collect();
-        let paths = (self.paths.into_iter())
-            .map(|p| {
-                p.into_inner()
-                    .unwrap_or_else(|poisoned| poisoned.into_inner())
-            })
-            .collect();
-        (batches, paths)
+            .collect()
     }
 }
 

@@ -298,6 +298,7 @@ impl World<'_> {
     }
 
     /// Replaces contributions that are not finite, or negative, by 0.
+    #[inline(never)]
     pub(super) fn settle(&self, paths: &mut Paths) {
         for outcome in &mut paths.outcome {
             if outcome.rgb.iter().any(|v| !v.is_finite() || *v < 0.0) {
