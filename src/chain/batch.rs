@@ -251,7 +251,6 @@ impl Batch {
 
     /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1):
     /// the one left behind is splatted, the one that stays collects weight until it is left.
-    #[inline(never)]
     fn accept<L: Lanes>(&mut self, paths: &Paths) {
         let outcomes: &[Row] = bytemuck::cast_slice(&paths.outcome);
         let zero = L::zero();
@@ -287,7 +286,6 @@ impl Batch {
     }
 
     /// Weights, and sums over large steps: plain loops over arrays, which compilers turn into vector code.
-    #[inline(never)]
     fn collect(&mut self) {
         let n = self.order.len();
         let (share, taken, lit) = (&self.share[..n], &self.taken[..n], &self.lit[..n]);
@@ -325,7 +323,6 @@ impl Batch {
     }
 
     /// The primary samples of accepted proposals become current.
-    #[inline(never)]
     fn keep<L: Lanes>(&mut self, plan: &DepthPlan) {
         for d in 0..plan.layout.total {
             let to = self.current.row_mut(d).chunks_exact_mut(L::N);

@@ -32,7 +32,6 @@ impl Kernel {
 
     /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of eight; `large` (1 or 0) and `decide` receive the
     /// kind of step and the uniform number of the acceptance test.
-    #[inline(never)]
     pub fn propose<L: Lanes>(
         &self,
         ids: &[u32],

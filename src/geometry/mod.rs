@@ -33,6 +33,8 @@ pub struct Wanted {
     pub uv: bool,
     /// A tangent along increasing `u`.
     pub tangent: bool,
+    /// Shading normals that differ from the geometric ones.
+    pub normals: bool,
     /// The scene has spheres.
     pub spheres: bool,
 }
@@ -180,10 +182,13 @@ impl<'a> Geometry<'a> {
         let (p, error) = offset::triangle_point([p0, p1, p2], b1, b2);
         let (e1, e2) = (p1 - p0, p2 - p0);
         let ng = unit_cross(e1, e2);
-        let smooth = blend(normal(&a), normal(&b), normal(&c));
-        let length2 = smooth.length2();
-        let has_normal = length2.gt(L::splat(1e-12));
-        let ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
+        let mut ns = ng;
+        if wanted.normals {
+            let smooth = blend(normal(&a), normal(&b), normal(&c));
+            let length2 = smooth.length2();
+            let has_normal = length2.gt(L::splat(1e-12));
+            ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
+        }
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
         if wanted.uv || wanted.tangent {
             let mix = |i: usize| c[i].mul_add(b2, b[i].mul_add(b1, a[i] * b0));
@@ -237,24 +242,30 @@ impl<'a> Geometry<'a> {
         }
     }
 
-    /// Uniform over triangles (`prim` all triangles).
+    /// Uniform over triangles (`prim` all triangles) of known areas.
     #[inline(always)]
-    pub fn sample_triangles<L: Lanes>(&self, prim: &[u32], u: L, v: L) -> AreaSample<L> {
+    pub fn sample_triangles<L: Lanes>(
+        &self,
+        prim: &[u32],
+        u: L,
+        v: L,
+        inv_area: L,
+    ) -> AreaSample<L> {
         // pbrt-v3, section 13.6.5.
         let root = u.sqrt();
         let b1 = v * root;
         let wanted = Wanted {
             uv: false,
             tangent: false,
+            normals: false,
             spheres: false,
         };
         let point = self.triangle_point(prim, b1, L::one() - root, wanted);
-        let area = L::from_fn(|i| self.triangle_area(prim[i.min(prim.len() - 1)]));
         AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
-            pdf: L::one() / area,
+            pdf: inv_area,
         }
     }
 
@@ -266,6 +277,7 @@ impl<'a> Geometry<'a> {
         let wanted = Wanted {
             uv: false,
             tangent: false,
+            normals: false,
             spheres: true,
         };
         let point = self.sphere_point(&map, w, wanted);
@@ -275,12 +287,6 @@ impl<'a> Geometry<'a> {
             ng: point.ng,
             pdf: map.area_pdf(w),
         }
-    }
-
-    /// Density over area of [`Self::sample_triangles`].
-    #[inline(always)]
-    pub fn triangle_pdf(&self, triangle: u32) -> f32 {
-        1.0 / self.triangle_area(triangle)
     }
 
     /// Density over area of [`Self::sample_spheres`] at points `p` of spheres.

@@ -54,7 +54,7 @@ impl Kind {
 /// All lights of a scene.
 pub struct LightTable {
     kinds: Vec<Kind>,
-    /// `[probability of choice, r, g, b, two-sided or falloff, primitive (bits), environment (bits), 0]`.
+    /// `[probability of choice, r, g, b, two-sided or falloff, primitive (bits), environment (bits), 1 / area of a triangle]`.
     base: Vec<Row>,
     /// `[position or direction (3), axis (3), cos total, cos falloff]`.
     place: Vec<Row>,
@@ -142,6 +142,7 @@ impl LightTable {
         let disk = f64::from(PI * self.radius * self.radius);
         let mut place = [0.0; 8];
         let mut extra = 0.0;
+        let mut inv_area = 0.0;
         let mut prim = 0;
         let (kind, colour, factor) = match light {
             LightKind::Triangle {
@@ -152,7 +153,9 @@ impl LightTable {
                 extra = f32::from(u8::from(*two_sided));
                 prim = *triangle;
                 let sides = f64::from(1.0 + extra);
-                let area = f64::from(geometry.triangle_area(*triangle));
+                let area = geometry.triangle_area(*triangle);
+                inv_area = 1.0 / area;
+                let area = f64::from(area);
                 (Kind::Triangle, *l, sides * area * f64::from(PI))
             }
             LightKind::Sphere {
@@ -222,7 +225,7 @@ impl LightTable {
             extra,
             f32::from_bits(prim),
             f32::from_bits(environment),
-            0.0,
+            inv_area,
         ]));
         self.place.push(Row(place));
         self.kinds.push(kind);
@@ -253,34 +256,34 @@ impl LightTable {
         if !self.needs_choice() {
             return [0; 8];
         }
-        std::array::from_fn(|i| {
-            if i < n {
-                self.choice.sample(u.lane(i))
-            } else {
-                0
-            }
-        })
+        let mut chosen = [0; 8];
+        for (i, light) in chosen.iter_mut().enumerate().take(n) {
+            *light = self.choice.sample(u.lane(i));
+        }
+        chosen
     }
 
     #[inline(always)]
     fn mask_of<L: Lanes>(&self, kind: Kind, light: &[u32]) -> L::Mask {
-        let bits = (light.iter().enumerate())
-            .filter(|(_, l)| self.kinds[**l as usize] == kind)
-            .fold(0, |bits, (i, _)| bits | 1 << i);
+        if let [only] = self.present[..] {
+            return L::Mask::splat(only == kind);
+        }
+        let mut bits = 0;
+        for (i, l) in light.iter().enumerate() {
+            bits |= u32::from(self.kinds[*l as usize] == kind) << i;
+        }
         L::Mask::from_bits(bits)
     }
 
     /// Primitive or environment index per lane; 0 in lanes of other kinds, which would be out of range.
     #[inline(always)]
     fn column_bits<L: Lanes>(column: L, mask: L::Mask, n: usize) -> [u32; 8] {
-        let bits = column.to_bits();
-        std::array::from_fn(|i| {
-            if i < n && mask.bits() >> i & 1 != 0 {
-                bits.lane(i)
-            } else {
-                0
-            }
-        })
+        let column = L::uint_select(mask, column.to_bits(), L::Uint::splat(0));
+        let mut bits = [0; 8];
+        for (i, slot) in bits.iter_mut().enumerate().take(n) {
+            *slot = column.lane(i);
+        }
+        bits
     }
 
     /// Samples a point of each lane's light as seen from `p`.
@@ -545,17 +548,7 @@ impl LightTable {
         let base = L::load_rows(&self.base, light);
         let triangle = self.mask_of::<L>(Kind::Triangle, light);
         let sphere = self.mask_of::<L>(Kind::Sphere, light);
-        let mut pdf = L::zero();
-        if triangle.any() {
-            let prim = Self::column_bits(base[5], triangle, light.len());
-            pdf = L::from_fn(|i| {
-                if triangle.bits() >> i & 1 != 0 {
-                    geometry.triangle_pdf(prim[i])
-                } else {
-                    0.0
-                }
-            });
-        }
+        let mut pdf = base[7].or_zero(triangle);
         if sphere.any() {
             let prim = Self::column_bits(base[5], sphere, light.len());
             pdf = L::select(sphere, geometry.sphere_pdf(&prim[..light.len()], p), pdf);
@@ -605,7 +598,7 @@ impl LightTable {
     ) -> AreaSample<L> {
         let prim = Self::column_bits(base[5], mask, n);
         if kind == Kind::Triangle {
-            geometry.sample_triangles(&prim[..n], u[0], u[1])
+            geometry.sample_triangles(&prim[..n], u[0], u[1], base[7])
         } else {
             geometry.sample_spheres(&prim[..n], u[0], u[1])
         }

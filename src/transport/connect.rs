@@ -30,30 +30,31 @@ impl<L: Lanes> Tip<L> {
 
 impl World<'_> {
     /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times.
-    pub(super) fn emission<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
-        let mut lights = [0u32; 8];
-        let mut on = [0u32; 8];
-        let mut n = 0;
-        for (i, &path) in list.iter().enumerate() {
-            let prim = paths.tips[0].energy[path as usize].0[3].to_bits();
-            let (_, light) = self.geometry.shape_of(prim);
-            if light != NONE {
-                (lights[n], on[n]) = (light, path);
-                n += 1;
+    pub(super) fn emission<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        lit: &mut List,
+        choices: f32,
+    ) {
+        lit.clear();
+        for &path in list {
+            let light = paths.tips[0].energy[path as usize].0[7].to_bits();
+            lit.push_if(path, light != NONE);
+        }
+        for chunk in lit.chunks(L::N) {
+            let mut lights = [0u32; 8];
+            for (light, &path) in lights.iter_mut().zip(chunk) {
+                *light = paths.tips[0].energy[path as usize].0[7].to_bits();
             }
-            if n == L::N || (i + 1 == list.len() && n > 0) {
-                let chunk = &on[..n];
-                let tip = paths.tips[0].load::<L>(chunk);
-                let cos = tip.wo.dot(tip.ng);
-                let seen = self
-                    .lights
-                    .emitted(&self.geometry, &lights[..n], tip.p, cos);
-                let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
-                let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
-                let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
-                add(paths, chunk, rgb);
-                n = 0;
-            }
+            let tip = paths.tips[0].load::<L>(chunk);
+            let cos = tip.wo.dot(tip.ng);
+            let lights = &lights[..chunk.len()];
+            let seen = self.lights.emitted(&self.geometry, lights, tip.p, cos);
+            let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
+            let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
+            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
+            add(paths, chunk, rgb);
         }
     }
 

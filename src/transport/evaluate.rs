@@ -87,7 +87,7 @@ impl World<'_> {
             self.advance_camera::<L>(paths, samples, &mut lists, depth, wave);
             self.advance_light::<L>(paths, samples, &mut lists, depth, wave);
         }
-        self.emission::<L>(paths, &lists.emission, choices);
+        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, choices);
         self.escape::<L>(paths, &lists.escaped, choices);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
@@ -272,7 +272,7 @@ impl World<'_> {
             self.escape::<L>(paths, &lists.escaped, 1.0);
             paths.clock.lap(Stage::Mis);
             self.arrive::<L>(paths, &lists.emission, Side::Camera);
-            self.emission::<L>(paths, &lists.emission, 1.0);
+            self.emission::<L>(paths, &lists.emission, &mut lists.scratch, 1.0);
             paths.clock.lap(Stage::Mis);
             if depth == layout.max_depth {
                 break;
@@ -298,10 +298,11 @@ impl World<'_> {
     }
 
     /// Replaces contributions that are not finite, or negative, by 0.
-    #[inline(never)]
     pub(super) fn settle(&self, paths: &mut Paths) {
         for outcome in &mut paths.outcome {
-            if outcome.rgb.iter().any(|v| !v.is_finite() || *v < 0.0) {
+            let good = |v: f32| (v >= 0.0) & (v <= f32::MAX);
+            let [r, g, b] = outcome.rgb;
+            if !(good(r) & good(g) & good(b)) {
                 outcome.rgb = [0.0; 3];
                 outcome.rejected = 1;
             }

@@ -52,6 +52,7 @@ impl<'a> World<'a> {
         let wanted = Wanted {
             uv: materials.entries.iter().any(|e| e.textured),
             tangent: materials.anisotropic,
+            normals: scene.vertices.iter().any(|v| v.n != [0.0; 3]),
             spheres: !scene.spheres.is_empty(),
         };
         Self {

@@ -24,7 +24,7 @@ pub struct Tips {
     pub place: Vec<Row>,
     /// `[ng (3), parameter row (bits), ns (3), dVC]`: unit normals.
     pub frame: Vec<Row>,
-    /// `[beta (3), primitive (bits), tangent (3), 0]`: throughput.
+    /// `[beta (3), primitive (bits), tangent (3), light (bits)]`: throughput, and the light that the primitive is, or [`NONE`].
     pub energy: Vec<Row>,
     /// BSDF kernel.
     pub kind: Vec<Kind>,

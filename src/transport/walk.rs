@@ -152,9 +152,10 @@ impl World<'_> {
                 d_vc: flight[4],
             }
             .arrive(distance2, cos);
-            let mut params = [0u32; 8];
+            let (mut params, mut lights) = ([0u32; 8], [0u32; 8]);
             for (i, &path) in chunk.iter().enumerate() {
-                let (shape, _) = self.geometry.shape_of(prim[i]);
+                let (shape, light) = self.geometry.shape_of(prim[i]);
+                lights[i] = light;
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
@@ -198,7 +199,7 @@ impl World<'_> {
                     tangent.x,
                     tangent.y,
                     tangent.z,
-                    L::zero(),
+                    bits(&lights),
                 ],
                 &mut tips.energy,
                 chunk,
