@@ -13,7 +13,7 @@ use super::node::{Bounds, Child, NOWHERE, Node, union};
 use super::packet::MAX_DEPTH;
 use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
-use super::triangle::{LeafTriangle, is_degenerate};
+use super::triangle::is_degenerate;
 use crate::scene::{MaterialKind, NONE, Scene};
 
 /// Most primitives per leaf.
@@ -22,7 +22,8 @@ const LEAF_SIZE: u32 = 4;
 /// What a build yields.
 pub struct Tree {
     pub nodes: Vec<Node>,
-    pub triangles: Vec<LeafTriangle>,
+    /// Triangles in leaf order; those of a subtree are neighbours.
+    pub triangles: Vec<u32>,
     pub spheres: Vec<LeafSphere>,
     pub extent: Extent,
     pub depth: usize,
@@ -274,11 +275,7 @@ impl<'a> Flattening<'a> {
         let mut spheres = false;
         for &i in members {
             match self.primitives[i as usize] {
-                Primitive::Triangle(index) => {
-                    let v = self.scene.triangles[index as usize].v;
-                    let p = v.map(|v| self.scene.vertices[v as usize].p);
-                    self.tree.triangles.push(LeafTriangle::new(p, index));
-                }
+                Primitive::Triangle(index) => self.tree.triangles.push(index),
                 Primitive::Sphere(index) => {
                     spheres = true;
                     let prim = self.scene.triangles.len() as u32 + index;

@@ -18,6 +18,7 @@ mod prefetch;
 mod ray;
 mod single;
 mod sphere;
+mod store;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -34,7 +35,7 @@ use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
-use self::triangle::LeafTriangle;
+use self::store::Triangles;
 
 /// What the size of the wide tree says about the best traversal. Thresholds are from `benches/rays`, on a machine with
 /// 1 MiB of second and 32 MiB of third level cache.
@@ -49,8 +50,8 @@ enum Size {
 }
 
 impl Size {
-    fn of(wide: &Bvh8) -> Self {
-        match size_of_val(&wide.nodes[..]) + size_of_val(&wide.blocks[..]) {
+    fn of(wide: &Bvh8, triangles: &Triangles) -> Self {
+        match size_of_val(&wide.nodes[..]) + triangles.bytes() {
             0..0x40_0000 => Size::Small,
             0x40_0000..0x400_0000 => Size::Large,
             _ => Size::Huge,
@@ -62,7 +63,7 @@ impl Size {
 pub struct Tracer {
     nodes: Vec<Node>,
     wide: Bvh8,
-    triangles: Vec<LeafTriangle>,
+    triangles: Triangles,
     spheres: Vec<LeafSphere>,
     extent: Extent,
     size: Size,
@@ -87,7 +88,7 @@ pub struct Stats {
     pub build_time: Duration,
     /// Inner nodes of the binary tree.
     pub nodes: usize,
-    /// Inner nodes of the wide tree, and its blocks of up to eight triangles.
+    /// Inner nodes of the wide tree, and its groups of up to eight triangles.
     pub nodes8: usize,
     pub blocks8: usize,
     pub triangles: usize,
@@ -111,36 +112,39 @@ impl Tracer {
             "a scene can have at most {limit} triangles and as many spheres"
         );
         let widen = |tree: Tree| {
-            let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+            let wide = bvh8::collapse(&tree);
             (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
         };
         let (tree, wide) = build::cluster(scene)
             .and_then(widen)
             .or_else(|| widen(build::halve(scene)))
             .expect("halves are not deep");
-        Self::assemble(tree, wide, start)
+        Self::assemble(scene, tree, wide, start)
     }
 
-    fn assemble(tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
+    fn assemble(scene: &Scene, tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
+        let triangles = wide.group(&tree, |index, vertex| {
+            let vertex = scene.triangles[index as usize].v[vertex];
+            scene.vertices[vertex as usize].p
+        });
         let stats = Stats {
-            build_time: start.elapsed(),
             nodes: tree.nodes.len(),
-            triangles: tree.triangles.len(),
+            nodes8: wide.nodes.len(),
+            blocks8: wide.groups,
+            triangles: triangles.len(),
             spheres: tree.spheres.len(),
             depth: tree.depth,
             bytes: size_of_val(&tree.nodes[..])
-                + size_of_val(&tree.triangles[..])
                 + size_of_val(&tree.spheres[..])
                 + size_of_val(&wide.nodes[..])
-                + size_of_val(&wide.blocks[..]),
-            nodes8: wide.nodes.len(),
-            blocks8: wide.blocks.len(),
+                + triangles.bytes(),
+            build_time: start.elapsed(),
         };
         Tracer {
             nodes: tree.nodes,
-            size: Size::of(&wide),
+            size: Size::of(&wide, &triangles),
             wide,
-            triangles: tree.triangles,
+            triangles,
             spheres: tree.spheres,
             extent: tree.extent,
             stats,

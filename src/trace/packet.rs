@@ -6,7 +6,8 @@
 use super::Tracer;
 use super::node::{Bounds, Child, Node};
 use super::ray::{Agreement, Ray};
-use super::triangle::{LeafTriangle, barycentrics, covers, hit};
+use super::store::Group;
+use super::triangle::{barycentrics, covers, hit};
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, UintLanes};
 
@@ -181,8 +182,11 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
             }
         } else {
-            for triangle in &tracer.triangles[current.range()] {
-                test_triangle::<L, ANY, AGREE>(ray, agreement, triangle, best);
+            let range = current.range();
+            let (group, place) = tracer.triangles.locate(range.start);
+            for (i, position) in range.enumerate() {
+                let index = || tracer.triangles.index(position);
+                test_triangle::<L, ANY, AGREE>(ray, agreement, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -231,20 +235,20 @@ fn enter<L: Lanes, const AGREE: bool>(
 fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
     ray: &Ray<L>,
     agreement: &Agreement,
-    triangle: &LeafTriangle,
+    group: &Group,
+    place: usize,
     best: &mut Best<L>,
+    index: impl FnOnce() -> u32,
 ) {
     let p = if AGREE {
-        triangle.agreed(agreement)
+        group.ordered(place, agreement.order)
     } else {
-        triangle.permuted(ray)
+        group.permuted(place, ray)
     };
     let (mask, weights) = covers(&ray.own, &p);
     if mask.any() {
         let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);
-        record::<L, ANY>(best, found.mask, found.t, triangle.index(), || {
-            barycentrics(weights)
-        });
+        record::<L, ANY>(best, found.mask, found.t, index(), || barycentrics(weights));
     }
 }
 

@@ -1,11 +1,14 @@
 //! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that have nothing in common.
 
+use std::ops::Range;
+
 use super::Tracer;
-use super::bvh8::{Block, Node8};
+use super::bvh8::Node8;
 use super::node::Child;
 use super::packet::Best;
 use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
+use super::store::WIDTH;
 use super::triangle::{barycentrics, covers, hit};
 use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 
@@ -204,9 +207,9 @@ impl Walk {
     #[inline(always)]
     fn announce(&self, tracer: &Tracer) {
         if !self.current.is_leaf() {
-            prefetch(&tracer.wide.nodes, self.current.index());
+            prefetch::<256, _>(&tracer.wide.nodes, self.current.index());
         } else if !self.current.is_sphere_leaf() {
-            prefetch(&tracer.wide.blocks, self.current.range().start);
+            prefetch::<256, _>(tracer.triangles.rows(), 9 * self.current.range().start);
         }
     }
 
@@ -255,9 +258,7 @@ impl Walk {
                 }
             }
         } else {
-            for block in &tracer.wide.blocks[self.current.range()] {
-                test_block::<ANY>(ray, block, best);
-            }
+            test_group::<ANY>(tracer, ray, self.current.range(), best);
         }
         if ANY && best.t < 0.0 {
             return false;
@@ -289,22 +290,21 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
 }
 
 #[inline(always)]
-fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>) {
-    let [x, y, z] = ray.order;
-    let own = |p: &[[f32; 8]; 4]| {
-        [
-            f32x8::new(p[x & 3]),
-            f32x8::new(p[y & 3]),
-            f32x8::new(p[z & 3]),
-        ]
-    };
-    let p = [own(&block.p[0]), own(&block.p[1]), own(&block.p[2])];
+fn test_group<const ANY: bool>(
+    tracer: &Tracer,
+    ray: &Splat,
+    range: Range<usize>,
+    best: &mut Best<f32>,
+) {
+    let group = tracer.triangles.group(range.start, range.len());
+    let p = group.all(ray.order);
     let (mask, weights) = covers(&ray.own, &p);
-    if !mask.any() {
+    let covered = Mask::bits(mask) & group.lanes();
+    if covered == 0 {
         return;
     }
     let found = hit::<f32x8, ANY>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
-    let mut mask = Mask::bits(found.mask);
+    let mut mask = Mask::bits(found.mask) & covered;
     if mask == 0 {
         return;
     }
@@ -315,11 +315,10 @@ fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>)
     let t = found.t.to_array();
     let b = barycentrics(weights).map(|b| b.to_array());
     while mask != 0 {
-        let lane = mask.trailing_zeros() as usize & 7;
+        let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
         mask &= mask - 1;
-        record::<ANY>(best, t[lane], block.index(lane), || {
-            [b[0][lane], b[1][lane]]
-        });
+        let prim = tracer.triangles.index(range.start + lane);
+        record::<ANY>(best, t[lane], prim, || [b[0][lane], b[1][lane]]);
     }
 }
 
