@@ -9,7 +9,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use super::node::{Bounds, Child, NOWHERE, Node, union};
+use super::node::{Bounds, Child, Link, NOWHERE, Node, union};
 use super::packet::MAX_DEPTH;
 use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
@@ -145,7 +145,7 @@ impl<'a> Flattening<'a> {
         };
         if root.is_leaf() {
             let range = root.first_index as usize..(root.first_index + root.prim_count) as usize;
-            self.tree.nodes[0].child[0] = self.leaf(&bvh.primitive_indices[range.clone()]);
+            self.tree.nodes[0].link[0].child = self.leaf(&bvh.primitive_indices[range.clone()]);
             self.tree.nodes[0].bounds[0] = self.padded(&bvh.primitive_indices[range]);
             self.tree.depth = 2;
             return true;
@@ -170,7 +170,7 @@ impl<'a> Flattening<'a> {
                 let b = from.aabb();
                 let bounds: Bounds = std::array::from_fn(|k| [b.min[k], b.max[k]]);
                 self.tree.nodes[node].bounds[side] = grow(bounds, self.tree.extent.pad);
-                self.tree.nodes[node].child[side] = if from.is_leaf() {
+                self.tree.nodes[node].link[side].child = if from.is_leaf() {
                     let first = from.first_index as usize;
                     let range = first..first + from.prim_count as usize;
                     self.leaf(&bvh.primitive_indices[range])
@@ -229,7 +229,7 @@ impl<'a> Flattening<'a> {
             {
                 let members = order[range.clone()].to_vec();
                 self.tree.nodes[node].bounds[side] = self.padded(&members);
-                self.tree.nodes[node].child[side] = if members.len() <= LEAF_SIZE as usize {
+                self.tree.nodes[node].link[side].child = if members.len() <= LEAF_SIZE as usize {
                     self.leaf(&members)
                 } else {
                     let index = self.push_node();
@@ -259,9 +259,9 @@ impl<'a> Flattening<'a> {
             (false, false) => {
                 let node = Node {
                     bounds: [self.padded(&triangles), self.padded(&spheres)],
-                    child: [
-                        self.homogeneous_leaf(&triangles),
-                        self.homogeneous_leaf(&spheres),
+                    link: [
+                        Link::to(self.homogeneous_leaf(&triangles)),
+                        Link::to(self.homogeneous_leaf(&spheres)),
                     ],
                 };
                 self.tree.nodes.push(node);
@@ -298,7 +298,7 @@ impl<'a> Flattening<'a> {
 
 const EMPTY_NODE: Node = Node {
     bounds: [NOWHERE; 2],
-    child: [Child::EMPTY; 2],
+    link: [Link::EMPTY; 2],
 };
 
 fn grow(b: Bounds, pad: f32) -> Bounds {

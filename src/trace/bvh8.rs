@@ -6,7 +6,7 @@
 //! leaves the nodes half empty.
 
 use super::build::Tree;
-use super::node::{Bounds, Child, NOWHERE, Node};
+use super::node::{Bounds, Child, NOWHERE, Node, Part};
 use super::store::{Triangles, WIDTH};
 
 /// Eight children; unused ones lie [`NOWHERE`].
@@ -101,7 +101,7 @@ impl Cuts {
                 c if c.is_sphere_leaf() => (0, WIDTH as u32 + 1),
                 c => (c.range().start as u32, c.range().len() as u32),
             };
-            let (a, b) = (span(node.child[0]), span(node.child[1]));
+            let (a, b) = (span(node.child(0)), span(node.child(1)));
             let start = if b.1 == 0 {
                 a.0
             } else if a.1 == 0 {
@@ -114,7 +114,7 @@ impl Cuts {
                 count: a.1 + b.1,
                 ..nothing
             };
-            let offer = |side: usize| Cuts::offer(&cuts, &node.bounds[side], node.child[side]);
+            let offer = |side: usize| Cuts::offer(&cuts, &node.bounds[side], node.child(side));
             let (a, b) = (offer(0), offer(1));
             for n in 2..=8 {
                 cut.cost[n] = f32::INFINITY;
@@ -142,7 +142,7 @@ impl Family {
     fn open(&mut self, nodes: &[Node], cuts: &[Cuts], node: usize, parts: usize) {
         let first = cuts[node].first[parts] as usize;
         for (side, parts) in [first, parts - first].into_iter().enumerate() {
-            let (bounds, child) = (nodes[node].bounds[side], nodes[node].child[side]);
+            let (bounds, child) = (nodes[node].bounds[side], nodes[node].child(side));
             if child == Child::EMPTY {
                 continue;
             }
@@ -206,22 +206,32 @@ fn is_group(cuts: &[Cuts], bounds: &Bounds, child: Child) -> bool {
 }
 
 impl Bvh8 {
-    /// The triangles of the binary tree, in groups as the leaves of this tree ask for.
-    pub fn group(&self, tree: &Tree, corner: impl Fn(u32, usize) -> [f32; 3]) -> Triangles {
-        let mut sizes = vec![0u8; tree.triangles.len()];
+    /// The triangles of the binary tree, in groups as the leaves of this tree ask for; the binary tree learns where.
+    pub fn group(&self, tree: &mut Tree, corner: impl Fn(u32, usize) -> [f32; 3]) -> Triangles {
+        let mut parts = vec![Part::default(); tree.triangles.len()];
         for child in self.nodes.iter().flat_map(|n| n.child) {
             if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
-                sizes[child.range().start] = child.range().len() as u8;
+                let range = child.range();
+                let size = range.len() as u16;
+                for (place, part) in (0..).zip(&mut parts[range]) {
+                    *part = Part { place, size };
+                }
             }
         }
         let mut triangles = Triangles::with_capacity(tree.triangles.len());
         let mut at = 0;
-        while at < sizes.len() {
-            let end = at + sizes[at] as usize;
+        while at < parts.len() {
+            let end = at + parts[at].size as usize;
             triangles.push(&tree.triangles[at..end], &corner);
             at = end;
         }
         triangles.finish();
+        for link in tree.nodes.iter_mut().flat_map(|n| &mut n.link) {
+            let child = link.child;
+            if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
+                link.part = parts[child.range().start];
+            }
+        }
         triangles
     }
 }

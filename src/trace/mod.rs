@@ -122,8 +122,8 @@ impl Tracer {
         Self::assemble(scene, tree, wide, start)
     }
 
-    fn assemble(scene: &Scene, tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
-        let triangles = wide.group(&tree, |index, vertex| {
+    fn assemble(scene: &Scene, mut tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
+        let triangles = wide.group(&mut tree, |index, vertex| {
             let vertex = scene.triangles[index as usize].v[vertex];
             scene.vertices[vertex as usize].p
         });

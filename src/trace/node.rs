@@ -64,12 +64,46 @@ pub fn union(a: Bounds, b: Bounds) -> Bounds {
     std::array::from_fn(|k| [a[k][0].min(b[k][0]), a[k][1].max(b[k][1])])
 }
 
+/// Where the triangles of a leaf are in their group, see [`super::store`].
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub struct Part {
+    /// Place of the leaf's first triangle.
+    pub place: u16,
+    /// Triangles of the group.
+    pub size: u16,
+}
+
+/// A child, with what its triangles' place in the store adds to it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(8))]
+pub struct Link {
+    pub child: Child,
+    pub part: Part,
+}
+
+impl Link {
+    pub const EMPTY: Link = Link::to(Child::EMPTY);
+
+    /// To a node, or to a leaf that has no part in the store yet.
+    pub const fn to(child: Child) -> Self {
+        let part = Part { place: 0, size: 0 };
+        Self { child, part }
+    }
+}
+
 /// Both children of an inner node.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
     pub bounds: [Bounds; 2],
-    pub child: [Child; 2],
+    pub link: [Link; 2],
+}
+
+impl Node {
+    pub fn child(&self, side: usize) -> Child {
+        self.link[side].child
+    }
 }
 
 const _: () = assert!(size_of::<Node>() == 64);

@@ -4,9 +4,9 @@
 //! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
 
 use super::Tracer;
-use super::node::{Bounds, Child, Node};
+use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
-use super::store::Group;
+use super::store::{Ordered, permuted};
 use super::triangle::{barycentrics, covers, hit};
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, UintLanes};
@@ -15,11 +15,11 @@ use crate::simd::{Lanes, Mask, Row, UintLanes};
 pub const MAX_DEPTH: usize = 128;
 
 /// Subtrees to be visited, with the distances at which each ray enters them.
-pub struct Stack<L>([(Child, L); MAX_DEPTH]);
+pub struct Stack<L>([(Link, L); MAX_DEPTH]);
 
 impl<L: Lanes> Stack<L> {
     pub fn new() -> Self {
-        Self([(Child::EMPTY, L::zero()); MAX_DEPTH])
+        Self([(Link::EMPTY, L::zero()); MAX_DEPTH])
     }
 }
 
@@ -141,10 +141,10 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
     // Rays that miss a box never enter it.
     let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
-    let mut current = Child::inner(0);
+    let mut current = Link::to(Child::inner(0));
     loop {
-        if !current.is_leaf() {
-            let node: &Node = &tracer.nodes[current.index()];
+        if !current.child.is_leaf() {
+            let node: &Node = &tracer.nodes[current.child.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
@@ -155,38 +155,41 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                     let second = near1.lt(near0).bits() & both;
                     if 2 * second.count_ones() > both.count_ones() {
                         let near = L::select(meets0, near0, nowhere);
-                        stack[top & (MAX_DEPTH - 1)] = (node.child[0], near);
-                        current = node.child[1];
+                        stack[top & (MAX_DEPTH - 1)] = (node.link[0], near);
+                        current = node.link[1];
                     } else {
                         let near = L::select(meets1, near1, nowhere);
-                        stack[top & (MAX_DEPTH - 1)] = (node.child[1], near);
-                        current = node.child[0];
+                        stack[top & (MAX_DEPTH - 1)] = (node.link[1], near);
+                        current = node.link[0];
                     }
                     top += 1;
                     continue;
                 }
                 (true, false) => {
-                    current = node.child[0];
+                    current = node.link[0];
                     continue;
                 }
                 (false, true) => {
-                    current = node.child[1];
+                    current = node.link[1];
                     continue;
                 }
                 (false, false) => {}
             }
-        } else if current.is_sphere_leaf() {
-            for sphere in &tracer.spheres[current.range()] {
+        } else if current.child.is_sphere_leaf() {
+            for sphere in &tracer.spheres[current.child.range()] {
                 let found = sphere.hit::<L, ANY>(ray, best.t);
                 let zero = L::zero();
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
             }
         } else {
-            let range = current.range();
-            let (group, place) = tracer.triangles.locate(range.start);
+            let range = current.child.range();
+            let place = current.part.place as usize;
+            let size = current.part.size as usize;
+            let group = tracer.triangles.group(range.start - place, size);
+            let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
                 let index = || tracer.triangles.index(position);
-                test_triangle::<L, ANY, AGREE>(ray, agreement, &group, place + i, best, index);
+                test_triangle::<L, ANY, AGREE>(ray, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -197,9 +200,9 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                 return;
             }
             top -= 1;
-            let (child, near) = stack[top & (MAX_DEPTH - 1)];
+            let (link, near) = stack[top & (MAX_DEPTH - 1)];
             if near.le(best.t).any() {
-                current = child;
+                current = link;
                 break;
             }
         }
@@ -234,17 +237,13 @@ fn enter<L: Lanes, const AGREE: bool>(
 #[inline(always)]
 fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
     ray: &Ray<L>,
-    agreement: &Agreement,
-    group: &Group,
+    group: &Ordered,
     place: usize,
     best: &mut Best<L>,
     index: impl FnOnce() -> u32,
 ) {
-    let p = if AGREE {
-        group.ordered(place, agreement.order)
-    } else {
-        group.permuted(place, ray)
-    };
+    let p = group.one(place);
+    let p = if AGREE { p } else { permuted(p, ray) };
     let (mask, weights) = covers(&ray.own, &p);
     if mask.any() {
         let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);

@@ -297,7 +297,7 @@ fn test_group<const ANY: bool>(
     best: &mut Best<f32>,
 ) {
     let group = tracer.triangles.group(range.start, range.len());
-    let p = group.all(ray.order);
+    let p = group.ordered(ray.order).all();
     let (mask, weights) = covers(&ray.own, &p);
     let covered = Mask::bits(mask) & group.lanes();
     if covered == 0 {

@@ -10,23 +10,17 @@ use crate::simd::{Lanes, f32x8};
 
 /// Most triangles in a group.
 pub const WIDTH: usize = 8;
-/// Most triangles in all.
-pub const MAX_TRIANGLES: usize = 1 << INDEX_BITS;
-
-const INDEX_BITS: u32 = 26;
-const PLACE_SHIFT: u32 = INDEX_BITS;
-const SIZE_SHIFT: u32 = INDEX_BITS + 3;
-
-/// Floats that can be read from the start of a group on: more than its rows, so that no offset below 128 needs a check.
-const WINDOW: usize = 128 + WIDTH;
+/// Floats that can be read from the start of a group on. There are more than its rows, so that the compiler sees from a few
+/// masks that no offset needs a check.
+const WINDOW: usize = 256 + WIDTH;
 
 /// Triangles in leaf order.
 #[derive(Default)]
 pub struct Triangles {
     /// Rows of one group after the other, and a last window.
     rows: Vec<f32>,
-    /// By position in leaf order: index in the scene (26 bits), place within the group (3), size of the group less 1 (3).
-    labels: Vec<u32>,
+    /// Indices in the scene.
+    index: Vec<u32>,
 }
 
 /// The triangles of one leaf of the wide tree.
@@ -40,7 +34,7 @@ impl Triangles {
     pub fn with_capacity(count: usize) -> Self {
         Self {
             rows: Vec::with_capacity(9 * count + WINDOW),
-            labels: Vec::with_capacity(count),
+            index: Vec::with_capacity(count),
         }
     }
 
@@ -56,9 +50,8 @@ impl Triangles {
                     rows[(3 * vertex + axis) * size + place] = p[axis];
                 }
             }
-            let label = index | (place as u32) << PLACE_SHIFT | (size as u32 - 1) << SIZE_SHIFT;
-            self.labels.push(label);
         }
+        self.index.extend_from_slice(indices);
         self.rows.extend_from_slice(&rows[..9 * size]);
     }
 
@@ -68,11 +61,11 @@ impl Triangles {
     }
 
     pub fn len(&self) -> usize {
-        self.labels.len()
+        self.index.len()
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.rows[..]) + size_of_val(&self.labels[..])
+        size_of_val(&self.rows[..]) + size_of_val(&self.index[..])
     }
 
     /// The group of `size` triangles whose first is at a position in leaf order.
@@ -85,19 +78,10 @@ impl Triangles {
         }
     }
 
-    /// The group a position in leaf order belongs to, and the place there.
-    #[inline(always)]
-    pub fn locate(&self, position: usize) -> (Group<'_>, usize) {
-        let label = self.labels[position];
-        let place = (label >> PLACE_SHIFT) as usize & (WIDTH - 1);
-        let size = (label >> SIZE_SHIFT) as usize + 1;
-        (self.group(position - place, size), place)
-    }
-
     /// Index in the scene.
     #[inline(always)]
     pub fn index(&self, position: usize) -> u32 {
-        self.labels[position] & (MAX_TRIANGLES as u32 - 1)
+        self.index[position]
     }
 
     /// For prefetching: the rows, and where those of a position begin.
@@ -107,47 +91,63 @@ impl Triangles {
     }
 }
 
-impl Group<'_> {
+impl<'a> Group<'a> {
+    /// The group with its axes in `order`.
     #[inline(always)]
-    fn at(&self, row: usize, place: usize) -> f32 {
-        self.rows[(row * self.size + place) & 127]
+    pub fn ordered(&self, order: [usize; 3]) -> Ordered<'a> {
+        let size = self.size & 15;
+        let axis = |k: usize| (order[k] & 3) * size;
+        Ordered {
+            rows: self.rows,
+            vertex: 3 * size,
+            axis: [axis(0), axis(1), axis(2)],
+        }
     }
 
-    /// One triangle with its axes in `order`.
-    #[inline(always)]
-    pub fn ordered<L: Lanes>(&self, place: usize, order: [usize; 3]) -> [[L; 3]; 3] {
-        let [x, y, z] = order;
-        let own = |v: usize| {
-            let one = |axis: usize| L::splat(self.at(3 * v + axis, place));
-            [one(x), one(y), one(z)]
-        };
-        [own(0), own(1), own(2)]
-    }
-
-    /// One triangle in each ray's own order of axes.
-    #[inline(always)]
-    pub fn permuted<L: Lanes>(&self, place: usize, ray: &Ray<L>) -> [[L; 3]; 3] {
-        let [a, b, c] = self.ordered(place, [0, 1, 2]);
-        let own = |p: [L; 3]| permute::<L>(p, ray.swap_x, ray.swap_y);
-        [own(a), own(b), own(c)]
-    }
-
-    /// All triangles, one a lane, with their axes in `order`; see [`Group::lanes`].
-    #[inline(always)]
-    pub fn all(&self, order: [usize; 3]) -> [[f32x8; 3]; 3] {
-        let offset = [0, 1, 2].map(|k| order[k] * self.size);
-        let row = |v: usize, k: usize| {
-            let start = (3 * v * self.size + offset[k]) & 127;
-            let lanes: [f32; 8] = self.rows[start..start + 8].try_into().expect("eight");
-            f32x8::new(lanes)
-        };
-        let own = |v: usize| [row(v, 0), row(v, 1), row(v, 2)];
-        [own(0), own(1), own(2)]
-    }
-
-    /// Bits of the lanes of [`Group::all`] that hold triangles.
+    /// Bits of the lanes of [`Ordered::all`] that hold triangles.
     #[inline(always)]
     pub fn lanes(&self) -> u32 {
         (1 << self.size) - 1
     }
+}
+
+/// A group whose rows are in a ray's own order of axes.
+#[derive(Clone, Copy)]
+pub struct Ordered<'a> {
+    rows: &'a [f32; WINDOW],
+    /// From one vertex to the next, and from the first row of a vertex to each axis.
+    vertex: usize,
+    axis: [usize; 3],
+}
+
+impl Ordered<'_> {
+    /// One triangle, in every lane.
+    #[inline(always)]
+    pub fn one<L: Lanes>(&self, place: usize) -> [[L; 3]; 3] {
+        let place = place & (WIDTH - 1);
+        let [x, y, z] = self.axis.map(|axis| axis + place);
+        let entry = |v: usize, row: usize| L::splat(self.rows[v * self.vertex + row]);
+        let vertex = |v: usize| [entry(v, x), entry(v, y), entry(v, z)];
+        [vertex(0), vertex(1), vertex(2)]
+    }
+
+    /// All triangles, one a lane; see [`Group::lanes`].
+    #[inline(always)]
+    pub fn all(&self) -> [[f32x8; 3]; 3] {
+        let [x, y, z] = self.axis;
+        let row = |v: usize, row: usize| {
+            let start = v * self.vertex + row;
+            let lanes: [f32; WIDTH] = self.rows[start..start + WIDTH].try_into().expect("eight");
+            f32x8::new(lanes)
+        };
+        let vertex = |v: usize| [row(v, x), row(v, y), row(v, z)];
+        [vertex(0), vertex(1), vertex(2)]
+    }
+}
+
+/// Vertices in each ray's own order of axes.
+#[inline(always)]
+pub fn permuted<L: Lanes>(p: [[L; 3]; 3], ray: &Ray<L>) -> [[L; 3]; 3] {
+    let own = |p: [L; 3]| permute::<L>(p, ray.swap_x, ray.swap_y);
+    [own(p[0]), own(p[1]), own(p[2])]
 }

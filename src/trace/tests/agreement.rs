@@ -10,7 +10,7 @@ use crate::simd::{Lanes, Mask, Row, UintLanes, f32x8};
 use crate::trace::packet::Best;
 use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
-use crate::trace::store::Triangles;
+use crate::trace::store::{Triangles, permuted};
 use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Size, Tracer};
 use crate::trace::{build, bvh8};
@@ -35,7 +35,7 @@ fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u3
         let mut alone = Triangles::default();
         alone.push(&[0], |_, vertex| p[vertex]);
         alone.finish();
-        let p = alone.group(0, 1).permuted(0, &ray);
+        let p = permuted(alone.group(0, 1).ordered([0, 1, 2]).one(0), &ray);
         let (mask, weights) = covers(&ray.own, &p);
         let found = hit::<f32, false>(&ray.own, &p, mask, start.t, ray.pad);
         record(found.mask, found.t, index as u32, barycentrics(weights));
