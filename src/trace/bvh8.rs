@@ -5,12 +5,14 @@
 //! over the number of subtrees a node may leave behind, for the least expected cost. Opening the largest boxes first
 //! leaves the nodes half empty.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::build::Tree;
 use super::node::{Bounds, Child, NOWHERE, Node, Part};
-use super::store::{Triangles, WIDTH};
+use super::store::{Builder, Triangles, WIDTH};
 
 /// Eight children; unused ones lie [`NOWHERE`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node8 {
     /// `[axis][min, max][child]`
@@ -218,21 +220,20 @@ impl Bvh8 {
                 }
             }
         }
-        let mut triangles = Triangles::with_capacity(tree.triangles.len());
+        let mut triangles = Builder::with_capacity(tree.triangles.len());
         let mut at = 0;
         while at < parts.len() {
             let end = at + parts[at].size as usize;
             triangles.push(&tree.triangles[at..end], &corner);
             at = end;
         }
-        triangles.finish();
         for link in tree.nodes.iter_mut().flat_map(|n| &mut n.link) {
             let child = link.child;
             if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
                 link.part = parts[child.range().start];
             }
         }
-        triangles
+        triangles.finish()
     }
 }
 

@@ -19,6 +19,7 @@ mod ray;
 mod single;
 mod sphere;
 mod store;
+mod table;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -30,12 +31,13 @@ use crate::scene::Scene;
 use crate::simd::{Lanes, Row};
 
 use self::build::Tree;
-use self::bvh8::Bvh8;
+use self::bvh8::{Bvh8, Node8};
 use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
-use self::store::Triangles;
+use self::store::{Triangles, View};
+use self::table::Table;
 
 /// What the size of the wide tree says about the best traversal. Thresholds are from `benches/rays`, on a machine with
 /// 1 MiB of second and 32 MiB of third level cache.
@@ -61,13 +63,21 @@ impl Size {
 
 /// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
 pub struct Tracer {
-    nodes: Vec<Node>,
-    wide: Bvh8,
+    nodes: Table<Node>,
+    wide: Table<Node8>,
     triangles: Triangles,
     spheres: Vec<LeafSphere>,
     extent: Extent,
     size: Size,
     stats: Stats,
+}
+
+/// The tables of a tracer, as rays read them.
+struct Trees<'a> {
+    nodes: &'a [Node],
+    wide: &'a [Node8],
+    triangles: View<'a>,
+    spheres: &'a [LeafSphere],
 }
 
 /// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result; with one lane,
@@ -141,9 +151,9 @@ impl Tracer {
             build_time: start.elapsed(),
         };
         Tracer {
-            nodes: tree.nodes,
+            nodes: Table::new(tree.nodes),
             size: Size::of(&wide, &triangles),
-            wide,
+            wide: Table::new(wide.nodes),
             triangles,
             spheres: tree.spheres,
             extent: tree.extent,
@@ -211,6 +221,12 @@ impl Tracer {
         list: &[u32],
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
+        let trees = Trees {
+            nodes: self.nodes.entries(),
+            wide: self.wide.entries(),
+            triangles: self.triangles.view(),
+            spheres: &self.spheres,
+        };
         let mut packets = packet::Stack::<L>::new();
         WALKS.with_borrow_mut(|walks| {
             for packet in list.chunks(L::N) {
@@ -223,12 +239,12 @@ impl Tracer {
                         Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
                     };
                 if together {
-                    packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
+                    packet::traverse::<L, ANY>(&trees, &ray, &mut best, &mut packets);
                 } else {
                     if self.size == Size::Small {
-                        single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
+                        single::traverse::<L, ANY, false>(&trees, &ray, &mut best, walks);
                     } else {
-                        single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
+                        single::traverse::<L, ANY, true>(&trees, &ray, &mut best, walks);
                     }
                 }
                 store(packet, &ray, &best);

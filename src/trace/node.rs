@@ -1,5 +1,7 @@
 //! Nodes of the binary tree as the traversal reads them: one cache line holds the boxes of both children.
 
+use bytemuck::{Pod, Zeroable};
+
 /// A reference to a child, as 32 bits:
 ///
 /// | bits    | leaf                              | inner node   |
@@ -8,7 +10,8 @@
 /// | 30      | 1 for spheres, 0 for triangles    | index        |
 /// | 29..26  | number of primitives, 0 to 15     | index        |
 /// | 25..0   | first primitive in leaf order     | index        |
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct Child(pub u32);
 
 const LEAF: u32 = 1 << 31;
@@ -65,7 +68,7 @@ pub fn union(a: Bounds, b: Bounds) -> Bounds {
 }
 
 /// Where the triangles of a leaf are in their group, see [`super::store`].
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Part {
     /// Place of the leaf's first triangle.
@@ -75,7 +78,7 @@ pub struct Part {
 }
 
 /// A child, with what its triangles' place in the store adds to it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(8))]
 pub struct Link {
     pub child: Child,
@@ -93,7 +96,7 @@ impl Link {
 }
 
 /// Both children of an inner node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
     pub bounds: [Bounds; 2],

@@ -3,7 +3,7 @@
 //! Both children of a node are tested for all rays at once. The child that more rays meet first is entered, the other waits
 //! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
 
-use super::Tracer;
+use super::Trees;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
 use super::store::{Ordered, permuted};
@@ -112,26 +112,26 @@ impl<L: Lanes> Best<L> {
 /// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
 ) {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
+        Some(agreement) => descend::<L, ANY, true>(trees, ray, &agreement, best, stack),
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
+            descend::<L, ANY, false>(trees, ray, &any, best, stack);
         }
     }
 }
 
 #[inline(always)]
 fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     ray: &Ray<L>,
     agreement: &Agreement,
     best: &mut Best<L>,
@@ -144,7 +144,7 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
     let mut current = Link::to(Child::inner(0));
     loop {
         if !current.child.is_leaf() {
-            let node: &Node = &tracer.nodes[current.child.index()];
+            let node: &Node = &trees.nodes[current.child.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
@@ -176,7 +176,7 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                 (false, false) => {}
             }
         } else if current.child.is_sphere_leaf() {
-            for sphere in &tracer.spheres[current.child.range()] {
+            for sphere in &trees.spheres[current.child.range()] {
                 let found = sphere.hit::<L, ANY>(ray, best.t);
                 let zero = L::zero();
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
@@ -185,10 +185,10 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             let range = current.child.range();
             let place = current.part.place as usize;
             let size = current.part.size as usize;
-            let group = tracer.triangles.group(range.start - place, size);
+            let group = trees.triangles.group(range.start - place, size);
             let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
-                let index = || tracer.triangles.index(position);
+                let index = || trees.triangles.index(position);
                 test_triangle::<L, ANY, AGREE>(ray, &group, place + i, best, index);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Tracer;
+use super::Trees;
 use super::bvh8::Node8;
 use super::node::Child;
 use super::packet::Best;
@@ -124,7 +124,7 @@ impl Stored {
 /// others: for trees that do not fit the caches.
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     rays: &Ray<L>,
     best: &mut Best<L>,
     walks: &mut Walks,
@@ -144,8 +144,8 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
         let mut live = live;
         while live != 0 {
             for lane in bits(live) {
-                if walks[lane].step::<L, ANY>(tracer, rays, lane) {
-                    walks[lane].announce(tracer);
+                if walks[lane].step::<L, ANY>(trees, rays, lane) {
+                    walks[lane].announce(trees);
                 } else {
                     live &= !(1 << lane);
                 }
@@ -155,7 +155,7 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
         for lane in bits(live) {
             let walk = &mut walks[lane];
             walk.ray = stored.splat(lane);
-            while walk.step::<L, ANY>(tracer, rays, lane) {}
+            while walk.step::<L, ANY>(trees, rays, lane) {}
         }
     }
     *best = Best {
@@ -205,11 +205,11 @@ impl Walk {
 
     /// Prefetches what the next step will read.
     #[inline(always)]
-    fn announce(&self, tracer: &Tracer) {
+    fn announce(&self, trees: &Trees) {
         if !self.current.is_leaf() {
-            prefetch::<256, _>(&tracer.wide.nodes, self.current.index());
+            prefetch::<256, _>(trees.wide, self.current.index());
         } else if !self.current.is_sphere_leaf() {
-            prefetch::<256, _>(tracer.triangles.rows(), 9 * self.current.range().start);
+            trees.triangles.prefetch(self.current.range().start);
         }
     }
 
@@ -217,13 +217,13 @@ impl Walk {
     #[inline(always)]
     fn step<L: Lanes, const ANY: bool>(
         &mut self,
-        tracer: &Tracer,
+        trees: &Trees,
         rays: &Ray<L>,
         lane: usize,
     ) -> bool {
         let (ray, best, stack) = (&self.ray, &mut self.best, &mut self.stack);
         if !self.current.is_leaf() {
-            let node: &Node8 = &tracer.wide.nodes[self.current.index()];
+            let node: &Node8 = &trees.wide[self.current.index()];
             let (near, mut meets) = enter(ray, node, best.t);
             if meets != 0 {
                 let entry = |slot: usize| {
@@ -251,14 +251,14 @@ impl Walk {
             }
         } else if self.current.is_sphere_leaf() {
             let ray = rays.lane(lane);
-            for sphere in &tracer.spheres[self.current.range()] {
+            for sphere in &trees.spheres[self.current.range()] {
                 let found = sphere.hit::<f32, ANY>(&ray, best.t);
                 if found.mask {
                     record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
                 }
             }
         } else {
-            test_group::<ANY>(tracer, ray, self.current.range(), best);
+            test_group::<ANY>(trees, ray, self.current.range(), best);
         }
         if ANY && best.t < 0.0 {
             return false;
@@ -291,12 +291,12 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
 
 #[inline(always)]
 fn test_group<const ANY: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     ray: &Splat,
     range: Range<usize>,
     best: &mut Best<f32>,
 ) {
-    let group = tracer.triangles.group(range.start, range.len());
+    let group = trees.triangles.group(range.start, range.len());
     let p = group.ordered(ray.order).all();
     let (mask, weights) = covers(&ray.own, &p);
     let covered = Mask::bits(mask) & group.lanes();
@@ -317,7 +317,7 @@ fn test_group<const ANY: bool>(
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
         mask &= mask - 1;
-        let prim = tracer.triangles.index(range.start + lane);
+        let prim = trees.triangles.index(range.start + lane);
         record::<ANY>(best, t[lane], prim, || [b[0][lane], b[1][lane]]);
     }
 }

@@ -5,7 +5,9 @@
 //! on are somebody else's numbers and are masked off; a packet broadcasts single entries. So a triangle takes 40 bytes, its
 //! index included, however full the leaves are; blocks of eight lanes would take 65.
 
+use super::prefetch::prefetch;
 use super::ray::{Ray, permute};
+use super::table::Table;
 use crate::simd::{Lanes, f32x8};
 
 /// Most triangles in a group.
@@ -14,9 +16,9 @@ pub const WIDTH: usize = 8;
 /// masks that no offset needs a check.
 const WINDOW: usize = 256 + WIDTH;
 
-/// Triangles in leaf order.
+/// Triangles in leaf order, while the store is filled.
 #[derive(Default)]
-pub struct Triangles {
+pub struct Builder {
     /// Rows of one group after the other, and a last window.
     rows: Vec<f32>,
     /// Indices in the scene.
@@ -30,7 +32,7 @@ pub struct Group<'a> {
     size: usize,
 }
 
-impl Triangles {
+impl Builder {
     pub fn with_capacity(count: usize) -> Self {
         Self {
             rows: Vec::with_capacity(9 * count + WINDOW),
@@ -55,22 +57,49 @@ impl Triangles {
         self.rows.extend_from_slice(&rows[..9 * size]);
     }
 
-    /// To be called after the last group.
-    pub fn finish(&mut self) {
+    pub fn finish(mut self) -> Triangles {
         self.rows.resize(self.rows.len() + WINDOW, 0.0);
+        Triangles {
+            rows: Table::new(self.rows),
+            index: Table::new(self.index),
+        }
     }
+}
 
+/// The store.
+pub struct Triangles {
+    rows: Table<f32>,
+    index: Table<u32>,
+}
+
+impl Triangles {
     pub fn len(&self) -> usize {
-        self.index.len()
+        self.index.entries().len()
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.rows[..]) + size_of_val(&self.index[..])
+        size_of_val(self.rows.entries()) + size_of_val(self.index.entries())
     }
 
+    pub fn view(&self) -> View<'_> {
+        View {
+            rows: self.rows.entries(),
+            index: self.index.entries(),
+        }
+    }
+}
+
+/// The store as rays read it.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    rows: &'a [f32],
+    index: &'a [u32],
+}
+
+impl<'a> View<'a> {
     /// The group of `size` triangles whose first is at a position in leaf order.
     #[inline(always)]
-    pub fn group(&self, first: usize, size: usize) -> Group<'_> {
+    pub fn group(&self, first: usize, size: usize) -> Group<'a> {
         let window = &self.rows[9 * first..][..WINDOW];
         Group {
             rows: window.try_into().expect("a window"),
@@ -84,10 +113,10 @@ impl Triangles {
         self.index[position]
     }
 
-    /// For prefetching: the rows, and where those of a position begin.
+    /// Prefetches the group whose first triangle is at a position.
     #[inline(always)]
-    pub fn rows(&self) -> &[f32] {
-        &self.rows
+    pub fn prefetch(&self, first: usize) {
+        prefetch::<256, _>(self.rows, 9 * first);
     }
 }
 

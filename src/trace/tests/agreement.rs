@@ -10,7 +10,7 @@ use crate::simd::{Lanes, Mask, Row, UintLanes, f32x8};
 use crate::trace::packet::Best;
 use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
-use crate::trace::store::{Triangles, permuted};
+use crate::trace::store::{Builder, permuted};
 use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Size, Tracer};
 use crate::trace::{build, bvh8};
@@ -32,10 +32,10 @@ fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u3
     };
     for (index, triangle) in scene.triangles.iter().enumerate() {
         let p = triangle.v.map(|v| scene.vertices[v as usize].p);
-        let mut alone = Triangles::default();
+        let mut alone = Builder::default();
         alone.push(&[0], |_, vertex| p[vertex]);
-        alone.finish();
-        let p = permuted(alone.group(0, 1).ordered([0, 1, 2]).one(0), &ray);
+        let alone = alone.finish();
+        let p = permuted(alone.view().group(0, 1).ordered([0, 1, 2]).one(0), &ray);
         let (mask, weights) = covers(&ray.own, &p);
         let found = hit::<f32, false>(&ray.own, &p, mask, start.t, ray.pad);
         record(found.mask, found.t, index as u32, barycentrics(weights));
