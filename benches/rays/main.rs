@@ -45,9 +45,14 @@ fn dump(folder: &Path) -> std::io::Result<()> {
         let scene = scenes::room(detail);
         let name = format!("{}k", scene.triangles.len() / 1000);
         let vertices: Vec<[f32; 3]> = scene.vertices.iter().map(|v| v.p).collect();
-        std::fs::write(folder.join(format!("{name}.triangles")), bytemuck::cast_slice(&vertices))?;
+        std::fs::write(
+            folder.join(format!("{name}.triangles")),
+            bytemuck::cast_slice(&vertices),
+        )?;
         for mut wave in scenes::waves(&scene, &Tracer::build(&scene), SIDE) {
-            wave.rays.iter_mut().for_each(|r| r.0[7] = f32::from(u8::from(wave.shadow)));
+            wave.rays
+                .iter_mut()
+                .for_each(|r| r.0[7] = f32::from(u8::from(wave.shadow)));
             let file = format!("{name}.{}.rays", wave.name.replace(' ', "-"));
             std::fs::write(folder.join(file), bytemuck::cast_slice(&wave.rays))?;
         }

@@ -176,7 +176,10 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
             len: 0,
         };
         family.open(nodes, &cuts, node, 8);
-        for (slot, &(bounds, child)) in family.members[..family.len].iter().enumerate() {
+        let members = &mut family.members[..family.len];
+        // Where any hit will do, the largest is the most likely to have one.
+        members.sort_by(|a, b| half_area(&b.0).total_cmp(&half_area(&a.0)));
+        for (slot, &(bounds, child)) in members.iter().enumerate() {
             for axis in 0..3 {
                 for side in 0..2 {
                     wide.nodes[at].bounds[axis][side][slot] = bounds[axis][side];

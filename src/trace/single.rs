@@ -32,11 +32,17 @@ impl Walks {
 
 /// A ray on its way.
 struct Walk {
+    cursor: Cursor,
+    ray: Splat,
+    stack: Stack,
+}
+
+/// Where a ray is, and what it has found. Apart from the rest so that it stays in registers.
+#[derive(Clone, Copy)]
+struct Cursor {
     current: Child,
     top: usize,
     best: Best<f32>,
-    ray: Splat,
-    stack: Stack,
 }
 
 /// The ray of one lane, in every lane.
@@ -133,9 +139,11 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
     for (lane, walk) in walks.iter_mut().enumerate().take(L::N) {
-        walk.best = best.lane(lane);
-        walk.current = Child::inner(0);
-        walk.top = 0;
+        walk.cursor = Cursor {
+            current: Child::inner(0),
+            top: 0,
+            best: best.lane(lane),
+        };
     }
     if INTERLEAVE {
         for lane in bits(live) {
@@ -144,8 +152,9 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
         let mut live = live;
         while live != 0 {
             for lane in bits(live) {
-                if walks[lane].step::<L, ANY>(trees, rays, lane) {
-                    walks[lane].announce(trees);
+                let Walk { cursor, ray, stack } = &mut walks[lane];
+                if cursor.step::<L, ANY>(trees, ray, stack, (rays, lane)) {
+                    cursor.announce(trees);
                 } else {
                     live &= !(1 << lane);
                 }
@@ -154,15 +163,17 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
     } else {
         for lane in bits(live) {
             let walk = &mut walks[lane];
-            walk.ray = stored.splat(lane);
-            while walk.step::<L, ANY>(trees, rays, lane) {}
+            let ray = stored.splat(lane);
+            let mut cursor = walk.cursor;
+            while cursor.step::<L, ANY>(trees, &ray, &mut walk.stack, (rays, lane)) {}
+            walk.cursor = cursor;
         }
     }
     *best = Best {
-        t: L::from_fn(|lane| walks[lane & 7].best.t),
-        b1: L::from_fn(|lane| walks[lane & 7].best.b1),
-        b2: L::from_fn(|lane| walks[lane & 7].best.b2),
-        prim: L::Uint::from_fn(|lane| walks[lane & 7].best.prim),
+        t: L::from_fn(|lane| walks[lane & 7].cursor.best.t),
+        b1: L::from_fn(|lane| walks[lane & 7].cursor.best.b1),
+        b2: L::from_fn(|lane| walks[lane & 7].cursor.best.b2),
+        prim: L::Uint::from_fn(|lane| walks[lane & 7].cursor.best.prim),
     };
 }
 
@@ -182,9 +193,11 @@ impl Walk {
     const fn new() -> Self {
         const ZERO: [f32x8; 3] = [f32x8::ZERO; 3];
         Self {
-            current: Child::EMPTY,
-            top: 0,
-            best: Best::NOTHING,
+            cursor: Cursor {
+                current: Child::EMPTY,
+                top: 0,
+                best: Best::NOTHING,
+            },
             ray: Splat {
                 rd: ZERO,
                 ord: ZERO,
@@ -202,7 +215,9 @@ impl Walk {
             stack: [0; STACK],
         }
     }
+}
 
+impl Cursor {
     /// Prefetches what the next step will read.
     #[inline(always)]
     fn announce(&self, trees: &Trees) {
@@ -218,66 +233,101 @@ impl Walk {
     fn step<L: Lanes, const ANY: bool>(
         &mut self,
         trees: &Trees,
-        rays: &Ray<L>,
-        lane: usize,
+        ray: &Splat,
+        stack: &mut Stack,
+        (rays, lane): (&Ray<L>, usize),
     ) -> bool {
-        let (ray, best, stack) = (&self.ray, &mut self.best, &mut self.stack);
         if !self.current.is_leaf() {
             let node: &Node8 = &trees.wide[self.current.index()];
-            let (near, mut meets) = enter(ray, node, best.t);
+            let (near, meets) = enter(ray, node, self.best.t);
             if meets != 0 {
-                let entry = |slot: usize| {
-                    (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64
-                };
-                let mut nearest = entry(meets.trailing_zeros() as usize);
-                meets &= meets - 1;
-                // The nearest is entered, the others wait, farthest first.
-                let bottom = self.top;
-                while meets != 0 {
-                    let next = entry(meets.trailing_zeros() as usize);
-                    meets &= meets - 1;
-                    let farther = nearest.max(next);
-                    nearest = nearest.min(next);
-                    let mut at = self.top;
-                    while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
-                        stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
-                        at -= 1;
-                    }
-                    stack[at & (STACK - 1)] = farther;
-                    self.top += 1;
+                if ANY {
+                    self.enter_any(node, meets, stack);
+                } else {
+                    self.enter_nearest(node, near, meets, stack);
                 }
-                self.current = Child(nearest as u32);
                 return true;
             }
         } else if self.current.is_sphere_leaf() {
             let ray = rays.lane(lane);
             for sphere in &trees.spheres[self.current.range()] {
-                let found = sphere.hit::<f32, ANY>(&ray, best.t);
+                let found = sphere.hit::<f32, ANY>(&ray, self.best.t);
                 if found.mask {
-                    record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
+                    record::<ANY>(&mut self.best, found.t, sphere.index(), || [0.0; 2]);
                 }
             }
         } else {
-            test_group::<ANY>(trees, ray, self.current.range(), best);
+            test_group::<ANY>(trees, ray, self.current.range(), &mut self.best);
         }
-        if ANY && best.t < 0.0 {
+        if ANY && self.best.t < 0.0 {
             return false;
         }
         while self.top > 0 {
             self.top -= 1;
             let entry = stack[self.top & (STACK - 1)];
-            if f32::from_bits((entry >> 32) as u32) <= best.t {
+            if ANY || f32::from_bits((entry >> 32) as u32) <= self.best.t {
                 self.current = Child(entry as u32);
                 return true;
             }
         }
         false
     }
+
+    /// Enters the nearest child; the others wait, farthest first. Mostly there are one or two.
+    #[inline(always)]
+    fn enter_nearest(&mut self, node: &Node8, near: f32x8, mut meets: u32, stack: &mut Stack) {
+        let slot = meets.trailing_zeros() as usize & 7;
+        meets &= meets - 1;
+        if meets == 0 {
+            self.current = node.child[slot];
+            return;
+        }
+        let near = near.to_array();
+        let entry =
+            |slot: usize| (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64;
+        let mut nearest = entry(slot);
+        let next = entry(meets.trailing_zeros() as usize);
+        meets &= meets - 1;
+        let bottom = self.top;
+        stack[bottom & (STACK - 1)] = nearest.max(next);
+        self.top += 1;
+        nearest = nearest.min(next);
+        while meets != 0 {
+            let next = entry(meets.trailing_zeros() as usize);
+            meets &= meets - 1;
+            let farther = nearest.max(next);
+            nearest = nearest.min(next);
+            let mut at = self.top;
+            while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
+                stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
+                at -= 1;
+            }
+            stack[at & (STACK - 1)] = farther;
+            self.top += 1;
+        }
+        self.current = Child(nearest as u32);
+    }
+
+    /// Enters the first child, which is the largest; the others wait in their order. What is nearest does not matter.
+    #[inline(always)]
+    fn enter_any(&mut self, node: &Node8, mut meets: u32, stack: &mut Stack) {
+        loop {
+            let slot = meets.ilog2() as usize & 7;
+            let child = node.child[slot];
+            meets ^= 1 << slot;
+            if meets == 0 {
+                self.current = child;
+                return;
+            }
+            stack[self.top & (STACK - 1)] = child.0 as u64;
+            self.top += 1;
+        }
+    }
 }
 
 /// Where the ray enters each child, and bits of those it enters no later than its best hit.
 #[inline(always)]
-fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
+fn enter(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
     let (mut near, mut far) = (f32x8::ZERO, f32x8::splat(t_max));
     for k in 0..3 {
         let side = ray.negative[k] & 1;
@@ -286,7 +336,7 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
         near = Lanes::max(near, plane(side));
         far = Lanes::min(far, plane(1 - side));
     }
-    (near.to_array(), Mask::bits(Lanes::le(near, far)))
+    (near, Mask::bits(Lanes::le(near, far)))
 }
 
 #[inline(always)]
