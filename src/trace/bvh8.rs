@@ -26,6 +26,8 @@ const _: () = assert!(size_of::<Node8>() == 256);
 /// The wide tree. Its triangle leaves are the groups of the store, its sphere leaves those of the binary tree.
 pub struct Bvh8 {
     pub nodes: Vec<Node8>,
+    /// Where nodes of the binary tree are met again; the root where they are not.
+    again: Vec<Child>,
     /// Number of groups.
     pub groups: usize,
     /// Levels of nodes.
@@ -165,6 +167,7 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
     let cuts = Cuts::of_all(nodes);
     let mut wide = Bvh8 {
         nodes: vec![Node8::new()],
+        again: vec![Child::inner(0); nodes.len()],
         groups: 0,
         depth: 1,
     };
@@ -198,6 +201,9 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
                 pending.push((index, depth + 1, child.index()));
                 Child::inner(index)
             };
+            if !child.is_leaf() {
+                wide.again[child.index()] = wide.nodes[at].child[slot];
+            }
         }
     }
     wide
@@ -217,7 +223,7 @@ impl Bvh8 {
         for child in self.nodes.iter().flat_map(|n| n.child) {
             if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
                 let range = child.range();
-                let size = range.len() as u16;
+                let size = range.len() as u32;
                 for (place, part) in (0..).zip(&mut parts[range]) {
                     *part = Part { place, size };
                 }
@@ -232,8 +238,10 @@ impl Bvh8 {
         }
         for link in tree.nodes.iter_mut().flat_map(|n| &mut n.link) {
             let child = link.child;
-            if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
-                link.part = parts[child.range().start];
+            if !child.is_leaf() {
+                link.set_wide(self.again[child.index()]);
+            } else if !child.is_sphere_leaf() && child != Child::EMPTY {
+                link.set_part(parts[child.range().start]);
             }
         }
         triangles.finish()

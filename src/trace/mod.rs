@@ -39,27 +39,38 @@ use self::sphere::LeafSphere;
 use self::store::{Triangles, View};
 use self::table::Table;
 
-/// What the size of the wide tree says about the best traversal. Thresholds are from `benches/rays`, on a machine with
+/// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on a machine with
 /// 1 MiB of second and 32 MiB of third level cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Size {
-    /// Most of the tree is in the second level cache: packets where rays agree, else single rays one by one.
+    /// Rays meet most of the few nodes whatever they do: packets always.
+    Tiny,
+    /// Most of the tree is in the second level cache: packets where rays are near each other, else single rays one by one.
     Small,
-    /// Single rays wait for memory, so they are interleaved: a quarter faster at 30 MB.
+    /// Single rays wait for memory, so they are interleaved; packets only where rays stay together.
     Large,
-    /// Packets wait as well, and interleaved single rays beat them even where rays agree: twice as fast at 160 MB.
-    Huge,
 }
 
 impl Size {
     fn of(wide: &Bvh8, triangles: &Triangles) -> Self {
         match size_of_val(&wide.nodes[..]) + triangles.bytes() {
-            0..0x40_0000 => Size::Small,
-            0x40_0000..0x400_0000 => Size::Large,
-            _ => Size::Huge,
+            0..0x4000 => Size::Tiny,
+            0x4000..0x40_0000 => Size::Small,
+            _ => Size::Large,
         }
     }
 }
+
+/// How a packet is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Together until no more than so many rays meet a subtree.
+    Together(u32),
+    Apart,
+}
+
+/// With so few rays left, a packet that will not stay together is better off apart.
+const FEW: u32 = 4;
 
 /// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
 pub struct Tracer {
@@ -78,6 +89,8 @@ struct Trees<'a> {
     wide: &'a [Node8],
     triangles: View<'a>,
     spheres: &'a [LeafSphere],
+    /// Whether single rays take turns.
+    in_turns: bool,
 }
 
 /// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result; with one lane,
@@ -226,30 +239,46 @@ impl Tracer {
             wide: self.wide.entries(),
             triangles: self.triangles.view(),
             spheres: &self.spheres,
+            in_turns: self.size == Size::Large,
         };
         let mut packets = packet::Stack::<L>::new();
         WALKS.with_borrow_mut(|walks| {
             for packet in list.chunks(L::N) {
                 let ray = Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
-                let together = L::N == 1
-                    || match coherence {
-                        Coherence::Coherent => true,
-                        Coherence::Incoherent => false,
-                        Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
-                    };
-                if together {
-                    packet::traverse::<L, ANY>(&trees, &ray, &mut best, &mut packets);
-                } else {
-                    if self.size == Size::Small {
-                        single::traverse::<L, ANY, false>(&trees, &ray, &mut best, walks);
-                    } else {
-                        single::traverse::<L, ANY, true>(&trees, &ray, &mut best, walks);
+                match self.way(coherence, &ray) {
+                    Way::Together(few) => packet::traverse::<L, ANY>(
+                        &trees,
+                        &ray,
+                        &mut best,
+                        &mut packets,
+                        walks,
+                        few,
+                    ),
+                    Way::Apart if trees.in_turns => {
+                        single::traverse::<L, ANY, true>(&trees, &ray, &mut best, walks)
                     }
+                    Way::Apart => single::traverse::<L, ANY, false>(&trees, &ray, &mut best, walks),
                 }
                 store(packet, &ray, &best);
             }
         });
+    }
+
+    #[inline(always)]
+    fn way<L: Lanes>(&self, coherence: Coherence, ray: &Ray<L>) -> Way {
+        if L::N == 1 {
+            return Way::Together(0);
+        }
+        match coherence {
+            Coherence::Coherent => Way::Together(0),
+            Coherence::Incoherent => Way::Apart,
+            Coherence::Unknown if self.size == Size::Tiny => Way::Together(0),
+            Coherence::Unknown if !ray.is_near(&self.extent) => Way::Apart,
+            Coherence::Unknown if ray.is_narrow() => Way::Together(0),
+            Coherence::Unknown if self.size == Size::Small => Way::Together(FEW),
+            Coherence::Unknown => Way::Apart,
+        }
     }
 }
 

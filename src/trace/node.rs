@@ -27,7 +27,7 @@ impl Child {
     /// A leaf of nothing.
     pub const EMPTY: Child = Child(LEAF);
 
-    pub fn inner(index: usize) -> Self {
+    pub const fn inner(index: usize) -> Self {
         debug_assert!(index < LEAF as usize);
         Self(index as u32)
     }
@@ -68,30 +68,46 @@ pub fn union(a: Bounds, b: Bounds) -> Bounds {
 }
 
 /// Where the triangles of a leaf are in their group, see [`super::store`].
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Part {
     /// Place of the leaf's first triangle.
-    pub place: u16,
+    pub place: u32,
     /// Triangles of the group.
-    pub size: u16,
+    pub size: u32,
 }
 
-/// A child, with what its triangles' place in the store adds to it.
+/// A child, and where it is met again: a leaf of triangles in the store, an inner node in the wide tree.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(8))]
 pub struct Link {
     pub child: Child,
-    pub part: Part,
+    again: u32,
 }
 
 impl Link {
     pub const EMPTY: Link = Link::to(Child::EMPTY);
 
-    /// To a node, or to a leaf that has no part in the store yet.
+    /// Not met again.
     pub const fn to(child: Child) -> Self {
-        let part = Part { place: 0, size: 0 };
-        Self { child, part }
+        Self { child, again: 0 }
+    }
+    pub fn set_part(&mut self, part: Part) {
+        self.again = part.size << 4 | part.place;
+    }
+    #[inline(always)]
+    pub fn part(self) -> Part {
+        Part {
+            place: self.again & 15,
+            size: self.again >> 4,
+        }
+    }
+    pub fn set_wide(&mut self, wide: Child) {
+        self.again = wide.0;
+    }
+    /// The same subtree in the wide tree, if it has one. The root, which is no child, stands for none.
+    #[inline(always)]
+    pub fn wide(self) -> Option<Child> {
+        (self.again != 0).then_some(Child(self.again))
     }
 }
 

@@ -6,6 +6,7 @@
 use super::Trees;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
+use super::single::{self, Stored, Walks};
 use super::store::{Ordered, permuted};
 use super::triangle::{barycentrics, covers, hit};
 use crate::scene::NONE;
@@ -71,17 +72,6 @@ impl<L: Lanes> Best<L> {
         self.prim = L::uint_select(mask, prim, self.prim);
     }
 
-    /// One lane.
-    #[inline(always)]
-    pub fn lane(&self, i: usize) -> Best<f32> {
-        Best {
-            t: self.t.lane(i),
-            b1: self.b1.lane(i),
-            b2: self.b2.lane(i),
-            prim: self.prim.lane(i),
-        }
-    }
-
     /// Bits of the lanes that ended with a negative `t`: something was in their way.
     #[inline(always)]
     pub fn blocked(&self, ray: &Ray<L>) -> u32 {
@@ -110,21 +100,26 @@ impl<L: Lanes> Best<L> {
 }
 
 /// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+///
+/// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
+/// traversal, Wald et al. 2014).
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
+    walks: &mut Walks,
+    few: u32,
 ) {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(trees, ray, &agreement, best, stack),
+        Some(agreement) => descend::<L, ANY, true>(trees, ray, &agreement, best, stack, walks, few),
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(trees, ray, &any, best, stack);
+            descend::<L, ANY, false>(trees, ray, &any, best, stack, walks, few);
         }
     }
 }
@@ -136,14 +131,29 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
     agreement: &Agreement,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
+    walks: &mut Walks,
+    few: u32,
 ) {
     let Stack(stack) = stack;
     // Rays that miss a box never enter it.
     let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
     let mut current = Link::to(Child::inner(0));
+    let mut bits = ray.live().bits();
+    let mut stored = None;
     loop {
-        if !current.child.is_leaf() {
+        if L::N > 1
+            && bits.count_ones() <= few
+            && !current.child.is_leaf()
+            && let Some(wide) = current.wide()
+        {
+            let stored = stored.get_or_insert_with(|| Stored::new(ray));
+            *best = if trees.in_turns {
+                single::leave::<L, ANY, true>(trees, ray, stored, bits, wide, *best, walks)
+            } else {
+                single::leave::<L, ANY, false>(trees, ray, stored, bits, wide, *best, walks)
+            };
+        } else if !current.child.is_leaf() {
             let node: &Node = &trees.nodes[current.child.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
@@ -157,20 +167,24 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                         let near = L::select(meets0, near0, nowhere);
                         stack[top & (MAX_DEPTH - 1)] = (node.link[0], near);
                         current = node.link[1];
+                        bits = bits1;
                     } else {
                         let near = L::select(meets1, near1, nowhere);
                         stack[top & (MAX_DEPTH - 1)] = (node.link[1], near);
                         current = node.link[0];
+                        bits = bits0;
                     }
                     top += 1;
                     continue;
                 }
                 (true, false) => {
                     current = node.link[0];
+                    bits = bits0;
                     continue;
                 }
                 (false, true) => {
                     current = node.link[1];
+                    bits = bits1;
                     continue;
                 }
                 (false, false) => {}
@@ -183,8 +197,8 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             }
         } else {
             let range = current.child.range();
-            let place = current.part.place as usize;
-            let size = current.part.size as usize;
+            let part = current.part();
+            let (place, size) = (part.place as usize, part.size as usize);
             let group = trees.triangles.group(range.start - place, size);
             let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
@@ -201,7 +215,8 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             }
             top -= 1;
             let (link, near) = stack[top & (MAX_DEPTH - 1)];
-            if near.le(best.t).any() {
+            bits = near.le(best.t).bits();
+            if bits != 0 {
                 current = link;
                 break;
             }

@@ -10,7 +10,7 @@ use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
 use super::store::WIDTH;
 use super::triangle::{barycentrics, covers, hit};
-use crate::simd::{Lanes, Mask, UintLanes, f32x8};
+use crate::simd::{Lanes, Mask, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
 const STACK: usize = 256;
@@ -59,7 +59,7 @@ struct Splat {
 }
 
 /// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one instruction.
-struct Stored {
+pub struct Stored {
     o: [[f32; 8]; 3],
     d: [[f32; 8]; 3],
     rd: [[f32; 8]; 3],
@@ -72,7 +72,7 @@ struct Stored {
 
 impl Stored {
     #[inline(always)]
-    fn new<L: Lanes>(ray: &Ray<L>) -> Self {
+    pub fn new<L: Lanes>(ray: &Ray<L>) -> Self {
         let one = |x: L| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);
@@ -135,46 +135,120 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
     best: &mut Best<L>,
     walks: &mut Walks,
 ) {
-    let Walks(walks) = walks;
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
-    for (lane, walk) in walks.iter_mut().enumerate().take(L::N) {
-        walk.cursor = Cursor {
-            current: Child::inner(0),
-            top: 0,
-            best: best.lane(lane),
-        };
-    }
+    follow::<L, ANY, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
+}
+
+/// Follows the rays of the lanes in `live` through the wide tree below `start`.
+#[inline(always)]
+fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+    trees: &Trees,
+    rays: &Ray<L>,
+    stored: &Stored,
+    live: u32,
+    start: Child,
+    best: &mut Best<L>,
+    Walks(walks): &mut Walks,
+) {
+    let mut found = Found::new(best);
+    let begin = |lane: usize, found: &Found| Cursor {
+        current: start,
+        top: 0,
+        best: found.lane(lane),
+    };
     if INTERLEAVE {
         for lane in bits(live) {
+            walks[lane].cursor = begin(lane, &found);
             walks[lane].ray = stored.splat(lane);
         }
-        let mut live = live;
-        while live != 0 {
-            for lane in bits(live) {
+        let mut going = live;
+        while going != 0 {
+            for lane in bits(going) {
                 let Walk { cursor, ray, stack } = &mut walks[lane];
                 if cursor.step::<L, ANY>(trees, ray, stack, (rays, lane)) {
                     cursor.announce(trees);
                 } else {
-                    live &= !(1 << lane);
+                    going &= !(1 << lane);
+                    found.set(lane, &cursor.best);
                 }
             }
         }
     } else {
+        let stack = &mut walks[0].stack;
         for lane in bits(live) {
-            let walk = &mut walks[lane];
             let ray = stored.splat(lane);
-            let mut cursor = walk.cursor;
-            while cursor.step::<L, ANY>(trees, &ray, &mut walk.stack, (rays, lane)) {}
-            walk.cursor = cursor;
+            let mut cursor = begin(lane, &found);
+            while cursor.step::<L, ANY>(trees, &ray, stack, (rays, lane)) {}
+            found.set(lane, &cursor.best);
         }
     }
-    *best = Best {
-        t: L::from_fn(|lane| walks[lane & 7].cursor.best.t),
-        b1: L::from_fn(|lane| walks[lane & 7].cursor.best.b1),
-        b2: L::from_fn(|lane| walks[lane & 7].cursor.best.b2),
-        prim: L::Uint::from_fn(|lane| walks[lane & 7].cursor.best.prim),
-    };
+    *best = found.all();
+}
+
+/// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep their registers.
+#[inline(never)]
+pub fn leave<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+    trees: &Trees,
+    rays: &Ray<L>,
+    stored: &Stored,
+    live: u32,
+    start: Child,
+    mut best: Best<L>,
+    walks: &mut Walks,
+) -> Best<L> {
+    follow::<L, ANY, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
+    best
+}
+
+/// The best hits of a packet in memory, lane by lane.
+struct Found {
+    t: [f32; 8],
+    b1: [f32; 8],
+    b2: [f32; 8],
+    prim: [f32; 8],
+}
+
+impl Found {
+    #[inline(always)]
+    fn new<L: Lanes>(best: &Best<L>) -> Self {
+        let one = |x: L| {
+            let mut lanes = [0.0; 8];
+            x.store(&mut lanes);
+            lanes
+        };
+        Self {
+            t: one(best.t),
+            b1: one(best.b1),
+            b2: one(best.b2),
+            prim: one(L::from_bits(best.prim)),
+        }
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Best<f32> {
+        Best {
+            t: self.t[lane],
+            b1: self.b1[lane],
+            b2: self.b2[lane],
+            prim: self.prim[lane].to_bits(),
+        }
+    }
+    #[inline(always)]
+    fn set(&mut self, lane: usize, best: &Best<f32>) {
+        self.t[lane] = best.t;
+        self.b1[lane] = best.b1;
+        self.b2[lane] = best.b2;
+        self.prim[lane] = f32::from_bits(best.prim);
+    }
+    #[inline(always)]
+    fn all<L: Lanes>(&self) -> Best<L> {
+        Best {
+            t: L::load(&self.t),
+            b1: L::load(&self.b1),
+            b2: L::load(&self.b2),
+            prim: L::load(&self.prim).to_bits(),
+        }
+    }
 }
 
 /// The set bits of a mask of eight lanes.

@@ -96,7 +96,8 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
             (Size::Small, Coherence::Incoherent),
             (Size::Large, Coherence::Incoherent),
             (Size::Small, Coherence::Unknown),
-            (Size::Huge, Coherence::Unknown),
+            (Size::Large, Coherence::Unknown),
+            (Size::Tiny, Coherence::Unknown),
         ] {
             tracer.size = size;
             let trace = |hits: &mut [Row], blocked: &mut [u32]| {
