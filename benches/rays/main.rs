@@ -10,6 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+use phalanx::scene::Scene;
 use phalanx::simd::{Lanes, Row, f32x8};
 use phalanx::trace::{Coherence, Tracer};
 
@@ -38,12 +39,20 @@ fn bench_wave<L: Lanes>(
     });
 }
 
+/// Of a scene, by its number of triangles.
+fn name(scene: &Scene) -> String {
+    match scene.triangles.len() {
+        few @ 0..1000 => few.to_string(),
+        many => format!("{}k", many / 1000),
+    }
+}
+
 /// Writes triangles and rays for `benches/embree`, which says how.
 fn dump(folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     for detail in DETAILS {
         let scene = scenes::room(detail);
-        let name = format!("{}k", scene.triangles.len() / 1000);
+        let name = name(&scene);
         let vertices: Vec<[f32; 3]> = scene.vertices.iter().map(|v| v.p).collect();
         std::fs::write(
             folder.join(format!("{name}.triangles")),
@@ -60,8 +69,8 @@ fn dump(folder: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Rings of a sphere, for 20 thousand, 370 thousand and 2 million triangles.
-const DETAILS: [usize; 3] = [18, 76, 178];
+/// Rings of a sphere, for 36, 20 thousand, 370 thousand and 2 million triangles.
+const DETAILS: [usize; 4] = [0, 18, 76, 178];
 /// Rays of a wave are its square.
 const SIDE: usize = 512;
 
@@ -78,13 +87,13 @@ fn main() {
         .warm_up_time(Duration::from_millis(200))
         .measurement_time(Duration::from_millis(800))
         .configure_from_args();
-    let details: &[usize] = if quick { &[8] } else { &DETAILS };
+    let details: &[usize] = if quick { &[0, 8] } else { &DETAILS };
     for &detail in details {
         let scene = scenes::room(detail);
         let tracer = Tracer::build(&scene);
         println!("{:?}", tracer.stats());
         let side = if quick { 16 } else { SIDE };
-        let mut group = criterion.benchmark_group(format!("{}k", scene.triangles.len() / 1000));
+        let mut group = criterion.benchmark_group(name(&scene));
         for wave in &scenes::waves(&scene, &tracer, side) {
             group.throughput(Throughput::Elements(wave.rays.len() as u64));
             let unknown = Coherence::Unknown;

@@ -1,6 +1,6 @@
 //! Scenes and waves of rays, all from fixed seeds.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Quat, Vec2, Vec3};
 use phalanx::scene::*;
 use phalanx::simd::{Row, f32x8};
 use phalanx::trace::{Coherence, Tracer};
@@ -23,9 +23,46 @@ impl Random {
     }
 }
 
+/// A closed room with two blocks in it: 36 triangles, as many as the Cornell box.
+fn small_room() -> Scene {
+    let mut triangles = Vec::new();
+    let mut cuboid = |centre: Vec3, half: Vec3, turn: f32| {
+        let corner = |i: usize| {
+            let pick = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            centre + Quat::from_rotation_y(turn) * (Vec3::new(pick(0), pick(1), pick(2)) * half)
+        };
+        for [a, b, c, d] in [
+            [0, 1, 3, 2],
+            [4, 5, 7, 6],
+            [0, 2, 6, 4],
+            [1, 3, 7, 5],
+            [2, 3, 7, 6],
+            [0, 1, 5, 4],
+        ] {
+            let [a, b, c, d] = [a, b, c, d].map(corner);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    };
+    cuboid(Vec3::ZERO, Vec3::splat(0.55), 0.0);
+    cuboid(
+        Vec3::new(-0.2, -0.2, 0.15),
+        Vec3::new(0.15, 0.34, 0.15),
+        0.3,
+    );
+    cuboid(
+        Vec3::new(0.2, -0.38, -0.1),
+        Vec3::new(0.15, 0.16, 0.15),
+        -0.3,
+    );
+    scene(&triangles)
+}
+
 /// A closed room whose floor is a terrain, with bumpy spheres standing in it: `detail` is the number of rings of a sphere.
-/// About `14 * 2 * detail^2 * 2 + 8 * detail^2` triangles.
+/// About `14 * 2 * detail^2 * 2 + 8 * detail^2` triangles; 36 for 0.
 pub fn room(detail: usize) -> Scene {
+    if detail == 0 {
+        return small_room();
+    }
     let mut triangles = Vec::new();
     let mut random = Random(0x5eed);
     // Walls, seen from inside; a box of half size 0.55.
@@ -159,6 +196,14 @@ fn row(o: Vec3, t_max: f32, d: Vec3) -> Row {
     Row([o.x, o.y, o.z, t_max, d.x, d.y, d.z, 0.0])
 }
 
+/// Main axis and signs of the direction: what the renderer sorts its waves by.
+fn bucket(ray: &Row) -> usize {
+    let d = [ray.0[4], ray.0[5], ray.0[6]];
+    let axis = (0..3).max_by(|&a, &b| d[a].abs().total_cmp(&d[b].abs()));
+    let sign = |k: usize| usize::from(d[k] < 0.0) << k;
+    8 * axis.unwrap_or(0) + sign(0) + sign(1) + sign(2)
+}
+
 /// Waves of `side * side` rays, as a renderer makes them.
 pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
     let count = side * side;
@@ -210,6 +255,13 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
     for i in (1..count).rev() {
         shuffled.swap(i, ((random.unit() as f64 * (i + 1) as f64) as usize).min(i));
     }
+    let sorted = |rays: &[Row]| {
+        let mut order = shuffled.clone();
+        for batch in order.chunks_mut(1024) {
+            batch.sort_by_key(|&i| bucket(&rays[i as usize]));
+        }
+        order
+    };
     // Rays lie in memory in the order they are traced, as in a renderer's batches: what is measured is the tree.
     let wave = |name, rays: &[Row], order: &[u32], shadow| Wave {
         name,
@@ -222,7 +274,9 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         wave("small steps", &copies, &all, false),
         wave("bounce pixel order", &bounces, &all, false),
         wave("bounce random order", &bounces, &shuffled, false),
+        wave("bounce sorted", &bounces, &sorted(&bounces), false),
         wave("shadow pixel order", &shadows, &all, true),
         wave("shadow random order", &shadows, &shuffled, true),
+        wave("shadow sorted", &shadows, &sorted(&shadows), true),
     ]
 }

@@ -1,12 +1,18 @@
 //! The same tree with up to eight children per node, for one ray against eight boxes or eight triangles at a time.
 //!
-//! Node boxes are those of the binary tree, so both trees cull alike; see [`super::triangle`].
+//! Node boxes are those of the binary tree, so both trees cull alike; see [`super::triangle`]. Which nodes of the binary tree
+//! remain is decided as for compressed wide trees (Ylitie, Karras and Laine 2017, section 3.1): by dynamic programming
+//! over the number of subtrees a node may leave behind, for the least expected cost. Opening the largest boxes first
+//! leaves the nodes half empty.
 
-use super::node::{Bounds, Child, NOWHERE, Node};
-use super::triangle::LeafTriangle;
+use bytemuck::{Pod, Zeroable};
+
+use super::build::Tree;
+use super::node::{Bounds, Child, NOWHERE, Node, Part};
+use super::store::{Builder, Triangles, WIDTH};
 
 /// Eight children; unused ones lie [`NOWHERE`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node8 {
     /// `[axis][min, max][child]`
@@ -17,21 +23,13 @@ pub struct Node8 {
 
 const _: () = assert!(size_of::<Node8>() == 256);
 
-/// Up to eight triangles. Vertices of missing ones are NaN, which no ray hits.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct Block {
-    /// `[vertex][axis][triangle]`. There are four axes so that one can be picked at run time without a bounds check; the
-    /// fourth of the first vertex is the index of the triangle, as bits.
-    pub p: [[[f32; 8]; 4]; 3],
-}
-
-const _: () = assert!(size_of::<Block>() == 384);
-
-/// The wide tree. Its triangle leaves refer to `blocks`, its sphere leaves to the spheres of the binary tree.
+/// The wide tree. Its triangle leaves are the groups of the store, its sphere leaves those of the binary tree.
 pub struct Bvh8 {
     pub nodes: Vec<Node8>,
-    pub blocks: Vec<Block>,
+    /// Where nodes of the binary tree are met again; the root where they are not.
+    again: Vec<Child>,
+    /// Number of groups.
+    pub groups: usize,
     /// Levels of nodes.
     pub depth: usize,
 }
@@ -46,112 +44,207 @@ impl Node8 {
     }
 }
 
-impl Block {
-    fn new(triangles: &[&LeafTriangle]) -> Self {
-        let mut block = Self {
-            p: [[[f32::NAN; 8]; 4]; 3],
-        };
-        for (lane, triangle) in triangles.iter().enumerate() {
-            for (vertex, p) in triangle.p.iter().enumerate() {
-                for axis in 0..3 {
-                    block.p[vertex][axis][lane] = p[axis];
-                }
-            }
-            block.p[0][3][lane] = f32::from_bits(triangle.index());
+/// What visiting a leaf costs, in visits of inner nodes.
+const LEAF_COST: f32 = 1.0;
+
+/// The best ways to cut the subtree below a node into at most so many subtrees.
+#[derive(Clone, Copy)]
+struct Cuts {
+    /// Cost of the subtree below, cut into at most 1, 2, ..., 7 wide subtrees; not counting the node itself.
+    cost: [f32; 9],
+    /// Subtrees that the first child takes of so many.
+    first: [u8; 9],
+    /// First triangle of the subtree and their number, or more than [`WIDTH`] if it cannot be a leaf.
+    start: u32,
+    count: u32,
+}
+
+/// The best ways for a child: the cost of at most so many subtrees, and how many it really is.
+struct Offer {
+    cost: [f32; 8],
+    parts: [u8; 8],
+}
+
+impl Cuts {
+    fn offer(of: &[Cuts], bounds: &Bounds, child: Child) -> Offer {
+        let area = half_area(bounds);
+        if child.is_leaf() {
+            return Offer {
+                cost: [area * LEAF_COST; 8],
+                parts: [1; 8],
+            };
         }
-        block
+        let cuts = &of[child.index()];
+        let mut cost = [area + cuts.cost[8]; 8];
+        if cuts.count <= WIDTH as u32 {
+            cost[1] = cost[1].min(area * LEAF_COST);
+        }
+        let mut parts = [1; 8];
+        for n in 2..8 {
+            if cuts.cost[n] < cost[n - 1] {
+                (cost[n], parts[n]) = (cuts.cost[n], n as u8);
+            } else {
+                (cost[n], parts[n]) = (cost[n - 1], parts[n - 1]);
+            }
+        }
+        Offer { cost, parts }
     }
 
-    #[inline(always)]
-    pub fn index(&self, lane: usize) -> u32 {
-        self.p[0][3][lane].to_bits()
+    fn of_all(nodes: &[Node]) -> Vec<Cuts> {
+        let nothing = Cuts {
+            cost: [0.0; 9],
+            first: [1; 9],
+            start: 0,
+            count: 0,
+        };
+        let mut cuts = vec![nothing; nodes.len()];
+        // Children come after their parents.
+        for (i, node) in nodes.iter().enumerate().rev() {
+            let span = |child: Child| match child {
+                c if !c.is_leaf() => (cuts[c.index()].start, cuts[c.index()].count),
+                c if c.is_sphere_leaf() => (0, WIDTH as u32 + 1),
+                c => (c.range().start as u32, c.range().len() as u32),
+            };
+            let (a, b) = (span(node.child(0)), span(node.child(1)));
+            let start = if b.1 == 0 {
+                a.0
+            } else if a.1 == 0 {
+                b.0
+            } else {
+                a.0.min(b.0)
+            };
+            let mut cut = Cuts {
+                start,
+                count: a.1 + b.1,
+                ..nothing
+            };
+            let offer = |side: usize| Cuts::offer(&cuts, &node.bounds[side], node.child(side));
+            let (a, b) = (offer(0), offer(1));
+            for n in 2..=8 {
+                cut.cost[n] = f32::INFINITY;
+                for first in 1..n {
+                    let cost = a.cost[first] + b.cost[n - first];
+                    if cost < cut.cost[n] {
+                        (cut.cost[n], cut.first[n]) = (cost, first as u8);
+                    }
+                }
+            }
+            cuts[i] = cut;
+        }
+        cuts
     }
 }
 
-/// Triangles in one block.
-const WIDTH: usize = 8;
+/// Up to eight children of a wide node.
+struct Family {
+    members: [(Bounds, Child); 8],
+    len: usize,
+}
 
-/// Merges nodes of the binary tree: of a node's descendants, the largest boxes are opened until there are eight. A
-/// subtree of at most eight triangles becomes one block.
-pub fn collapse(nodes: &[Node], triangles: &[LeafTriangle]) -> Bvh8 {
-    let small = small_subtrees(nodes);
-    let becomes_leaf = |child: Child| child.is_leaf() || small[child.index()];
-    let mut tree = Bvh8 {
+impl Family {
+    /// Opens a node of the binary tree until `parts` of its descendants are left.
+    fn open(&mut self, nodes: &[Node], cuts: &[Cuts], node: usize, parts: usize) {
+        let first = cuts[node].first[parts] as usize;
+        for (side, parts) in [first, parts - first].into_iter().enumerate() {
+            let (bounds, child) = (nodes[node].bounds[side], nodes[node].child(side));
+            if child == Child::EMPTY {
+                continue;
+            }
+            match Cuts::offer(cuts, &bounds, child).parts[parts.min(7)] {
+                1 => {
+                    self.members[self.len] = (bounds, child);
+                    self.len += 1;
+                }
+                parts => self.open(nodes, cuts, child.index(), parts as usize),
+            }
+        }
+    }
+}
+
+/// Merges nodes of the binary tree, and the triangles of its leaves to groups.
+pub fn collapse(tree: &Tree) -> Bvh8 {
+    let nodes = &tree.nodes[..];
+    let cuts = Cuts::of_all(nodes);
+    let mut wide = Bvh8 {
         nodes: vec![Node8::new()],
-        blocks: Vec::new(),
+        again: vec![Child::inner(0); nodes.len()],
+        groups: 0,
         depth: 1,
     };
-    let mut pending = vec![(0, 1, &nodes[0])];
+    let mut pending = vec![(0, 1, 0)];
     while let Some((at, depth, node)) = pending.pop() {
-        tree.depth = tree.depth.max(depth);
-        let mut children: Vec<(Bounds, Child)> = (0..2)
-            .map(|side| (node.bounds[side], node.child[side]))
-            .filter(|c| c.1 != Child::EMPTY)
-            .collect();
-        while children.len() < 8 {
-            let open = (0..children.len())
-                .filter(|&i| !becomes_leaf(children[i].1))
-                .max_by(|&a, &b| half_area(&children[a].0).total_cmp(&half_area(&children[b].0)));
-            let Some(open) = open else {
-                break;
-            };
-            let node = &nodes[children[open].1.index()];
-            children[open] = (node.bounds[0], node.child[0]);
-            children.push((node.bounds[1], node.child[1]));
-        }
-        for (slot, (bounds, child)) in children.into_iter().enumerate() {
+        wide.depth = wide.depth.max(depth);
+        let mut family = Family {
+            members: [(NOWHERE, Child::EMPTY); 8],
+            len: 0,
+        };
+        family.open(nodes, &cuts, node, 8);
+        let members = &mut family.members[..family.len];
+        // Where any hit will do, the largest is the most likely to have one.
+        members.sort_by(|a, b| half_area(&b.0).total_cmp(&half_area(&a.0)));
+        for (slot, &(bounds, child)) in members.iter().enumerate() {
             for axis in 0..3 {
                 for side in 0..2 {
-                    tree.nodes[at].bounds[axis][side][slot] = bounds[axis][side];
+                    wide.nodes[at].bounds[axis][side][slot] = bounds[axis][side];
                 }
             }
-            tree.nodes[at].child[slot] = if child.is_leaf() && child.is_sphere_leaf() {
+            wide.nodes[at].child[slot] = if child.is_leaf() {
+                wide.groups += usize::from(!child.is_sphere_leaf());
                 child
-            } else if becomes_leaf(child) {
-                let mut members = Vec::with_capacity(WIDTH);
-                gather(nodes, triangles, child, &mut members);
-                let first = tree.blocks.len();
-                tree.blocks.extend(members.chunks(WIDTH).map(Block::new));
-                Child::leaf(false, first, tree.blocks.len() - first)
+            } else if is_group(&cuts, &bounds, child) {
+                let cut = &cuts[child.index()];
+                wide.groups += 1;
+                Child::leaf(false, cut.start as usize, cut.count as usize)
             } else {
-                tree.nodes.push(Node8::new());
-                let index = tree.nodes.len() - 1;
-                pending.push((index, depth + 1, &nodes[child.index()]));
+                wide.nodes.push(Node8::new());
+                let index = wide.nodes.len() - 1;
+                pending.push((index, depth + 1, child.index()));
                 Child::inner(index)
             };
+            if !child.is_leaf() {
+                wide.again[child.index()] = wide.nodes[at].child[slot];
+            }
         }
     }
-    tree
+    wide
 }
 
-/// For each node, whether it holds triangles only and few enough for one block.
-fn small_subtrees(nodes: &[Node]) -> Vec<bool> {
-    let too_many = WIDTH + 1;
-    let mut count = vec![0; nodes.len()];
-    // Children come after their parents.
-    for i in (0..nodes.len()).rev() {
-        let of = |child: Child| match child {
-            c if !c.is_leaf() => count[c.index()],
-            c if c.is_sphere_leaf() => too_many,
-            c => c.range().len(),
-        };
-        count[i] = (of(nodes[i].child[0]) + of(nodes[i].child[1])).min(too_many);
-    }
-    count.iter().map(|&n| n <= WIDTH).collect()
+/// Whether a subtree is better tested as a leaf than visited.
+fn is_group(cuts: &[Cuts], bounds: &Bounds, child: Child) -> bool {
+    let cut = &cuts[child.index()];
+    let area = half_area(bounds);
+    cut.count <= WIDTH as u32 && area * LEAF_COST <= area + cut.cost[8]
 }
 
-fn gather<'a>(
-    nodes: &[Node],
-    triangles: &'a [LeafTriangle],
-    child: Child,
-    members: &mut Vec<&'a LeafTriangle>,
-) {
-    if child.is_leaf() {
-        members.extend(&triangles[child.range()]);
-    } else {
-        for child in nodes[child.index()].child {
-            gather(nodes, triangles, child, members);
+impl Bvh8 {
+    /// The triangles of the binary tree, in groups as the leaves of this tree ask for; the binary tree learns where.
+    pub fn group(&self, tree: &mut Tree, corner: impl Fn(u32, usize) -> [f32; 3]) -> Triangles {
+        let mut parts = vec![Part::default(); tree.triangles.len()];
+        for child in self.nodes.iter().flat_map(|n| n.child) {
+            if child.is_leaf() && !child.is_sphere_leaf() && child != Child::EMPTY {
+                let range = child.range();
+                let size = range.len() as u32;
+                for (place, part) in (0..).zip(&mut parts[range]) {
+                    *part = Part { place, size };
+                }
+            }
         }
+        let mut triangles = Builder::with_capacity(tree.triangles.len());
+        let mut at = 0;
+        while at < parts.len() {
+            let end = at + parts[at].size as usize;
+            triangles.push(&tree.triangles[at..end], &corner);
+            at = end;
+        }
+        for link in tree.nodes.iter_mut().flat_map(|n| &mut n.link) {
+            let child = link.child;
+            if !child.is_leaf() {
+                link.set_wide(self.again[child.index()]);
+            } else if !child.is_sphere_leaf() && child != Child::EMPTY {
+                link.set_part(parts[child.range().start]);
+            }
+        }
+        triangles.finish()
     }
 }
 

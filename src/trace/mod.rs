@@ -18,6 +18,8 @@ mod prefetch;
 mod ray;
 mod single;
 mod sphere;
+mod store;
+mod table;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -29,44 +31,66 @@ use crate::scene::Scene;
 use crate::simd::{Lanes, Row};
 
 use self::build::Tree;
-use self::bvh8::Bvh8;
+use self::bvh8::{Bvh8, Node8};
 use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
-use self::triangle::LeafTriangle;
+use self::store::{Triangles, View};
+use self::table::Table;
 
-/// What the size of the wide tree says about the best traversal. Thresholds are from `benches/rays`, on a machine with
+/// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on a machine with
 /// 1 MiB of second and 32 MiB of third level cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Size {
-    /// Most of the tree is in the second level cache: packets where rays agree, else single rays one by one.
+    /// Rays meet most of the few nodes whatever they do: packets always.
+    Tiny,
+    /// Most of the tree is in the second level cache: packets where rays are near each other, else single rays one by one.
     Small,
-    /// Single rays wait for memory, so they are interleaved: a quarter faster at 30 MB.
+    /// Single rays wait for memory, so they are interleaved; packets only where rays stay together.
     Large,
-    /// Packets wait as well, and interleaved single rays beat them even where rays agree: twice as fast at 160 MB.
-    Huge,
 }
 
 impl Size {
-    fn of(wide: &Bvh8) -> Self {
-        match size_of_val(&wide.nodes[..]) + size_of_val(&wide.blocks[..]) {
-            0..0x40_0000 => Size::Small,
-            0x40_0000..0x400_0000 => Size::Large,
-            _ => Size::Huge,
+    fn of(wide: &Bvh8, triangles: &Triangles) -> Self {
+        match size_of_val(&wide.nodes[..]) + triangles.bytes() {
+            0..0x4000 => Size::Tiny,
+            0x4000..0x40_0000 => Size::Small,
+            _ => Size::Large,
         }
     }
 }
 
+/// How a packet is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Together until no more than so many rays meet a subtree.
+    Together(u32),
+    Apart,
+}
+
+/// With so few rays left, a packet that will not stay together is better off apart.
+const FEW: u32 = 4;
+
 /// All primitives of a scene that rays can meet, sorted for tracing. It owns its copies.
 pub struct Tracer {
-    nodes: Vec<Node>,
-    wide: Bvh8,
-    triangles: Vec<LeafTriangle>,
+    nodes: Table<Node>,
+    wide: Table<Node8>,
+    triangles: Triangles,
     spheres: Vec<LeafSphere>,
     extent: Extent,
     size: Size,
     stats: Stats,
+}
+
+/// The tables of a tracer, as rays read them.
+struct Trees<'a> {
+    nodes: &'a [Node],
+    wide: &'a [Node8],
+    triangles: View<'a>,
+    spheres: &'a [LeafSphere],
+    /// Whether single rays take turns.
+    in_turns: bool,
 }
 
 /// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result; with one lane,
@@ -87,7 +111,7 @@ pub struct Stats {
     pub build_time: Duration,
     /// Inner nodes of the binary tree.
     pub nodes: usize,
-    /// Inner nodes of the wide tree, and its blocks of up to eight triangles.
+    /// Inner nodes of the wide tree, and its groups of up to eight triangles.
     pub nodes8: usize,
     pub blocks8: usize,
     pub triangles: usize,
@@ -111,36 +135,39 @@ impl Tracer {
             "a scene can have at most {limit} triangles and as many spheres"
         );
         let widen = |tree: Tree| {
-            let wide = bvh8::collapse(&tree.nodes, &tree.triangles);
+            let wide = bvh8::collapse(&tree);
             (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
         };
         let (tree, wide) = build::cluster(scene)
             .and_then(widen)
             .or_else(|| widen(build::halve(scene)))
             .expect("halves are not deep");
-        Self::assemble(tree, wide, start)
+        Self::assemble(scene, tree, wide, start)
     }
 
-    fn assemble(tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
+    fn assemble(scene: &Scene, mut tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
+        let triangles = wide.group(&mut tree, |index, vertex| {
+            let vertex = scene.triangles[index as usize].v[vertex];
+            scene.vertices[vertex as usize].p
+        });
         let stats = Stats {
-            build_time: start.elapsed(),
             nodes: tree.nodes.len(),
-            triangles: tree.triangles.len(),
+            nodes8: wide.nodes.len(),
+            blocks8: wide.groups,
+            triangles: triangles.len(),
             spheres: tree.spheres.len(),
             depth: tree.depth,
             bytes: size_of_val(&tree.nodes[..])
-                + size_of_val(&tree.triangles[..])
                 + size_of_val(&tree.spheres[..])
                 + size_of_val(&wide.nodes[..])
-                + size_of_val(&wide.blocks[..]),
-            nodes8: wide.nodes.len(),
-            blocks8: wide.blocks.len(),
+                + triangles.bytes(),
+            build_time: start.elapsed(),
         };
         Tracer {
-            nodes: tree.nodes,
-            size: Size::of(&wide),
-            wide,
-            triangles: tree.triangles,
+            nodes: Table::new(tree.nodes),
+            size: Size::of(&wide, &triangles),
+            wide: Table::new(wide.nodes),
+            triangles,
             spheres: tree.spheres,
             extent: tree.extent,
             stats,
@@ -207,29 +234,51 @@ impl Tracer {
         list: &[u32],
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
+        let trees = Trees {
+            nodes: self.nodes.entries(),
+            wide: self.wide.entries(),
+            triangles: self.triangles.view(),
+            spheres: &self.spheres,
+            in_turns: self.size == Size::Large,
+        };
         let mut packets = packet::Stack::<L>::new();
         WALKS.with_borrow_mut(|walks| {
             for packet in list.chunks(L::N) {
                 let ray = Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
-                let together = L::N == 1
-                    || match coherence {
-                        Coherence::Coherent => true,
-                        Coherence::Incoherent => false,
-                        Coherence::Unknown => self.size != Size::Huge && ray.is_coherent(),
-                    };
-                if together {
-                    packet::traverse::<L, ANY>(self, &ray, &mut best, &mut packets);
-                } else {
-                    if self.size == Size::Small {
-                        single::traverse::<L, ANY, false>(self, &ray, &mut best, walks);
-                    } else {
-                        single::traverse::<L, ANY, true>(self, &ray, &mut best, walks);
+                match self.way(coherence, &ray) {
+                    Way::Together(few) => packet::traverse::<L, ANY>(
+                        &trees,
+                        &ray,
+                        &mut best,
+                        &mut packets,
+                        walks,
+                        few,
+                    ),
+                    Way::Apart if trees.in_turns => {
+                        single::traverse::<L, ANY, true>(&trees, &ray, &mut best, walks)
                     }
+                    Way::Apart => single::traverse::<L, ANY, false>(&trees, &ray, &mut best, walks),
                 }
                 store(packet, &ray, &best);
             }
         });
+    }
+
+    #[inline(always)]
+    fn way<L: Lanes>(&self, coherence: Coherence, ray: &Ray<L>) -> Way {
+        if L::N == 1 {
+            return Way::Together(0);
+        }
+        match coherence {
+            Coherence::Coherent => Way::Together(0),
+            Coherence::Incoherent => Way::Apart,
+            Coherence::Unknown if self.size == Size::Tiny => Way::Together(0),
+            Coherence::Unknown if !ray.is_near(&self.extent) => Way::Apart,
+            Coherence::Unknown if ray.is_narrow() => Way::Together(0),
+            Coherence::Unknown if self.size == Size::Small => Way::Together(FEW),
+            Coherence::Unknown => Way::Apart,
+        }
     }
 }
 

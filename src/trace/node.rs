@@ -1,5 +1,7 @@
 //! Nodes of the binary tree as the traversal reads them: one cache line holds the boxes of both children.
 
+use bytemuck::{Pod, Zeroable};
+
 /// A reference to a child, as 32 bits:
 ///
 /// | bits    | leaf                              | inner node   |
@@ -8,7 +10,8 @@
 /// | 30      | 1 for spheres, 0 for triangles    | index        |
 /// | 29..26  | number of primitives, 0 to 15     | index        |
 /// | 25..0   | first primitive in leaf order     | index        |
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct Child(pub u32);
 
 const LEAF: u32 = 1 << 31;
@@ -24,7 +27,7 @@ impl Child {
     /// A leaf of nothing.
     pub const EMPTY: Child = Child(LEAF);
 
-    pub fn inner(index: usize) -> Self {
+    pub const fn inner(index: usize) -> Self {
         debug_assert!(index < LEAF as usize);
         Self(index as u32)
     }
@@ -64,12 +67,62 @@ pub fn union(a: Bounds, b: Bounds) -> Bounds {
     std::array::from_fn(|k| [a[k][0].min(b[k][0]), a[k][1].max(b[k][1])])
 }
 
+/// Where the triangles of a leaf are in their group, see [`super::store`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Part {
+    /// Place of the leaf's first triangle.
+    pub place: u32,
+    /// Triangles of the group.
+    pub size: u32,
+}
+
+/// A child, and where it is met again: a leaf of triangles in the store, an inner node in the wide tree.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(8))]
+pub struct Link {
+    pub child: Child,
+    again: u32,
+}
+
+impl Link {
+    pub const EMPTY: Link = Link::to(Child::EMPTY);
+
+    /// Not met again.
+    pub const fn to(child: Child) -> Self {
+        Self { child, again: 0 }
+    }
+    pub fn set_part(&mut self, part: Part) {
+        self.again = part.size << 4 | part.place;
+    }
+    #[inline(always)]
+    pub fn part(self) -> Part {
+        Part {
+            place: self.again & 15,
+            size: self.again >> 4,
+        }
+    }
+    pub fn set_wide(&mut self, wide: Child) {
+        self.again = wide.0;
+    }
+    /// The same subtree in the wide tree, if it has one. The root, which is no child, stands for none.
+    #[inline(always)]
+    pub fn wide(self) -> Option<Child> {
+        (self.again != 0).then_some(Child(self.again))
+    }
+}
+
 /// Both children of an inner node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
     pub bounds: [Bounds; 2],
-    pub child: [Child; 2],
+    pub link: [Link; 2],
+}
+
+impl Node {
+    pub fn child(&self, side: usize) -> Child {
+        self.link[side].child
+    }
 }
 
 const _: () = assert!(size_of::<Node>() == 64);

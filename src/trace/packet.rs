@@ -3,10 +3,12 @@
 //! Both children of a node are tested for all rays at once. The child that more rays meet first is entered, the other waits
 //! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
 
-use super::Tracer;
-use super::node::{Bounds, Child, Node};
+use super::Trees;
+use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
-use super::triangle::{LeafTriangle, barycentrics, covers, hit};
+use super::single::{self, Stored, Walks};
+use super::store::{Ordered, permuted};
+use super::triangle::{barycentrics, covers, hit};
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, UintLanes};
 
@@ -14,11 +16,11 @@ use crate::simd::{Lanes, Mask, Row, UintLanes};
 pub const MAX_DEPTH: usize = 128;
 
 /// Subtrees to be visited, with the distances at which each ray enters them.
-pub struct Stack<L>([(Child, L); MAX_DEPTH]);
+pub struct Stack<L>([(Link, L); MAX_DEPTH]);
 
 impl<L: Lanes> Stack<L> {
     pub fn new() -> Self {
-        Self([(Child::EMPTY, L::zero()); MAX_DEPTH])
+        Self([(Link::EMPTY, L::zero()); MAX_DEPTH])
     }
 }
 
@@ -70,17 +72,6 @@ impl<L: Lanes> Best<L> {
         self.prim = L::uint_select(mask, prim, self.prim);
     }
 
-    /// One lane.
-    #[inline(always)]
-    pub fn lane(&self, i: usize) -> Best<f32> {
-        Best {
-            t: self.t.lane(i),
-            b1: self.b1.lane(i),
-            b2: self.b2.lane(i),
-            prim: self.prim.lane(i),
-        }
-    }
-
     /// Bits of the lanes that ended with a negative `t`: something was in their way.
     #[inline(always)]
     pub fn blocked(&self, ray: &Ray<L>) -> u32 {
@@ -109,41 +100,61 @@ impl<L: Lanes> Best<L> {
 }
 
 /// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+///
+/// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
+/// traversal, Wald et al. 2014).
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
+    walks: &mut Walks,
+    few: u32,
 ) {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(tracer, ray, &agreement, best, stack),
+        Some(agreement) => descend::<L, ANY, true>(trees, ray, &agreement, best, stack, walks, few),
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(tracer, ray, &any, best, stack);
+            descend::<L, ANY, false>(trees, ray, &any, best, stack, walks, few);
         }
     }
 }
 
 #[inline(always)]
 fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     ray: &Ray<L>,
     agreement: &Agreement,
     best: &mut Best<L>,
     stack: &mut Stack<L>,
+    walks: &mut Walks,
+    few: u32,
 ) {
     let Stack(stack) = stack;
     // Rays that miss a box never enter it.
     let nowhere = L::splat(f32::INFINITY);
     let mut top = 0;
-    let mut current = Child::inner(0);
+    let mut current = Link::to(Child::inner(0));
+    let mut bits = ray.live().bits();
+    let mut stored = None;
     loop {
-        if !current.is_leaf() {
-            let node: &Node = &tracer.nodes[current.index()];
+        if L::N > 1
+            && bits.count_ones() <= few
+            && !current.child.is_leaf()
+            && let Some(wide) = current.wide()
+        {
+            let stored = stored.get_or_insert_with(|| Stored::new(ray));
+            *best = if trees.in_turns {
+                single::leave::<L, ANY, true>(trees, ray, stored, bits, wide, *best, walks)
+            } else {
+                single::leave::<L, ANY, false>(trees, ray, stored, bits, wide, *best, walks)
+            };
+        } else if !current.child.is_leaf() {
+            let node: &Node = &trees.nodes[current.child.index()];
             let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
             let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
@@ -154,35 +165,45 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                     let second = near1.lt(near0).bits() & both;
                     if 2 * second.count_ones() > both.count_ones() {
                         let near = L::select(meets0, near0, nowhere);
-                        stack[top & (MAX_DEPTH - 1)] = (node.child[0], near);
-                        current = node.child[1];
+                        stack[top & (MAX_DEPTH - 1)] = (node.link[0], near);
+                        current = node.link[1];
+                        bits = bits1;
                     } else {
                         let near = L::select(meets1, near1, nowhere);
-                        stack[top & (MAX_DEPTH - 1)] = (node.child[1], near);
-                        current = node.child[0];
+                        stack[top & (MAX_DEPTH - 1)] = (node.link[1], near);
+                        current = node.link[0];
+                        bits = bits0;
                     }
                     top += 1;
                     continue;
                 }
                 (true, false) => {
-                    current = node.child[0];
+                    current = node.link[0];
+                    bits = bits0;
                     continue;
                 }
                 (false, true) => {
-                    current = node.child[1];
+                    current = node.link[1];
+                    bits = bits1;
                     continue;
                 }
                 (false, false) => {}
             }
-        } else if current.is_sphere_leaf() {
-            for sphere in &tracer.spheres[current.range()] {
+        } else if current.child.is_sphere_leaf() {
+            for sphere in &trees.spheres[current.child.range()] {
                 let found = sphere.hit::<L, ANY>(ray, best.t);
                 let zero = L::zero();
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
             }
         } else {
-            for triangle in &tracer.triangles[current.range()] {
-                test_triangle::<L, ANY, AGREE>(ray, agreement, triangle, best);
+            let range = current.child.range();
+            let part = current.part();
+            let (place, size) = (part.place as usize, part.size as usize);
+            let group = trees.triangles.group(range.start - place, size);
+            let group = group.ordered(agreement.order);
+            for (i, position) in range.enumerate() {
+                let index = || trees.triangles.index(position);
+                test_triangle::<L, ANY, AGREE>(ray, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -193,9 +214,10 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
                 return;
             }
             top -= 1;
-            let (child, near) = stack[top & (MAX_DEPTH - 1)];
-            if near.le(best.t).any() {
-                current = child;
+            let (link, near) = stack[top & (MAX_DEPTH - 1)];
+            bits = near.le(best.t).bits();
+            if bits != 0 {
+                current = link;
                 break;
             }
         }
@@ -230,21 +252,17 @@ fn enter<L: Lanes, const AGREE: bool>(
 #[inline(always)]
 fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
     ray: &Ray<L>,
-    agreement: &Agreement,
-    triangle: &LeafTriangle,
+    group: &Ordered,
+    place: usize,
     best: &mut Best<L>,
+    index: impl FnOnce() -> u32,
 ) {
-    let p = if AGREE {
-        triangle.agreed(agreement)
-    } else {
-        triangle.permuted(ray)
-    };
+    let p = group.one(place);
+    let p = if AGREE { p } else { permuted(p, ray) };
     let (mask, weights) = covers(&ray.own, &p);
     if mask.any() {
         let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);
-        record::<L, ANY>(best, found.mask, found.t, triangle.index(), || {
-            barycentrics(weights)
-        });
+        record::<L, ANY>(best, found.mask, found.t, index(), || barycentrics(weights));
     }
 }
 

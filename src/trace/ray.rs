@@ -174,15 +174,18 @@ impl<L: Lanes> Ray<L> {
         self.t_max.gt(L::zero())
     }
 
-    /// Whether the rays are likely to stay together, by their directions.
+    /// Whether all live lanes start near the first: within an eighth of the scene's radius in every axis.
     #[inline(always)]
-    pub fn is_coherent(&self) -> bool {
-        self.agreement().is_some() || self.is_narrow()
+    pub fn is_near(&self, extent: &Extent) -> bool {
+        let live = self.live().bits();
+        let first = live.trailing_zeros() as usize % L::N;
+        let away = (self.o - Vec3::splat(self.o.lane(first))).max_abs();
+        live & !away.le(L::splat(0.125 * extent.radius)).bits() == 0
     }
 
     /// Whether all live lanes go nearly the way of the first: within 25 degrees.
     #[inline(always)]
-    fn is_narrow(&self) -> bool {
+    pub fn is_narrow(&self) -> bool {
         let live = self.live().bits();
         let first = live.trailing_zeros() as usize % L::N;
         let axis = Vec3::splat(self.d.lane(first));

@@ -1,13 +1,16 @@
 //! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that have nothing in common.
 
-use super::Tracer;
-use super::bvh8::{Block, Node8};
+use std::ops::Range;
+
+use super::Trees;
+use super::bvh8::Node8;
 use super::node::Child;
 use super::packet::Best;
 use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
+use super::store::WIDTH;
 use super::triangle::{barycentrics, covers, hit};
-use crate::simd::{Lanes, Mask, UintLanes, f32x8};
+use crate::simd::{Lanes, Mask, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
 const STACK: usize = 256;
@@ -29,11 +32,17 @@ impl Walks {
 
 /// A ray on its way.
 struct Walk {
+    cursor: Cursor,
+    ray: Splat,
+    stack: Stack,
+}
+
+/// Where a ray is, and what it has found. Apart from the rest so that it stays in registers.
+#[derive(Clone, Copy)]
+struct Cursor {
     current: Child,
     top: usize,
     best: Best<f32>,
-    ray: Splat,
-    stack: Stack,
 }
 
 /// The ray of one lane, in every lane.
@@ -50,7 +59,7 @@ struct Splat {
 }
 
 /// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one instruction.
-struct Stored {
+pub struct Stored {
     o: [[f32; 8]; 3],
     d: [[f32; 8]; 3],
     rd: [[f32; 8]; 3],
@@ -63,7 +72,7 @@ struct Stored {
 
 impl Stored {
     #[inline(always)]
-    fn new<L: Lanes>(ray: &Ray<L>) -> Self {
+    pub fn new<L: Lanes>(ray: &Ray<L>) -> Self {
         let one = |x: L| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);
@@ -121,46 +130,125 @@ impl Stored {
 /// others: for trees that do not fit the caches.
 #[inline(always)]
 pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
-    tracer: &Tracer,
+    trees: &Trees,
     rays: &Ray<L>,
     best: &mut Best<L>,
     walks: &mut Walks,
 ) {
-    let Walks(walks) = walks;
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
-    for (lane, walk) in walks.iter_mut().enumerate().take(L::N) {
-        walk.best = best.lane(lane);
-        walk.current = Child::inner(0);
-        walk.top = 0;
-    }
+    follow::<L, ANY, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
+}
+
+/// Follows the rays of the lanes in `live` through the wide tree below `start`.
+#[inline(always)]
+fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+    trees: &Trees,
+    rays: &Ray<L>,
+    stored: &Stored,
+    live: u32,
+    start: Child,
+    best: &mut Best<L>,
+    Walks(walks): &mut Walks,
+) {
+    let mut found = Found::new(best);
+    let begin = |lane: usize, found: &Found| Cursor {
+        current: start,
+        top: 0,
+        best: found.lane(lane),
+    };
     if INTERLEAVE {
         for lane in bits(live) {
+            walks[lane].cursor = begin(lane, &found);
             walks[lane].ray = stored.splat(lane);
         }
-        let mut live = live;
-        while live != 0 {
-            for lane in bits(live) {
-                if walks[lane].step::<L, ANY>(tracer, rays, lane) {
-                    walks[lane].announce(tracer);
+        let mut going = live;
+        while going != 0 {
+            for lane in bits(going) {
+                let Walk { cursor, ray, stack } = &mut walks[lane];
+                if cursor.step::<L, ANY>(trees, ray, stack, (rays, lane)) {
+                    cursor.announce(trees);
                 } else {
-                    live &= !(1 << lane);
+                    going &= !(1 << lane);
+                    found.set(lane, &cursor.best);
                 }
             }
         }
     } else {
+        let stack = &mut walks[0].stack;
         for lane in bits(live) {
-            let walk = &mut walks[lane];
-            walk.ray = stored.splat(lane);
-            while walk.step::<L, ANY>(tracer, rays, lane) {}
+            let ray = stored.splat(lane);
+            let mut cursor = begin(lane, &found);
+            while cursor.step::<L, ANY>(trees, &ray, stack, (rays, lane)) {}
+            found.set(lane, &cursor.best);
         }
     }
-    *best = Best {
-        t: L::from_fn(|lane| walks[lane & 7].best.t),
-        b1: L::from_fn(|lane| walks[lane & 7].best.b1),
-        b2: L::from_fn(|lane| walks[lane & 7].best.b2),
-        prim: L::Uint::from_fn(|lane| walks[lane & 7].best.prim),
-    };
+    *best = found.all();
+}
+
+/// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep their registers.
+#[inline(never)]
+pub fn leave<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+    trees: &Trees,
+    rays: &Ray<L>,
+    stored: &Stored,
+    live: u32,
+    start: Child,
+    mut best: Best<L>,
+    walks: &mut Walks,
+) -> Best<L> {
+    follow::<L, ANY, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
+    best
+}
+
+/// The best hits of a packet in memory, lane by lane.
+struct Found {
+    t: [f32; 8],
+    b1: [f32; 8],
+    b2: [f32; 8],
+    prim: [f32; 8],
+}
+
+impl Found {
+    #[inline(always)]
+    fn new<L: Lanes>(best: &Best<L>) -> Self {
+        let one = |x: L| {
+            let mut lanes = [0.0; 8];
+            x.store(&mut lanes);
+            lanes
+        };
+        Self {
+            t: one(best.t),
+            b1: one(best.b1),
+            b2: one(best.b2),
+            prim: one(L::from_bits(best.prim)),
+        }
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Best<f32> {
+        Best {
+            t: self.t[lane],
+            b1: self.b1[lane],
+            b2: self.b2[lane],
+            prim: self.prim[lane].to_bits(),
+        }
+    }
+    #[inline(always)]
+    fn set(&mut self, lane: usize, best: &Best<f32>) {
+        self.t[lane] = best.t;
+        self.b1[lane] = best.b1;
+        self.b2[lane] = best.b2;
+        self.prim[lane] = f32::from_bits(best.prim);
+    }
+    #[inline(always)]
+    fn all<L: Lanes>(&self) -> Best<L> {
+        Best {
+            t: L::load(&self.t),
+            b1: L::load(&self.b1),
+            b2: L::load(&self.b2),
+            prim: L::load(&self.prim).to_bits(),
+        }
+    }
 }
 
 /// The set bits of a mask of eight lanes.
@@ -179,9 +267,11 @@ impl Walk {
     const fn new() -> Self {
         const ZERO: [f32x8; 3] = [f32x8::ZERO; 3];
         Self {
-            current: Child::EMPTY,
-            top: 0,
-            best: Best::NOTHING,
+            cursor: Cursor {
+                current: Child::EMPTY,
+                top: 0,
+                best: Best::NOTHING,
+            },
             ray: Splat {
                 rd: ZERO,
                 ord: ZERO,
@@ -199,14 +289,16 @@ impl Walk {
             stack: [0; STACK],
         }
     }
+}
 
+impl Cursor {
     /// Prefetches what the next step will read.
     #[inline(always)]
-    fn announce(&self, tracer: &Tracer) {
+    fn announce(&self, trees: &Trees) {
         if !self.current.is_leaf() {
-            prefetch(&tracer.wide.nodes, self.current.index());
+            prefetch::<256, _>(trees.wide, self.current.index());
         } else if !self.current.is_sphere_leaf() {
-            prefetch(&tracer.wide.blocks, self.current.range().start);
+            trees.triangles.prefetch(self.current.range().start);
         }
     }
 
@@ -214,69 +306,102 @@ impl Walk {
     #[inline(always)]
     fn step<L: Lanes, const ANY: bool>(
         &mut self,
-        tracer: &Tracer,
-        rays: &Ray<L>,
-        lane: usize,
+        trees: &Trees,
+        ray: &Splat,
+        stack: &mut Stack,
+        (rays, lane): (&Ray<L>, usize),
     ) -> bool {
-        let (ray, best, stack) = (&self.ray, &mut self.best, &mut self.stack);
         if !self.current.is_leaf() {
-            let node: &Node8 = &tracer.wide.nodes[self.current.index()];
-            let (near, mut meets) = enter(ray, node, best.t);
+            let node: &Node8 = &trees.wide[self.current.index()];
+            let (near, meets) = enter(ray, node, self.best.t);
             if meets != 0 {
-                let entry = |slot: usize| {
-                    (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64
-                };
-                let mut nearest = entry(meets.trailing_zeros() as usize);
-                meets &= meets - 1;
-                // The nearest is entered, the others wait, farthest first.
-                let bottom = self.top;
-                while meets != 0 {
-                    let next = entry(meets.trailing_zeros() as usize);
-                    meets &= meets - 1;
-                    let farther = nearest.max(next);
-                    nearest = nearest.min(next);
-                    let mut at = self.top;
-                    while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
-                        stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
-                        at -= 1;
-                    }
-                    stack[at & (STACK - 1)] = farther;
-                    self.top += 1;
+                if ANY {
+                    self.enter_any(node, meets, stack);
+                } else {
+                    self.enter_nearest(node, near, meets, stack);
                 }
-                self.current = Child(nearest as u32);
                 return true;
             }
         } else if self.current.is_sphere_leaf() {
             let ray = rays.lane(lane);
-            for sphere in &tracer.spheres[self.current.range()] {
-                let found = sphere.hit::<f32, ANY>(&ray, best.t);
+            for sphere in &trees.spheres[self.current.range()] {
+                let found = sphere.hit::<f32, ANY>(&ray, self.best.t);
                 if found.mask {
-                    record::<ANY>(best, found.t, sphere.index(), || [0.0; 2]);
+                    record::<ANY>(&mut self.best, found.t, sphere.index(), || [0.0; 2]);
                 }
             }
         } else {
-            for block in &tracer.wide.blocks[self.current.range()] {
-                test_block::<ANY>(ray, block, best);
-            }
+            test_group::<ANY>(trees, ray, self.current.range(), &mut self.best);
         }
-        if ANY && best.t < 0.0 {
+        if ANY && self.best.t < 0.0 {
             return false;
         }
         while self.top > 0 {
             self.top -= 1;
             let entry = stack[self.top & (STACK - 1)];
-            if f32::from_bits((entry >> 32) as u32) <= best.t {
+            if ANY || f32::from_bits((entry >> 32) as u32) <= self.best.t {
                 self.current = Child(entry as u32);
                 return true;
             }
         }
         false
     }
+
+    /// Enters the nearest child; the others wait, farthest first. Mostly there are one or two.
+    #[inline(always)]
+    fn enter_nearest(&mut self, node: &Node8, near: f32x8, mut meets: u32, stack: &mut Stack) {
+        let slot = meets.trailing_zeros() as usize & 7;
+        meets &= meets - 1;
+        if meets == 0 {
+            self.current = node.child[slot];
+            return;
+        }
+        let near = near.to_array();
+        let entry =
+            |slot: usize| (near[slot & 7].to_bits() as u64) << 32 | node.child[slot & 7].0 as u64;
+        let mut nearest = entry(slot);
+        let next = entry(meets.trailing_zeros() as usize);
+        meets &= meets - 1;
+        let bottom = self.top;
+        stack[bottom & (STACK - 1)] = nearest.max(next);
+        self.top += 1;
+        nearest = nearest.min(next);
+        while meets != 0 {
+            let next = entry(meets.trailing_zeros() as usize);
+            meets &= meets - 1;
+            let farther = nearest.max(next);
+            nearest = nearest.min(next);
+            let mut at = self.top;
+            while at > bottom && stack[(at - 1) & (STACK - 1)] < farther {
+                stack[at & (STACK - 1)] = stack[(at - 1) & (STACK - 1)];
+                at -= 1;
+            }
+            stack[at & (STACK - 1)] = farther;
+            self.top += 1;
+        }
+        self.current = Child(nearest as u32);
+    }
+
+    /// Enters the first child, which is the largest; the others wait in their order. What is nearest does not matter.
+    #[inline(always)]
+    fn enter_any(&mut self, node: &Node8, mut meets: u32, stack: &mut Stack) {
+        loop {
+            let slot = meets.ilog2() as usize & 7;
+            let child = node.child[slot];
+            meets ^= 1 << slot;
+            if meets == 0 {
+                self.current = child;
+                return;
+            }
+            stack[self.top & (STACK - 1)] = child.0 as u64;
+            self.top += 1;
+        }
+    }
 }
 
 /// Where the ray enters each child, and bits of those it enters no later than its best hit.
 #[inline(always)]
-fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
+fn enter(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
     let (mut near, mut far) = (f32x8::ZERO, f32x8::splat(t_max));
     for k in 0..3 {
         let side = ray.negative[k] & 1;
@@ -285,26 +410,25 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> ([f32; 8], u32) {
         near = Lanes::max(near, plane(side));
         far = Lanes::min(far, plane(1 - side));
     }
-    (near.to_array(), Mask::bits(Lanes::le(near, far)))
+    (near, Mask::bits(Lanes::le(near, far)))
 }
 
 #[inline(always)]
-fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>) {
-    let [x, y, z] = ray.order;
-    let own = |p: &[[f32; 8]; 4]| {
-        [
-            f32x8::new(p[x & 3]),
-            f32x8::new(p[y & 3]),
-            f32x8::new(p[z & 3]),
-        ]
-    };
-    let p = [own(&block.p[0]), own(&block.p[1]), own(&block.p[2])];
+fn test_group<const ANY: bool>(
+    trees: &Trees,
+    ray: &Splat,
+    range: Range<usize>,
+    best: &mut Best<f32>,
+) {
+    let group = trees.triangles.group(range.start, range.len());
+    let p = group.ordered(ray.order).all();
     let (mask, weights) = covers(&ray.own, &p);
-    if !mask.any() {
+    let covered = Mask::bits(mask) & group.lanes();
+    if covered == 0 {
         return;
     }
     let found = hit::<f32x8, ANY>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
-    let mut mask = Mask::bits(found.mask);
+    let mut mask = Mask::bits(found.mask) & covered;
     if mask == 0 {
         return;
     }
@@ -315,11 +439,10 @@ fn test_block<const ANY: bool>(ray: &Splat, block: &Block, best: &mut Best<f32>)
     let t = found.t.to_array();
     let b = barycentrics(weights).map(|b| b.to_array());
     while mask != 0 {
-        let lane = mask.trailing_zeros() as usize & 7;
+        let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
         mask &= mask - 1;
-        record::<ANY>(best, t[lane], block.index(lane), || {
-            [b[0][lane], b[1][lane]]
-        });
+        let prim = trees.triangles.index(range.start + lane);
+        record::<ANY>(best, t[lane], prim, || [b[0][lane], b[1][lane]]);
     }
 }
 

@@ -10,48 +10,8 @@
 //! the boxes of all nodes above it, at a smaller or equal distance: no order of traversal, and no culling by the best hit so far,
 //! can change a result.
 
-use super::ray::{Agreement, Ray, Sheared, permute, slab};
+use super::ray::{Sheared, slab};
 use crate::simd::{Lanes, Mask};
-
-/// A triangle in leaf order. Rows are padded to four floats so that an axis can be picked at run time.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(16))]
-pub struct LeafTriangle {
-    /// Vertices; the fourth float of the first row is the index of the triangle, as bits.
-    pub p: [[f32; 4]; 3],
-}
-
-const _: () = assert!(size_of::<LeafTriangle>() == 48);
-
-impl LeafTriangle {
-    pub fn new(p: [[f32; 3]; 3], index: u32) -> Self {
-        let mut rows = p.map(|p| [p[0], p[1], p[2], 0.0]);
-        rows[0][3] = f32::from_bits(index);
-        Self { p: rows }
-    }
-    #[inline(always)]
-    pub fn index(&self) -> u32 {
-        self.p[0][3].to_bits()
-    }
-
-    /// Vertices in the rays' own order of axes, if they agree on one.
-    #[inline(always)]
-    pub fn agreed<L: Lanes>(&self, agreement: &Agreement) -> [[L; 3]; 3] {
-        let [x, y, z] = agreement.order;
-        let own = |p: &[f32; 4]| [L::splat(p[x & 3]), L::splat(p[y & 3]), L::splat(p[z & 3])];
-        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
-    }
-
-    /// Vertices in each ray's own order of axes.
-    #[inline(always)]
-    pub fn permuted<L: Lanes>(&self, ray: &Ray<L>) -> [[L; 3]; 3] {
-        let own = |p: &[f32; 4]| {
-            let p = [L::splat(p[0]), L::splat(p[1]), L::splat(p[2])];
-            permute::<L>(p, ray.swap_x, ray.swap_y)
-        };
-        [own(&self.p[0]), own(&self.p[1]), own(&self.p[2])]
-    }
-}
 
 /// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest components): 39 roundings
 /// of 2^-24 in the worst case, counted over [`hit`].

@@ -10,7 +10,8 @@ use crate::simd::{Lanes, Mask, Row, UintLanes, f32x8};
 use crate::trace::packet::Best;
 use crate::trace::ray::Ray;
 use crate::trace::sphere::LeafSphere;
-use crate::trace::triangle::{LeafTriangle, barycentrics, covers, hit, is_degenerate};
+use crate::trace::store::{Builder, permuted};
+use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Size, Tracer};
 use crate::trace::{build, bvh8};
 
@@ -31,7 +32,10 @@ fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u3
     };
     for (index, triangle) in scene.triangles.iter().enumerate() {
         let p = triangle.v.map(|v| scene.vertices[v as usize].p);
-        let p = LeafTriangle::new(p, 0).permuted(&ray);
+        let mut alone = Builder::default();
+        alone.push(&[0], |_, vertex| p[vertex]);
+        let alone = alone.finish();
+        let p = permuted(alone.view().group(0, 1).ordered([0, 1, 2]).one(0), &ray);
         let (mask, weights) = covers(&ray.own, &p);
         let found = hit::<f32, false>(&ray.own, &p, mask, start.t, ray.pad);
         record(found.mask, found.t, index as u32, barycentrics(weights));
@@ -63,8 +67,8 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
         .map(|&i| brute_force(&tracer, &scene, rays, i))
         .collect();
     let halves = build::halve(&scene);
-    let wide = bvh8::collapse(&halves.nodes, &halves.triangles);
-    let halves = Tracer::assemble(halves, wide, Instant::now());
+    let wide = bvh8::collapse(&halves);
+    let halves = Tracer::assemble(&scene, halves, wide, Instant::now());
     for (round, mut tracer) in [tracer, halves].into_iter().enumerate() {
         let mut hits = vec![Row([7.0; 8]); rays.len()];
         let mut blocked = vec![7; rays.len()];
@@ -92,7 +96,8 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
             (Size::Small, Coherence::Incoherent),
             (Size::Large, Coherence::Incoherent),
             (Size::Small, Coherence::Unknown),
-            (Size::Huge, Coherence::Unknown),
+            (Size::Large, Coherence::Unknown),
+            (Size::Tiny, Coherence::Unknown),
         ] {
             tracer.size = size;
             let trace = |hits: &mut [Row], blocked: &mut [u32]| {
