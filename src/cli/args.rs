@@ -119,6 +119,8 @@ pub struct RenderArgs {
     pub max_depth: Option<u32>,
 
     /// Markov chains, over all path depths (mmlt)
+    ///
+    /// Every depth that carries light gets at least 512, or N if that is fewer.
     #[arg(
         long,
         value_name = "N",

@@ -334,7 +334,8 @@ pub enum IntegratorKind {
 }
 
 impl Default for IntegratorSettings {
-    /// pbrt's defaults for `Integrator "mlt"`.
+    /// pbrt's defaults for `Integrator "mlt"`, but for the chains: pbrt's 1000 would leave lanes empty, and a chain started from the
+    /// bootstrap is in equilibrium however few steps it makes.
     fn default() -> Self {
         Self {
             kind: IntegratorKind::Mmlt,

@@ -29,14 +29,14 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
             invert,
         } => {
             let (s, t) = map(mapping, uv);
-            let value = bilinear(&images[image as usize], s, t, wrap);
-            value.map(|v| {
+            let mut value = bilinear(&images[image as usize], s, t, wrap);
+            for v in &mut value {
+                *v *= scale;
                 if invert {
-                    (1.0 - scale * v).max(0.0)
-                } else {
-                    scale * v
+                    *v = (1.0 - *v).max(0.0);
                 }
-            })
+            }
+            value
         }
     }
 }
@@ -59,27 +59,35 @@ pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
-    let texel = |dx: i64, dy: i64| {
-        let x = wrapped(x0.saturating_add(dx), image.width, wrap);
-        let y = wrapped(y0.saturating_add(dy), image.height, wrap);
-        match (x, y) {
-            (Some(x), Some(y)) => image.texels[y * image.width as usize + x],
-            _ => [0.0; 3],
+    let columns = [x0, x0.saturating_add(1)].map(|x| wrapped(x, image.width, wrap));
+    let rows = [y0, y0.saturating_add(1)].map(|y| wrapped(y, image.height, wrap));
+    // Loops and not `array::from_fn`, which is not reliably inlined.
+    let mut value = [0.0; 3];
+    for (row, wy) in rows.into_iter().zip([1.0 - fy, fy]) {
+        let mut line = [0.0; 3];
+        for (column, wx) in columns.into_iter().zip([1.0 - fx, fx]) {
+            if let (Some(x), Some(y)) = (column, row) {
+                let texel = image.texels[y * image.width as usize + x];
+                for c in 0..3 {
+                    line[c] += wx * texel[c];
+                }
+            }
         }
-    };
-    let (a, b, c, d) = (texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1));
-    std::array::from_fn(|i| {
-        let top = (1.0 - fx) * a[i] + fx * b[i];
-        let bottom = (1.0 - fx) * c[i] + fx * d[i];
-        (1.0 - fy) * top + fy * bottom
-    })
+        for c in 0..3 {
+            value[c] += wy * line[c];
+        }
+    }
+    value
 }
 
+#[inline(always)]
 fn wrapped(i: i64, size: u32, wrap: Wrap) -> Option<usize> {
     let size = i64::from(size);
+    let within = (0..size).contains(&i);
     match wrap {
-        Wrap::Repeat => Some(i.rem_euclid(size) as usize),
+        // Divisions are slow, and most look-ups need none.
+        Wrap::Repeat => Some(if within { i } else { i.rem_euclid(size) } as usize),
         Wrap::Clamp => Some(i.clamp(0, size - 1) as usize),
-        Wrap::Black => (0..size).contains(&i).then_some(i as usize),
+        Wrap::Black => within.then_some(i as usize),
     }
 }

@@ -132,6 +132,7 @@ impl<'a> Recorder<'a> {
         let wanted = phalanx::geometry::Wanted {
             uv: true,
             tangent: true,
+            normals: true,
             spheres: !self.scene.spheres.is_empty(),
         };
         let point = (self.world.geometry).surface_point::<f32>(
