@@ -108,11 +108,11 @@ fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
 /// How much work to put into the tree.
 fn quality(primitives: usize) -> BvhBuildParams {
     let params = match primitives {
-        0..10_000 => BvhBuildParams {
+        0..100_000 => BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()
         },
-        10_000..1_000_000 => BvhBuildParams::medium_build(),
+        100_000..1_000_000 => BvhBuildParams::medium_build(),
         // Reinsertion of half as many nodes is a fifth of the time, and no ray is slower.
         _ => BvhBuildParams {
             reinsertion_batch_ratio: 0.02,

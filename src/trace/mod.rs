@@ -1,10 +1,10 @@
 //! Closest hits and visibility: a flat bounding volume hierarchy and the ways to follow rays through it.
 //!
-//! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line, with the
-//!    primitives in leaf order.
-//! 2. `N` rays go down together as a packet; at one lane the same code is a plain single-ray traversal.
-//! 3. For rays that have nothing in common there is the same tree with eight children per node, where one ray meets eight
-//!    boxes or eight triangles at a time; in large scenes eight such rays take turns.
+//! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line; a wide tree, with up to
+//!    eight children per node, is made of its nodes. Both share one store of triangles (`store.rs`).
+//! 2. `N` rays go down the binary tree together as a packet; at one lane the same code is a plain single-ray traversal.
+//! 3. Rays that have nothing in common go down the wide tree one by one, eight boxes or eight triangles at a time; in large
+//!    scenes eight such rays take turns. A packet that comes apart on its way changes over to this.
 //! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the smallest (t, index), so every
 //!    width, packet and order of traversal gives the same bits.
 //! 5. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
@@ -234,13 +234,7 @@ impl Tracer {
         list: &[u32],
         mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
     ) {
-        let trees = Trees {
-            nodes: self.nodes.entries(),
-            wide: self.wide.entries(),
-            triangles: self.triangles.view(),
-            spheres: &self.spheres,
-            in_turns: self.size == Size::Large,
-        };
+        let trees = self.trees();
         let mut packets = packet::Stack::<L>::new();
         WALKS.with_borrow_mut(|walks| {
             for packet in list.chunks(L::N) {
@@ -263,6 +257,16 @@ impl Tracer {
                 store(packet, &ray, &best);
             }
         });
+    }
+
+    fn trees(&self) -> Trees<'_> {
+        Trees {
+            nodes: self.nodes.entries(),
+            wide: self.wide.entries(),
+            triangles: self.triangles.view(),
+            spheres: &self.spheres,
+            in_turns: self.size == Size::Large,
+        }
     }
 
     #[inline(always)]

@@ -180,3 +180,44 @@ pub fn permuted<L: Lanes>(p: [[L; 3]; 3], ray: &Ray<L>) -> [[L; 3]; 3] {
     let own = |p: [L; 3]| permute::<L>(p, ray.swap_x, ray.swap_y);
     [own(p[0]), own(p[1]), own(p[2])]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_place_of_every_group_is_found() {
+        let corner = |index: u32, vertex: usize| {
+            [0, 1, 2].map(|k| (9 * index + 3 * vertex as u32 + k) as f32)
+        };
+        let mut builder = Builder::default();
+        for size in 1..=WIDTH as u32 {
+            let first = size * (size - 1) / 2;
+            let indices: Vec<u32> = (first..first + size).collect();
+            builder.push(&indices, corner);
+        }
+        let triangles = builder.finish();
+        assert_eq!(triangles.len(), 36);
+        let view = triangles.view();
+        for size in 1..=WIDTH {
+            let first = size * (size - 1) / 2;
+            let group = view.group(first, size);
+            assert_eq!(group.lanes().count_ones() as usize, size);
+            for order in [[0, 1, 2], [2, 1, 0], [0, 2, 1]] {
+                let all = group.ordered(order).all();
+                for place in 0..size {
+                    let index = view.index(first + place);
+                    assert_eq!(index as usize, first + place);
+                    let one = group.ordered(order).one::<f32>(place);
+                    for v in 0..3 {
+                        for k in 0..3 {
+                            let expected = corner(index, v)[order[k]];
+                            assert_eq!(one[v][k], expected);
+                            assert_eq!(all[v][k].to_array()[place], expected);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

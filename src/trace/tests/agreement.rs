@@ -13,7 +13,7 @@ use crate::trace::sphere::LeafSphere;
 use crate::trace::store::{Builder, permuted};
 use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Size, Tracer};
-use crate::trace::{build, bvh8};
+use crate::trace::{build, bvh8, packet, single};
 
 /// Every primitive against one ray, by the same arithmetic but without a tree.
 fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u32) {
@@ -105,6 +105,28 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
                 tracer.occluded_with::<f32x8>(coherence, rays, &list, blocked);
             };
             compare(&format!("{size:?}, {coherence:?}"), &trace);
+        }
+        for few in [1, 4, 7] {
+            compare(&format!("apart at {few}"), &|hits, blocked| {
+                let mut walks = single::Walks::new();
+                let mut stack = packet::Stack::new();
+                for packet in list.chunks(8) {
+                    let ray = Ray::<f32x8>::load(rays, packet, &tracer.extent);
+                    let trees = tracer.trees();
+                    let mut best = Best::new(&ray);
+                    packet::traverse::<f32x8, false>(
+                        &trees, &ray, &mut best, &mut stack, &mut walks, few,
+                    );
+                    best.store(&ray, rays, packet, hits);
+                    let mut best = Best::new(&ray);
+                    packet::traverse::<f32x8, true>(
+                        &trees, &ray, &mut best, &mut stack, &mut walks, few,
+                    );
+                    for (lane, &i) in packet.iter().enumerate() {
+                        blocked[i as usize] = best.blocked(&ray) >> lane & 1;
+                    }
+                }
+            });
         }
         for i in (1..list.len()).rev() {
             list.swap(i, random.below(i + 1));
