@@ -13,6 +13,7 @@
 //! | room | what it does | what it does not know |
 //! |---|---|---|
 //! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, counter-based random numbers | anything below |
+//! | `memory` | tables in huge pages | what they hold |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
@@ -59,6 +60,7 @@ pub mod formats;
 pub mod geometry;
 pub mod integrate;
 pub mod light;
+mod memory;
 pub mod plan;
 pub mod scene;
 pub mod simd;

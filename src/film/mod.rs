@@ -3,7 +3,6 @@
 pub mod filter;
 pub mod output;
 mod sums;
-mod zeros;
 
 pub use self::filter::FilterTable;
 pub use self::sums::{SampleFilm, SplatFilm, SplatLog};

@@ -1,7 +1,7 @@
 //! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
 
 use super::FilterTable;
-use super::zeros::Zeros;
+use crate::memory::Table;
 use crate::simd::Row;
 use crate::simd::prefetch::prefetch;
 use std::sync::{Mutex, MutexGuard};
@@ -15,7 +15,7 @@ use std::sync::{Mutex, MutexGuard};
 pub struct SplatFilm {
     filter: FilterTable,
     /// `[layer][stripe]`, each `[pixel][channel]`.
-    stripes: Vec<Mutex<Zeros>>,
+    stripes: Vec<Mutex<Table<i64>>>,
     /// Pixels of a stripe, a power of two.
     stripe: usize,
     fraction_bits: i32,
@@ -53,13 +53,15 @@ impl SplatFilm {
         let all = (0..layers).flat_map(|_| &layer);
         Self {
             filter,
-            stripes: all.map(|size| Mutex::new(Zeros::new(3 * size))).collect(),
+            stripes: all
+                .map(|size| Mutex::new(Table::zeroed(3 * size)))
+                .collect(),
             stripe,
             fraction_bits,
         }
     }
 
-    fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Zeros> {
+    fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
         let layers = self.filter.pixels().div_ceil(self.stripe);
         // A thread that panicked while adding integers has left them whole.
         self.stripes[layer * layers + stripe]
@@ -80,8 +82,8 @@ impl SplatFilm {
         for i in 0..log.len {
             if let Some(&(_, next)) = log.order[..log.len].get(i + AHEAD) {
                 let at = (next as usize & (self.stripe - 1)) * 3;
-                prefetch(pixels.get(), at);
-                prefetch(pixels.get(), at + 2);
+                prefetch::<8, _>(pixels.entries(), at);
+                prefetch::<8, _>(pixels.entries(), at + 2);
             }
             let (splat, nearest) = log.order[i];
             let Row([r, g, b, x, y, _, low, high]) = log.splats[splat as usize];
@@ -95,7 +97,7 @@ impl SplatFilm {
                     pixels = self.lock(layer, stripe as usize);
                 }
                 let at = (pixel as usize & (self.stripe - 1)) * 3;
-                let sums = &mut pixels.get_mut()[at..at + 3];
+                let sums = &mut pixels.entries_mut()[at..at + 3];
                 sums[0] += round(f64::from(r) * scale);
                 sums[1] += round(f64::from(g) * scale);
                 sums[2] += round(f64::from(b) * scale);
@@ -120,7 +122,7 @@ impl SplatFilm {
         for (layer, scale) in scales.iter().enumerate() {
             for (stripe, to) in sums.chunks_mut(self.stripe).enumerate() {
                 let pixels = self.lock(layer, stripe);
-                for (to, sum) in to.as_flattened_mut().iter_mut().zip(pixels.get()) {
+                for (to, sum) in to.as_flattened_mut().iter_mut().zip(pixels.entries()) {
                     *to += *sum as f64 * unit * scale;
                 }
             }

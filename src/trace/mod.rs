@@ -14,12 +14,10 @@ mod bvh8;
 mod node;
 pub mod offset;
 mod packet;
-mod prefetch;
 mod ray;
 mod single;
 mod sphere;
 mod store;
-mod table;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -37,7 +35,7 @@ use self::packet::Best;
 use self::ray::{Extent, Ray};
 use self::sphere::LeafSphere;
 use self::store::{Triangles, View};
-use self::table::Table;
+use crate::memory::Table;
 
 /// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on a machine with
 /// 1 MiB of second and 32 MiB of third level cache.

@@ -6,10 +6,10 @@ use super::Trees;
 use super::bvh8::Node8;
 use super::node::Child;
 use super::packet::Best;
-use super::prefetch::prefetch;
 use super::ray::{Ray, Sheared};
 use super::store::WIDTH;
 use super::triangle::{barycentrics, covers, hit};
+use crate::simd::prefetch::prefetch;
 use crate::simd::{Lanes, Mask, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.

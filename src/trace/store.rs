@@ -5,9 +5,9 @@
 //! on are somebody else's numbers and are masked off; a packet broadcasts single entries. So a triangle takes 40 bytes, its
 //! index included, however full the leaves are; blocks of eight lanes would take 65.
 
-use super::prefetch::prefetch;
 use super::ray::{Ray, permute};
-use super::table::Table;
+use crate::memory::Table;
+use crate::simd::prefetch::prefetch;
 use crate::simd::{Lanes, f32x8};
 
 /// Most triangles in a group.
