@@ -77,8 +77,8 @@ pub fn normals<L: Lanes>(words: [L::Uint; 4]) -> [L; 4] {
         // In (0, 1]: the logarithm is finite.
         let u = (L::from_uint24(a.shr::<8>()) + L::one()) * L::splat(1.0 / 16_777_216.0);
         let r = (math::ln(u) * L::splat(-2.0)).max(L::zero()).sqrt();
-        let (sin, cos) = math::sin_cos_turns(unit_float::<L>(b));
-        (r * cos, r * sin)
+        let (x, y) = math::on_circle::<L>(b);
+        (r * x, r * y)
     };
     let (a, b) = pair(words[0], words[1]);
     let (c, d) = pair(words[2], words[3]);

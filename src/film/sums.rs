@@ -77,41 +77,35 @@ impl SplatFilm {
         let shift = self.stripe.trailing_zeros();
         log.sort(|raster| self.filter.nearest(raster), shift);
         let scale = scale * (1u64 << self.fraction_bits) as f64;
-        let mut held = log.order[0].1 >> shift;
-        let mut pixels = self.lock(layer, held as usize);
+        let first = log.order[0].1 >> shift;
+        let mut held = Held {
+            film: self,
+            layer,
+            shift,
+            stripe: first,
+            pixels: self.lock(layer, first as usize),
+        };
         for i in 0..log.len {
             if let Some(&(_, next)) = log.order[..log.len].get(i + AHEAD) {
                 let at = (next as usize & (self.stripe - 1)) * 3;
-                prefetch::<8, _>(pixels.entries(), at);
-                prefetch::<8, _>(pixels.entries(), at + 2);
+                prefetch::<8, _>(held.pixels.entries(), at);
+                prefetch::<8, _>(held.pixels.entries(), at + 2);
             }
             let (splat, nearest) = log.order[i];
             let Row([r, g, b, x, y, _, low, high]) = log.splats[splat as usize];
             let weight = u64::from(low.to_bits()) | u64::from(high.to_bits()) << 32;
             let scale = weight as f64 * scale;
-            let mut add = |pixel: u32, scale: f64| {
-                let stripe = pixel >> shift;
-                if stripe != held {
-                    // The next stripe, or a filter that reaches over a border.
-                    held = stripe;
-                    pixels = self.lock(layer, stripe as usize);
-                }
-                let at = (pixel as usize & (self.stripe - 1)) * 3;
-                let sums = &mut pixels.entries_mut()[at..at + 3];
-                sums[0] += round(f64::from(r) * scale);
-                sums[1] += round(f64::from(g) * scale);
-                sums[2] += round(f64::from(b) * scale);
-            };
             if self.filter.is_single() {
                 if self.filter.contains([x, y]) {
-                    add(nearest, scale);
+                    held.add(nearest, [r, g, b], scale);
                 }
             } else {
-                self.filter
-                    .splat([x, y], |pixel, w| add(pixel as u32, w * scale));
+                self.filter.splat([x, y], |pixel, w| {
+                    held.add(pixel as u32, [r, g, b], w * scale);
+                });
             }
         }
-        drop(pixels);
+        drop(held);
         log.len = 0;
     }
 
@@ -130,6 +124,33 @@ impl SplatFilm {
         sums.into_iter()
             .map(|sum: [f64; 3]| sum.map(|v| v as f32))
             .collect()
+    }
+}
+
+/// The stripe that splats go to.
+struct Held<'a> {
+    film: &'a SplatFilm,
+    layer: usize,
+    /// Pixels of a stripe, as a power of two.
+    shift: u32,
+    stripe: u32,
+    pixels: MutexGuard<'a, Table<i64>>,
+}
+
+impl Held<'_> {
+    #[inline(always)]
+    fn add(&mut self, pixel: u32, [r, g, b]: [f32; 3], scale: f64) {
+        let stripe = pixel >> self.shift;
+        if stripe != self.stripe {
+            // The next stripe, or a filter that reaches over a border.
+            self.stripe = stripe;
+            self.pixels = self.film.lock(self.layer, stripe as usize);
+        }
+        let at = (pixel & ((1 << self.shift) - 1)) as usize * 3;
+        let sums = &mut self.pixels.entries_mut()[at..at + 3];
+        sums[0] += round(f64::from(r) * scale);
+        sums[1] += round(f64::from(g) * scale);
+        sums[2] += round(f64::from(b) * scale);
     }
 }
 

@@ -10,16 +10,7 @@ pub fn sin_cos_turns<L: Lanes>(u: L) -> (L, L) {
     // Quadrant, and the rest in [-1/8, 1/8] turns: both steps are exact.
     let q = u.mul_add(L::splat(4.0), L::splat(0.5)).floor();
     let r = q.mul_add(L::splat(-0.25), u);
-    let x = r * L::splat(std::f32::consts::TAU);
-    let x2 = x * x;
-    let s = L::splat(-1.951_529_6e-4)
-        .mul_add(x2, L::splat(8.332_161e-3))
-        .mul_add(x2, L::splat(-1.666_665_5e-1));
-    let s = (s * x2).mul_add(x, x);
-    let c = L::splat(2.443_315_7e-5)
-        .mul_add(x2, L::splat(-1.388_731_6e-3))
-        .mul_add(x2, L::splat(4.166_664_6e-2));
-    let c = (c * x2).mul_add(x2, L::splat(-0.5).mul_add(x2, L::one()));
+    let (s, c) = sin_cos_eighth(r);
     // q mod 4 through floats: q is a small integer.
     let q4 = (q * L::splat(0.25)).floor().mul_add(L::splat(-4.0), q);
     let one = L::one();
@@ -30,19 +21,46 @@ pub fn sin_cos_turns<L: Lanes>(u: L) -> (L, L) {
     (sin, cos)
 }
 
+/// The same for `u` in `[-1/8, 1/8]`.
+#[inline(always)]
+fn sin_cos_eighth<L: Lanes>(u: L) -> (L, L) {
+    let x = u * L::splat(std::f32::consts::TAU);
+    let x2 = x * x;
+    let s = L::splat(-1.951_529_6e-4)
+        .mul_add(x2, L::splat(8.332_161e-3))
+        .mul_add(x2, L::splat(-1.666_665_5e-1));
+    let s = (s * x2).mul_add(x, x);
+    let c = L::splat(2.443_315_7e-5)
+        .mul_add(x2, L::splat(-1.388_731_6e-3))
+        .mul_add(x2, L::splat(4.166_664_6e-2));
+    let c = (c * x2).mul_add(x2, L::splat(-0.5).mul_add(x2, L::one()));
+    (s, c)
+}
+
+/// A point of the unit circle from a random word, uniform: the three highest bits choose the octant, the next 21 the place in it.
+/// Neither a range to reduce nor quadrants to tell apart.
+#[inline(always)]
+pub fn on_circle<L: Lanes>(word: L::Uint) -> (L, L) {
+    let place = L::from_uint24(word.shr::<8>().and(L::Uint::splat(0x1f_ffff)));
+    // At the middles of 2^21 intervals.
+    let eighth = place.mul_add(L::splat(1.0 / 16_777_216.0), L::splat(1.0 / 33_554_432.0));
+    let (s, c) = sin_cos_eighth(eighth);
+    let steep = L::uint_eq(word.and(L::Uint::splat(1 << 29)), L::Uint::splat(0));
+    let sign = L::Uint::splat(1 << 31);
+    let signed = |v: L, word: L::Uint| L::from_bits(v.to_bits().xor(word.and(sign)));
+    (
+        signed(L::select(steep, c, s), word),
+        signed(L::select(steep, s, c), word.shl::<1>()),
+    )
+}
+
 /// Natural logarithm of a positive normal number; relative error a few ulp.
 #[inline(always)]
 pub fn ln<L: Lanes>(x: L) -> L {
     let bits = x.to_bits();
-    // Mantissa into [sqrt(1/2), sqrt(2)).
-    let shifted = bits.sub(L::Uint::splat(0x3f35_04f3));
-    let exponent = L::from_uint24(shifted.shr::<23>().and(L::Uint::splat(0xff)));
-    // The subtraction borrowed below 1: exponents wrap at 256.
-    let exponent = L::select(
-        exponent.ge(L::splat(128.0)),
-        exponent - L::splat(256.0),
-        exponent,
-    );
+    // Mantissa into [sqrt(1/2), sqrt(2)); 128 more in the exponent keeps it positive.
+    let shifted = bits.add(L::Uint::splat(0x4000_0000 - 0x3f35_04f3));
+    let exponent = L::from_uint24(shifted.shr::<23>()) - L::splat(128.0);
     let mantissa = L::from_bits(
         shifted
             .and(L::Uint::splat(0x007f_ffff))
@@ -201,6 +219,24 @@ mod tests {
         }
         // acos near 1 amplifies the rounding of 1 - x^2 under the root.
         assert!(a < 8.0, "{a}");
+    }
+
+    #[test]
+    fn words_spread_evenly_over_the_circle() {
+        let n = 1 << 16;
+        let mut angles: Vec<f64> = (0..n)
+            .map(|i: u32| {
+                // One word in each of n intervals.
+                let (x, y) = on_circle::<f32>(i << 16 | 0x8000);
+                assert!((x.hypot(y) - 1.0).abs() < 2e-7);
+                f64::from(y).atan2(f64::from(x))
+            })
+            .collect();
+        angles.sort_by(f64::total_cmp);
+        let step = std::f64::consts::TAU / f64::from(n);
+        for pair in angles.windows(2) {
+            assert!((pair[1] - pair[0] - step).abs() < 1e-6 + 0.01 * step);
+        }
     }
 
     #[test]

@@ -3,7 +3,10 @@
 use crate::simd::rng::Stream;
 use crate::simd::{Lanes, UintLanes};
 
-/// Row-major by dimension; rows are padded to a multiple of eight paths.
+/// Floats of a cache line.
+const LINE: usize = 16;
+
+/// Row-major by dimension; rows are padded to whole cache lines.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     data: Vec<f32>,
@@ -19,25 +22,30 @@ impl Samples {
     }
 
     pub fn resize(&mut self, dimensions: usize, paths: usize) {
-        self.stride = paths.next_multiple_of(8);
+        // An odd number of cache lines: rows a power of two apart would share a few sets of the first-level cache.
+        self.stride = (paths.div_ceil(LINE) | 1) * LINE;
         self.data.clear();
         self.data.resize(dimensions * self.stride, 0.0);
     }
 
     /// Paths a row has room for.
+    #[inline(always)]
     pub fn stride(&self) -> usize {
         self.stride
     }
 
+    #[inline(always)]
     pub fn dimensions(&self) -> usize {
         self.data.len().checked_div(self.stride).unwrap_or(0)
     }
 
     /// One dimension of all paths.
+    #[inline(always)]
     pub fn row(&self, dimension: usize) -> &[f32] {
         &self.data[dimension * self.stride..][..self.stride]
     }
 
+    #[inline(always)]
     pub fn row_mut(&mut self, dimension: usize) -> &mut [f32] {
         &mut self.data[dimension * self.stride..][..self.stride]
     }
