@@ -126,10 +126,10 @@ impl Environment {
     }
 
     fn look_up(&self, d: [f32; 3]) -> [f32; 4] {
-        let local: [f32; 3] = std::array::from_fn(|r| {
-            let m = self.to_light[r];
-            m[0] * d[0] + m[1] * d[1] + m[2] * d[2]
-        });
+        let mut local = [0.0; 3];
+        for (x, m) in local.iter_mut().zip(&self.to_light) {
+            *x = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
+        }
         let (u, v, solid) = match self.layout {
             EnvLayout::LatLong => {
                 let turns = local[1].atan2(local[0]) / TAU;
@@ -171,11 +171,13 @@ impl Environment {
         let (x0, y0) = (x0 as i64, y0 as i64);
         let (a, b) = (self.texel(x0, y0), self.texel(x0 + 1, y0));
         let (c, d) = (self.texel(x0, y0 + 1), self.texel(x0 + 1, y0 + 1));
-        std::array::from_fn(|i| {
+        let mut value = [0.0; 3];
+        for i in 0..3 {
             let top = (1.0 - fx) * a[i] + fx * b[i];
             let bottom = (1.0 - fx) * c[i] + fx * d[i];
-            (1.0 - fy) * top + fy * bottom
-        })
+            value[i] = (1.0 - fy) * top + fy * bottom;
+        }
+        value
     }
 
     /// A direction towards the map, by inversion of rows and then columns.

@@ -59,8 +59,10 @@ pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
-    let columns = [x0, x0.saturating_add(1)].map(|x| wrapped(x, image.width, wrap));
-    let rows = [y0, y0.saturating_add(1)].map(|y| wrapped(y, image.height, wrap));
+    let column = |x: i64| wrapped(x, image.width, wrap);
+    let row = |y: i64| wrapped(y, image.height, wrap);
+    let columns = [column(x0), column(x0.saturating_add(1))];
+    let rows = [row(y0), row(y0.saturating_add(1))];
     // Loops and not `array::from_fn`, which is not reliably inlined.
     let mut value = [0.0; 3];
     for (row, wy) in rows.into_iter().zip([1.0 - fy, fy]) {

@@ -88,7 +88,11 @@ impl World<'_> {
             } else {
                 [0; 8]
             };
-            let u: [L; 4] = std::array::from_fn(|i| samples.gather(emission + i, chunk));
+            // Not by `array::from_fn`, which is not reliably inlined; so below.
+            let mut u = [L::zero(); 4];
+            for (i, u) in u.iter_mut().enumerate() {
+                *u = samples.gather(emission + i, chunk);
+            }
             let ray = self
                 .lights
                 .sample_emission(&self.geometry, &light[..chunk.len()], u);
@@ -250,13 +254,12 @@ impl World<'_> {
             for (slot, &path) in first.iter_mut().zip(chunk) {
                 *slot = bounce.dimension(paths, path);
             }
-            let u: [L; 3] = std::array::from_fn(|c| {
+            let mut u = [L::zero(); 3];
+            for (c, u) in u.iter_mut().enumerate() {
                 if c < 2 || B::LOBES {
-                    samples.gather_each(&first, c, chunk)
-                } else {
-                    L::zero()
+                    *u = samples.gather_each(&first, c, chunk);
                 }
-            });
+            }
             let frame = shading_frame(tip.ns, tip.tangent);
             let sample = B::sample(&row, frame.to_local(tip.wo), u, mode);
             let wi = frame.to_world(sample.wi).normalize();
