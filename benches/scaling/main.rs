@@ -21,9 +21,9 @@ const STRIDE: u32 = 16;
 /// Of the chains, where depth does not grow.
 const DEPTH: usize = 4;
 
-/// Longer paths, in the Cornell box. A step of depth `k` traces up to `k + 1` rays.
+/// Longer paths, in a closed room: none escapes, and nearly every mutation of depth `k` traces its `k + 1` rays.
 fn depth(c: &mut Criterion) {
-    let scene = common::cornell();
+    let scene = room::lit(4);
     let world = World::new(&scene, 64);
     let film = common::film(&scene);
     let mut group = c.benchmark_group("scaling/depth");
