@@ -229,7 +229,8 @@ pub struct BenchArgs {
 
     /// Time for each side of each comparison
     ///
-    /// There are four for lanes, and one for each number of threads.
+    /// There are four for lanes, and one for each number of threads. In less than a second the rounds scatter: long paths carry
+    /// little light, and not every round has their turn.
     #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = bench_seconds)]
     pub seconds: Duration,
 
