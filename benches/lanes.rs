@@ -1,40 +1,46 @@
 //! What do eight lanes buy over one, for the whole step of a chain and for the stages that can be run alone?
 //!
-//! Same kernels, same chains, same bits; throughput is mutations (or primary samples) a second on one thread.
+//! Same kernels, same chains, same bits; throughput is mutations, paths or primary samples a second on one thread. Rays alone are
+//! the question of `benches/rays`; splats, which have no lanes, of `benches/film`.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use phalanx::chain::batch::{Batch, Workspace};
-use phalanx::chain::bootstrap::{Bootstrap, regenerate};
+mod common;
+
+use common::Chains;
+use criterion::{BenchmarkId, Criterion, Throughput};
+use phalanx::chain::bootstrap::regenerate;
 use phalanx::chain::mutate::Kernel;
-use phalanx::film::{FilterTable, SplatFilm};
-use phalanx::scene::{self, Scene};
+use phalanx::film::SplatFilm;
 use phalanx::simd::{Lanes, f32x8};
-use phalanx::transport::World;
 use phalanx::transport::samples::Samples;
+use phalanx::transport::{Paths, World};
 use std::hint::black_box;
-use std::path::Path;
 
 const CHAINS: usize = 512;
-
-fn default_scene() -> Scene {
-    let text = include_str!("../scenes/cornell.pbrt");
-    scene::load_str(text, "cornell.pbrt", Path::new(".")).expect("the default scene loads")
-}
+const DEPTHS: [usize; 3] = [1, 4, 8];
 
 /// Marches one batch of chains of depth `depth`; a criterion iteration is one mutation of each.
-fn step<L: Lanes>(c: &mut Criterion, scene: &Scene, world: &World, depth: usize) {
-    let plan = &world.plan.depths[depth];
-    let bootstrap = Bootstrap::run::<L>(world, plan, 1, 20_000, &|| false);
-    let seeds = bootstrap.seeds(1, depth as u32, CHAINS);
-    let mut workspace = Workspace::new(world);
-    let mut batch = Batch::new::<L>(world, depth, 0, &seeds, 1, &mut workspace.paths);
-    let kernel = Kernel::new(1, 0.3, 0.01);
-    let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
-    let film = SplatFilm::new(filter, 1, 1e12);
-    let mut group = c.benchmark_group(format!("step/depth {depth}"));
+fn step<L: Lanes>(c: &mut Criterion, name: &str, world: &World, film: &SplatFilm, depth: usize) {
+    let Some(mut chains) = Chains::new::<L>(world, depth, CHAINS, 1) else {
+        return;
+    };
+    let mut group = c.benchmark_group(format!("step/{name}/depth {depth}"));
     group.throughput(Throughput::Elements(CHAINS as u64));
     group.bench_function(BenchmarkId::new("lanes", L::N), |b| {
-        b.iter(|| batch.march::<L>(world, &kernel, 1, &mut workspace, &film, 0, 1.0));
+        b.iter(|| chains.march::<L>(world, film, 1));
+    });
+    group.finish();
+}
+
+/// Evaluates uniform paths, as the bootstrap does: everything between primary samples and contributions.
+fn evaluate<L: Lanes>(c: &mut Criterion, name: &str, world: &World, depth: usize) {
+    let plan = &world.plan.depths[depth];
+    let indices: Vec<u64> = (0..CHAINS as u64).collect();
+    let samples = regenerate::<L>(plan, 1, &indices);
+    let mut paths = Paths::new(world);
+    let mut group = c.benchmark_group(format!("evaluate/{name}/depth {depth}"));
+    group.throughput(Throughput::Elements(CHAINS as u64));
+    group.bench_function(BenchmarkId::new("lanes", L::N), |b| {
+        b.iter(|| world.evaluate_multiplexed::<L>(plan, black_box(&samples), CHAINS, &mut paths));
     });
     group.finish();
 }
@@ -68,16 +74,35 @@ fn propose<L: Lanes>(c: &mut Criterion, world: &World) {
     group.finish();
 }
 
-fn lanes(c: &mut Criterion) {
-    let scene = default_scene();
-    let world = World::new(&scene, 8);
-    for depth in [1, 4, 8] {
-        step::<f32>(c, &scene, &world, depth);
-        step::<f32x8>(c, &scene, &world, depth);
-    }
-    propose::<f32>(c, &world);
-    propose::<f32x8>(c, &world);
+/// Uniform primary samples alone, as the bootstrap draws them: random numbers and additive recurrences.
+fn draw<L: Lanes>(c: &mut Criterion, world: &World) {
+    let plan = world.plan.depths.last().expect("a plan has depths");
+    let indices: Vec<u64> = (0..CHAINS as u64).collect();
+    let mut group = c.benchmark_group("draw");
+    group.throughput(Throughput::Elements((CHAINS * plan.layout.total) as u64));
+    group.bench_function(BenchmarkId::new("lanes", L::N), |b| {
+        b.iter(|| regenerate::<L>(plan, 1, black_box(&indices)));
+    });
+    group.finish();
 }
 
-criterion_group!(benches, lanes);
-criterion_main!(benches);
+fn main() {
+    let mut c = common::criterion();
+    for (name, scene) in &common::scenes() {
+        let world = World::new(scene, DEPTHS[2] as u32);
+        let film = common::film(scene);
+        for depth in DEPTHS {
+            step::<f32>(&mut c, name, &world, &film, depth);
+            step::<f32x8>(&mut c, name, &world, &film, depth);
+            evaluate::<f32>(&mut c, name, &world, depth);
+            evaluate::<f32x8>(&mut c, name, &world, depth);
+        }
+    }
+    let scene = common::cornell();
+    let world = World::new(&scene, DEPTHS[2] as u32);
+    propose::<f32>(&mut c, &world);
+    propose::<f32x8>(&mut c, &world);
+    draw::<f32>(&mut c, &world);
+    draw::<f32x8>(&mut c, &world);
+    c.final_summary();
+}

@@ -25,7 +25,7 @@
 //! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`film`] | exact sums, filters, output | strategies |
-//! | [`integrate`] | schedules over all of it: `mmlt`, `pt` | how they were asked for |
+//! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
 //! [`integrate::render`] is the whole renderer in one call:

@@ -15,7 +15,7 @@ use crate::scene::{Film, IntegratorKind};
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
 /// pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect` prints.
+/// Messages and progress go to stderr; stdout carries only what `inspect` and `bench` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written; 2 bad arguments or a scene that cannot be used; 130 and 143 stopped by
 /// SIGINT and SIGTERM, with the picture so far written.
@@ -47,6 +47,7 @@ pub struct Cli {
 pub enum Command {
     Render(Box<RenderArgs>),
     Inspect(InspectArgs),
+    Bench(BenchArgs),
 }
 
 /// Render a scene into picture files
@@ -216,6 +217,61 @@ pub struct InspectArgs {
     pub max_depth: Option<u32>,
 }
 
+/// Measure how fast this machine renders a scene, and where the time goes
+///
+/// What eight SIMD lanes buy over one, what threads buy, what each stage of a mutation takes, and how full the lanes are; for
+/// Metropolis light transport, whatever the scene file asks for. To stdout, as tables or as JSON.
+///
+/// What is compared takes turns in seven short rounds; figures are medians. No picture is written.
+#[derive(Debug, Args)]
+#[command(allow_negative_numbers = true, args_override_self = true)]
+pub struct BenchArgs {
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    pub scene: Option<PathBuf>,
+
+    /// Time for each side of each comparison
+    ///
+    /// There are four for lanes, and one for each number of threads. In less than a second the rounds scatter: long paths carry
+    /// little light, and not every round has their turn.
+    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = bench_seconds)]
+    pub seconds: Duration,
+
+    /// Write all figures to FILE, as JSON; `-` is stdout, and takes the place of the tables
+    ///
+    /// Names end in their units; `median`, `min` and `max` are over the rounds.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Most threads to measure; 0 is one per core
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = value_parser!(u32).range(0..=1024)
+    )]
+    pub threads: u32,
+
+    /// Markov chains that march together, of each depth [default: as renders do]
+    #[arg(long, value_name = "N", value_parser = batch)]
+    pub batch: Option<usize>,
+
+    /// Most scattering events on a path [default: as the scene says]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
+    pub max_depth: Option<u32>,
+
+    /// Independent paths per depth that start the chains [default: as the scene says]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP))]
+    pub bootstrap: Option<u64>,
+
+    /// Random seed
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Print nothing but the figures, warnings and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Integrator {
     /// Multiplexed Metropolis light transport
@@ -328,6 +384,18 @@ fn seconds(text: &str) -> Result<Duration, String> {
     } else {
         Err("it must be more than 0".into())
     }
+}
+
+/// An hour at most: the film must not overflow.
+fn bench_seconds(text: &str) -> Result<Duration, String> {
+    number_in(text, 0.001, 3600.0).map(Duration::from_secs_f64)
+}
+
+fn batch(text: &str) -> Result<usize, String> {
+    number_in(text, 1.0, MAX_CHAINS_PER_DEPTH as f64)?;
+    text.trim()
+        .parse()
+        .map_err(|_| "it is not a whole number".into())
 }
 
 fn resolution(text: &str) -> Result<(u32, u32), String> {

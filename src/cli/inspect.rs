@@ -1,14 +1,13 @@
 //! `phalanx inspect`: what a scene holds, and how it would be rendered. To stdout.
 
 use std::fmt::{self, Write as _};
-use std::io::{self, Write as _};
 use std::process::ExitCode;
-use std::time::Duration;
 
 use super::Failure;
 use super::args::InspectArgs;
 use super::input::{self, Input};
 use super::messages::Messages;
+use super::outputs;
 use super::units;
 use crate::integrate::peak_rss_bytes;
 use crate::scene::{
@@ -29,10 +28,8 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
     let mut text = String::new();
     // Writing to a string does not fail.
     let _ = report(&mut text, &input, &world);
-    match io::stdout().lock().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Io(format!("stdout: {e}"))),
-        _ => Ok(ExitCode::SUCCESS),
-    }
+    outputs::print(&text)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
@@ -66,7 +63,7 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
         units::bytes(table_bytes(scene)),
         units::bytes(peak_rss_bytes())
     )?;
-    writeln!(out, "  build         {}", precise(stats.build_time))?;
+    writeln!(out, "  build         {}", units::precise(stats.build_time))?;
     section(out, "Plan")?;
     write!(out, "{}", world.plan)
 }
@@ -306,13 +303,4 @@ fn point(p: [f64; 3]) -> String {
         }
     });
     format!("({x}, {y}, {z})")
-}
-
-/// Builds of small scenes take microseconds.
-fn precise(time: Duration) -> String {
-    if time < Duration::from_millis(100) {
-        format!("{:.3} ms", 1000.0 * time.as_secs_f64())
-    } else {
-        units::time(time)
-    }
 }

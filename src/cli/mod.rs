@@ -1,9 +1,10 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
-//! Everything here is a thin layer over [`scene::load`](crate::scene::load) and
-//! [`integrate::render`](crate::integrate::render); what it adds is messages, signals and files.
+//! Everything here is a thin layer over [`scene::load`](crate::scene::load), [`integrate::render`](crate::integrate::render)
+//! and [`integrate::measure`](crate::integrate::measure); what it adds is messages, signals and files.
 
 pub mod args;
+mod bench;
 mod cpu;
 mod input;
 mod inspect;
@@ -12,6 +13,7 @@ mod outputs;
 mod progress;
 mod render;
 mod signals;
+mod table;
 mod units;
 
 use std::ffi::OsString;
@@ -47,7 +49,11 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
         }
     };
-    let quiet = matches!(&cli.command, Command::Render(a) if a.quiet);
+    let quiet = match &cli.command {
+        Command::Render(args) => args.quiet,
+        Command::Inspect(_) => false,
+        Command::Bench(args) => args.quiet,
+    };
     let messages = Messages::new(cli.color, quiet);
     if let Some(note) = cpu::slow_build() {
         messages.note(note);
@@ -55,6 +61,7 @@ pub fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Render(args) => render::run(args, messages),
         Command::Inspect(args) => inspect::run(args, messages),
+        Command::Bench(args) => bench::run(args, messages),
     };
     match done {
         Ok(code) => code,

@@ -1,4 +1,4 @@
-//! Which files a render writes, and how nothing rendered is lost when they cannot be written.
+//! Which files a render writes, and how nothing rendered is lost when they cannot be written; and what goes to stdout.
 
 use std::fs;
 use std::io::{self, Write};
@@ -89,6 +89,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), String> {
         })
     };
     written.map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// Prints a result; a reader that has gone away is no concern.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Io(format!("stdout: {e}"))),
+        _ => Ok(()),
+    }
 }
 
 /// Something that must be written into, not replaced.

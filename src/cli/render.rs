@@ -102,7 +102,7 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
 }
 
 /// Refuses a film that this machine has no memory for, rather than being killed for it.
-fn check_memory(film: &Film, settings: &Settings) -> Result<(), Failure> {
+pub(super) fn check_memory(film: &Film, settings: &Settings) -> Result<(), Failure> {
     let info = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let line = info.lines().find_map(|l| l.strip_prefix("MemTotal:"));
     let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());

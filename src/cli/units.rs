@@ -51,6 +51,15 @@ pub fn time(duration: Duration) -> String {
     format!("{} h {:02} min", minutes / 60, minutes % 60)
 }
 
+/// Builds of small scenes take microseconds.
+pub fn precise(duration: Duration) -> String {
+    if duration < Duration::from_millis(100) {
+        format!("{:.3} ms", 1000.0 * duration.as_secs_f64())
+    } else {
+        time(duration)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

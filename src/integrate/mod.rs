@@ -1,5 +1,6 @@
-//! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call.
+//! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
+pub mod measure;
 mod mmlt;
 mod pt;
 mod schedule;

@@ -21,12 +21,12 @@ const FEWEST: usize = 512;
 /// The same for each depth of a shared layer.
 const FEWEST_SHARED: usize = 64;
 /// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level cache (`benches/batch`).
-const LARGEST_BATCH: usize = 512;
+pub(super) const LARGEST_BATCH: usize = 512;
 /// Fewest chains of a batch, however many threads want work.
 const SMALLEST_BATCH: usize = 64;
 
 /// Iterations a thread marches a batch before it looks for another.
-const STRIDE: u32 = 16;
+pub(super) const STRIDE: u32 = 16;
 /// Length of a round: progress and stops are prompt, the barrier costs little.
 const ROUND: Duration = Duration::from_millis(250);
 

@@ -1,0 +1,105 @@
+//! What the benches of chains share: scenes, chains ready to march, and how long criterion measures.
+
+// Each bench uses its own part of this.
+#![allow(dead_code)]
+
+use criterion::Criterion;
+use phalanx::chain::batch::{Batch, Workspace};
+use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::mutate::Kernel;
+use phalanx::film::{FilterTable, SplatFilm};
+use phalanx::scene::{self, Scene};
+use phalanx::simd::{Lanes, f32x8};
+use phalanx::transport::World;
+use std::path::Path;
+use std::time::Duration;
+
+/// Names and texts of scenes that stand for easy and hard work: mostly diffuse, and mostly glass.
+const SCENES: [(&str, &str); 2] = [
+    ("cornell", include_str!("../../scenes/cornell.pbrt")),
+    (
+        "cornell-glass",
+        include_str!("../../tests/reference/cornell-glass.pbrt"),
+    ),
+];
+
+/// Both scenes, by name.
+pub fn scenes() -> Vec<(&'static str, Scene)> {
+    let load = |(name, text)| {
+        let scene = scene::load_str(text, name, Path::new("")).expect("the scene loads");
+        (name, scene)
+    };
+    SCENES.map(load).into()
+}
+
+pub fn cornell() -> Scene {
+    scenes().swap_remove(0).1
+}
+
+/// Few and short measurements: differences that matter are larger than their noise. Flags of the command line still count.
+pub fn criterion() -> Criterion {
+    Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(800))
+        .configure_from_args()
+}
+
+/// `cargo bench -- --test`: whether everything runs, not how fast.
+pub fn quick() -> bool {
+    std::env::args().any(|a| a == "--test")
+}
+
+/// A film of one layer with room for the splats of any measurement.
+pub fn film(scene: &Scene) -> SplatFilm {
+    let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
+    SplatFilm::new(filter, 1, 1e15)
+}
+
+/// Chains of one depth in batches, started as a render starts them.
+pub struct Chains {
+    batches: Vec<Batch>,
+    next: usize,
+    kernel: Kernel,
+    workspace: Workspace,
+}
+
+impl Chains {
+    /// `count` batches of `chains` each; `None` if no bootstrap path of this depth carries light.
+    pub fn new<L: Lanes>(world: &World, depth: usize, chains: usize, count: usize) -> Option<Self> {
+        let plan = &world.plan.depths[depth];
+        let paths = if quick() { 5_000 } else { 50_000 };
+        let bootstrap = Bootstrap::run::<f32x8>(world, plan, 1, paths, &|| false);
+        if bootstrap.estimate.mean() <= 0.0 {
+            return None;
+        }
+        let seeds = bootstrap.seeds(1, depth as u32, chains * count);
+        let mut workspace = Workspace::new(world);
+        let batches = (seeds.chunks(chains).enumerate())
+            .map(|(i, seeds)| {
+                Batch::new::<L>(world, depth, i * chains, seeds, 1, &mut workspace.paths)
+            })
+            .collect();
+        Some(Self {
+            batches,
+            next: 0,
+            kernel: Kernel::new(1, 0.3, 0.01),
+            workspace,
+        })
+    }
+
+    /// Marches the next batch, one after the other and round again.
+    pub fn march<L: Lanes>(&mut self, world: &World, film: &SplatFilm, iterations: u32) {
+        let next = (self.next + 1) % self.batches.len();
+        let batch = &mut self.batches[std::mem::replace(&mut self.next, next)];
+        batch.march::<L>(
+            world,
+            &self.kernel,
+            iterations,
+            &mut self.workspace,
+            film,
+            0,
+            1.0,
+        );
+    }
+}

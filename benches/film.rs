@@ -1,0 +1,97 @@
+//! What does a splat cost?
+//!
+//! Logs of splats are written and handed in to films of a few kilobytes, of 512 x 512 pixels and of four megapixels, with the box of one pixel
+//! and pbrt's Gaussian, into one layer or sixteen by turns. Positions are uniform on the film: no caching helps that a
+//! picture would not have, and the memory is there. Throughput is splats a second on one thread; there are no lanes here.
+
+mod common;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+use glam::Vec2;
+use phalanx::film::{FilterTable, SplatFilm, SplatLog};
+use phalanx::scene::{Filter, FilterKind};
+use phalanx::simd::Row;
+
+/// Splats of a log, as in a render.
+const LOG: usize = 8192;
+const SIDES: [u32; 3] = [32, 512, 2048];
+
+/// Splats of random colours all over a film.
+fn splats(side: u32) -> Vec<Row> {
+    let mut state = 0x5eed_u64;
+    let mut unit = || {
+        // xorshift64*.
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / 16_777_216.0
+    };
+    let side = side as f32;
+    // Many logs' worth, so that the same pixels do not come again at once.
+    (0..64 * LOG)
+        .map(|_| {
+            let (r, g, x, y) = (unit(), unit(), side * unit(), side * unit());
+            Row([r, g, 3.0 - r - g, x, y, 0.0, 0.0, 0.0])
+        })
+        .collect()
+}
+
+/// Splats something on every page of memory: what comes after finds it there, as all but the first splats of a render do.
+fn touch(film: &SplatFilm, side: u32, layers: usize) {
+    let mut log = SplatLog::default();
+    log.reserve(LOG);
+    for layer in 0..layers {
+        for (y, x) in (0..side).flat_map(|y| (0..side).step_by(128).map(move |x| (y, x))) {
+            if log.room() == 0 {
+                film.add(layer, &mut log, 1.0);
+            }
+            let [x, y] = [x, y].map(|v| v as f32 + 0.5);
+            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 1);
+        }
+        film.add(layer, &mut log, 1.0);
+    }
+}
+
+fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize) {
+    let table = FilterTable::new(&filter.1, [0, side, 0, side]);
+    let film = SplatFilm::new(table, layers, 1e15);
+    touch(&film, side, layers);
+    let splats = splats(side);
+    let mut logs = splats.chunks_exact(LOG).cycle();
+    let mut log = SplatLog::default();
+    log.reserve(LOG);
+    let mut layer = 0;
+    let mut group = c.benchmark_group(format!("splat/{}/{layers} layers", filter.0));
+    group.throughput(Throughput::Elements(LOG as u64));
+    group.bench_function(BenchmarkId::new("side", side), |b| {
+        b.iter(|| {
+            for splat in logs.next().into_iter().flatten() {
+                log.push(splat, 1 << 31);
+            }
+            film.add(layer, &mut log, 1.0 / (1u64 << 32) as f64);
+            layer = (layer + 1) % layers;
+        });
+    });
+    group.finish();
+}
+
+fn main() {
+    let one_pixel = Filter {
+        radius: Vec2::splat(0.5),
+        kind: FilterKind::Box,
+    };
+    let gaussian = Filter {
+        radius: Vec2::splat(2.0),
+        kind: FilterKind::Gaussian { alpha: 2.0 },
+    };
+    let mut c = common::criterion();
+    let sides = if common::quick() { &SIDES[..2] } else { &SIDES };
+    for &side in sides {
+        for filter in [("box", one_pixel), ("gaussian", gaussian)] {
+            for layers in [1, 16] {
+                film(&mut c, side, filter, layers);
+            }
+        }
+    }
+    c.final_summary();
+}

@@ -1,0 +1,175 @@
+//! How fast this machine renders a scene, and where the time goes: what eight lanes buy over one, what threads buy, what each stage
+//! of a step takes, and how full the lanes are.
+//!
+//! What is measured is the step that renders are made of: batches of chains of every depth ([`work`]), visited in proportion to the
+//! light each depth carries. Whatever is compared takes turns in short rounds, so that a machine whose speed drifts is
+//! equally fast for both sides; figures are medians over the rounds. The stage clock runs only where stages are measured.
+
+mod lanes;
+mod machine;
+mod report;
+mod threads;
+mod work;
+
+pub use self::machine::Machine;
+pub use self::report::{
+    BootstrapFigures, LaneFigures, Rates, Report, SceneFigures, Spread, StageFigures, ThreadFigures,
+};
+
+use super::schedule::LARGEST_BATCH;
+use super::{RenderError, Settings, check, mmlt, per_second};
+use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
+use crate::chain::bootstrap::Bootstrap;
+use crate::chain::mutate::Kernel;
+use crate::film::{FilterTable, SplatFilm};
+use crate::scene::Scene;
+use crate::simd::f32x8;
+use crate::transport::World;
+use std::time::{Duration, Instant};
+
+/// Rounds of a comparison; an odd number, so that the median is one of them.
+const ROUNDS: usize = 7;
+/// Bound of the weight that measurements splat, more than an hour of any machine: the picture is thrown away.
+const MOST_WEIGHT: f64 = 1e15;
+
+/// Why there is nothing to measure.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasureError {
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    #[error("{0}")]
+    Dark(String),
+}
+
+/// What all measurements share.
+struct Bench<'a> {
+    world: &'a World<'a>,
+    film: SplatFilm,
+    kernel: Kernel,
+    bootstraps: Vec<Bootstrap>,
+    seed: u64,
+    /// Chains of a batch.
+    chains: usize,
+    /// Time that one side of a comparison gets.
+    time: Duration,
+}
+
+/// Numbers of threads to compare: powers of two, and `most`.
+pub fn thread_counts(most: usize) -> Vec<usize> {
+    let powers = std::iter::successors(Some(1), |n| Some(2 * n));
+    powers.take_while(|n| *n < most).chain([most]).collect()
+}
+
+/// Measures a scene. Of the settings, those of Metropolis light transport count; `settings.threads` is the most threads, 0 for one per
+/// core; `settings.batch` the chains of a batch. `time` goes to each side of each comparison.
+///
+/// # Errors
+/// Settings out of range, thread pools that cannot be had, and scenes without light.
+pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Report, MeasureError> {
+    check(settings)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .build()
+        .map_err(|source| RenderError::Threads {
+            threads: settings.threads,
+            source,
+        })?;
+    let chains = settings.batch.unwrap_or(LARGEST_BATCH);
+    let threads = pool.current_num_threads();
+    if chains * threads > MAX_CHAINS_PER_DEPTH {
+        let message = format!(
+            "{threads} batches of {chains} chains, one a thread, are more than {MAX_CHAINS_PER_DEPTH} chains"
+        );
+        return Err(RenderError::Settings(message).into());
+    }
+    let world = World::new(scene, settings.max_depth);
+    let (bootstraps, bootstrap) = pool.install(|| run_bootstrap(&world, settings));
+    if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {
+        return Err(dark(&world, settings));
+    }
+    let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
+    let layers = mmlt::layers(world.plan.depths.len());
+    let bench = Bench {
+        world: &world,
+        film: SplatFilm::new(filter, layers, MOST_WEIGHT),
+        kernel: Kernel::new(
+            settings.seed,
+            settings.large_step_probability,
+            settings.sigma,
+        ),
+        bootstraps,
+        seed: settings.seed,
+        chains,
+        time,
+    };
+    let (lanes, stages, groups) = lanes::compare(&bench);
+    Ok(Report {
+        version: env!("CARGO_PKG_VERSION"),
+        machine: Machine::this(),
+        seed: settings.seed,
+        max_depth: settings.max_depth,
+        chains_per_batch: chains,
+        seconds_per_measurement: time.as_secs_f64(),
+        rounds: ROUNDS,
+        scene: SceneFigures::of(scene, &world),
+        bootstrap,
+        lanes,
+        stages,
+        groups,
+        threads: threads::compare(&bench, &pool),
+    })
+}
+
+/// The bootstrap of every depth, on the threads of this pool.
+fn run_bootstrap(world: &World, settings: &Settings) -> (Vec<Bootstrap>, BootstrapFigures) {
+    let start = Instant::now();
+    let depths = world.plan.depths.iter();
+    let (mut paths, mut rays) = (0, 0);
+    let all = depths
+        .map(|depth| {
+            let count = match depth.strategies.is_empty() {
+                true => 0,
+                false => settings.bootstrap,
+            };
+            let one = Bootstrap::run::<f32x8>(world, depth, settings.seed, count, &|| false);
+            paths += count;
+            rays += one.rays;
+            one
+        })
+        .collect();
+    let seconds = start.elapsed().as_secs_f64();
+    let figures = BootstrapFigures {
+        threads: rayon::current_num_threads(),
+        paths,
+        rays,
+        seconds,
+        paths_per_second: per_second(paths, seconds),
+        rays_per_second: per_second(rays, seconds),
+    };
+    (all, figures)
+}
+
+fn dark(world: &World, settings: &Settings) -> MeasureError {
+    MeasureError::Dark(if world.lights.is_empty() {
+        "the scene has no lights: there is nothing to measure".into()
+    } else {
+        format!(
+            "none of the {} bootstrap paths per depth carries light to the camera: there is nothing to measure; more \
+             bootstrap samples may find some",
+            settings.bootstrap
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_of_threads() {
+        assert_eq!(thread_counts(1), [1]);
+        assert_eq!(thread_counts(2), [1, 2]);
+        assert_eq!(thread_counts(8), [1, 2, 4, 8]);
+        assert_eq!(thread_counts(12), [1, 2, 4, 8, 12]);
+    }
+}

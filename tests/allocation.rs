@@ -1,0 +1,115 @@
+//! Once warm, marching chains asks the system for no memory: every list, log and stack is kept from one iteration to the next.
+
+use phalanx::chain::batch::{Batch, Workspace};
+use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::mutate::Kernel;
+use phalanx::film::{FilterTable, SplatFilm};
+use phalanx::scene::load_str;
+use phalanx::simd::{Lanes, f32x8};
+use phalanx::transport::World;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+
+/// The system's allocator, and how often this thread has asked it for memory.
+struct Counting;
+
+thread_local! {
+    /// Of this thread: the test harness has others.
+    static REQUESTS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that is ending has no counter left.
+    let _ = REQUESTS.try_with(|n| n.set(n.get() + 1));
+}
+
+// SAFETY: every request is passed on as it is.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const CHAINS: usize = 256;
+const WARM_UP: u32 = 200;
+/// Iterations that may not allocate; splat logs go to the film several times meanwhile.
+const ITERATIONS: u32 = 200;
+
+/// Requests for memory that marching makes after it is warm, depth by depth.
+fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
+    let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
+    let world = World::new(&scene, 6);
+    let kernel = Kernel::new(1, 0.3, 0.01);
+    let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
+    let film = SplatFilm::new(filter, 1, 1e12);
+    let mut workspace = Workspace::new(&world);
+    let mut found = Vec::new();
+    for (depth, plan) in world.plan.depths.iter().enumerate() {
+        let bootstrap = Bootstrap::run::<f32x8>(&world, plan, 1, 10_000, &|| false);
+        if bootstrap.estimate.mean() <= 0.0 {
+            continue;
+        }
+        let seeds = bootstrap.seeds(1, plan.depth, CHAINS);
+        let mut batch = Batch::new::<L>(&world, depth, 0, &seeds, 1, &mut workspace.paths);
+        let mut march = |iterations| {
+            batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, 0, 1.0);
+        };
+        march(WARM_UP);
+        let before = REQUESTS.get();
+        march(ITERATIONS);
+        found.push((plan.depth, REQUESTS.get() - before));
+    }
+    assert!(found.len() >= 3, "the scene has light at few depths");
+    found
+}
+
+fn expect_none(text: &str) {
+    for found in [requests::<f32>(text), requests::<f32x8>(text)] {
+        assert!(
+            found.iter().all(|(_, n)| *n == 0),
+            "(depth, allocations): {found:?}"
+        );
+    }
+}
+
+#[test]
+fn the_built_in_scene() {
+    expect_none(include_str!("../scenes/cornell.pbrt"));
+}
+
+#[test]
+fn textures_sky_and_lens() {
+    expect_none(include_str!("reference/env-lens.pbrt"));
+}
+
+#[test]
+fn several_lights_and_materials() {
+    expect_none(include_str!("reference/room-v4.pbrt"));
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = REQUESTS.get();
+    drop(std::hint::black_box(vec![1u8; 100]));
+    assert!(REQUESTS.get() > before);
+}
