@@ -19,6 +19,8 @@ pub struct SplatFilm {
     /// Pixels of a stripe, a power of two.
     stripe: usize,
     fraction_bits: i32,
+    /// Of a colour times the filter.
+    largest: f64,
 }
 
 /// Most stripes a splat log tells apart; further ones are mixed.
@@ -41,7 +43,8 @@ impl SplatFilm {
 
     /// `max_weight` bounds the sum of the weights of all splats to one layer.
     pub fn new(filter: FilterTable, layers: usize, max_weight: f64) -> Self {
-        let bound = max_weight.max(1.0) * Self::MAX_COLOUR * filter.peak().max(1.0);
+        let largest = Self::MAX_COLOUR * filter.peak().max(1.0);
+        let bound = max_weight.max(1.0) * largest;
         // One more bit for the rounding of each splat.
         let fraction_bits = (61 - bound.log2().ceil() as i32).clamp(0, 48);
         let pixels = filter.pixels();
@@ -58,6 +61,7 @@ impl SplatFilm {
                 .collect(),
             stripe,
             fraction_bits,
+            largest,
         }
     }
 
@@ -85,23 +89,27 @@ impl SplatFilm {
             stripe: first,
             pixels: self.lock(layer, first as usize),
         };
+        let single = self.filter.is_single();
         for i in 0..log.len {
-            if let Some(&(_, next)) = log.order[..log.len].get(i + AHEAD) {
-                let at = (next as usize & (self.stripe - 1)) * 3;
-                prefetch::<8, _>(held.pixels.entries(), at);
-                prefetch::<8, _>(held.pixels.entries(), at + 2);
+            if let Some(&(splat, nearest)) = log.order[..log.len].get(i + AHEAD) {
+                if single {
+                    held.prefetch(nearest as usize);
+                } else {
+                    let Row([_, _, _, x, y, ..]) = log.splats[splat as usize];
+                    (self.filter).announce([x, y], |pixel| held.prefetch(pixel));
+                }
             }
             let (splat, nearest) = log.order[i];
             let Row([r, g, b, x, y, _, low, high]) = log.splats[splat as usize];
             let weight = u64::from(low.to_bits()) | u64::from(high.to_bits()) << 32;
             let scale = weight as f64 * scale;
-            if self.filter.is_single() {
+            if single {
                 if self.filter.contains([x, y]) {
-                    held.add(nearest, [r, g, b], scale);
+                    held.add(nearest as usize, &[1.0], [r, g, b], scale);
                 }
             } else {
-                self.filter.splat([x, y], |pixel, w| {
-                    held.add(pixel as u32, [r, g, b], w * scale);
+                self.filter.rows([x, y], |first, weights, row| {
+                    held.add_across(first, weights, [r, g, b], row * scale);
                 });
             }
         }
@@ -138,31 +146,68 @@ struct Held<'a> {
 }
 
 impl Held<'_> {
+    /// Where a pixel is in its stripe.
     #[inline(always)]
-    fn add(&mut self, pixel: u32, [r, g, b]: [f32; 3], scale: f64) {
-        let stripe = pixel >> self.shift;
+    fn place(&self, pixel: usize) -> usize {
+        (pixel & ((1 << self.shift) - 1)) * 3
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, pixel: usize) {
+        // If it belongs to another stripe this fetches in vain. A pixel can lie across two cache lines.
+        let (pixels, at) = (self.pixels.entries(), self.place(pixel));
+        prefetch::<8, _>(pixels, at);
+        prefetch::<8, _>(pixels, at + 2);
+    }
+
+    /// Adds to a run of pixels, all of one stripe.
+    #[inline(always)]
+    fn add(&mut self, first: usize, weights: &[f32], colour: [f32; 3], scale: f64) {
+        let stripe = (first >> self.shift) as u32;
         if stripe != self.stripe {
             // The next stripe, or a filter that reaches over a border.
             self.stripe = stripe;
             self.pixels = self.film.lock(self.layer, stripe as usize);
         }
-        let at = (pixel & ((1 << self.shift) - 1)) as usize * 3;
-        let sums = &mut self.pixels.entries_mut()[at..at + 3];
-        sums[0] += round(f64::from(r) * scale);
-        sums[1] += round(f64::from(g) * scale);
-        sums[2] += round(f64::from(b) * scale);
+        let at = self.place(first);
+        let [r, g, b] = colour.map(f64::from);
+        let sums = &mut self.pixels.entries_mut()[at..at + 3 * weights.len()];
+        let add = |round: fn(f64) -> i64, sums: &mut [i64]| {
+            for (sum, weight) in sums.chunks_exact_mut(3).zip(weights) {
+                let scale = f64::from(*weight) * scale;
+                sum[0] += round(r * scale);
+                sum[1] += round(g * scale);
+                sum[2] += round(b * scale);
+            }
+        };
+        if scale * self.film.largest < SMALL {
+            add(round_small, sums);
+        } else {
+            add(|x| x.round_ties_even() as i64, sums);
+        }
+    }
+
+    /// The same for pixels of one stripe or two.
+    #[inline(always)]
+    fn add_across(&mut self, first: usize, weights: &[f32], colour: [f32; 3], scale: f64) {
+        let end = (first >> self.shift) + 1 << self.shift;
+        let (here, there) = weights.split_at(weights.len().min(end - first));
+        self.add(first, here, colour, scale);
+        if !there.is_empty() {
+            self.add(end, there, colour, scale);
+        }
     }
 }
 
-/// To the nearest integer, ties to even. Below 2^51 by adding a number whose last digit is 1; a cast would look for what does not fit.
+/// Numbers below this have room for their last digit beside [`MAGIC`].
+const SMALL: f64 = (1u64 << 51) as f64;
+/// A number whose last digit is 1.
+const MAGIC: f64 = (3u64 << 51) as f64;
+
+/// To the nearest integer, ties to even, for numbers of absolute value below [`SMALL`]: a cast would look for what does not fit.
 #[inline(always)]
-fn round(x: f64) -> i64 {
-    const MAGIC: f64 = (3u64 << 51) as f64;
-    if x.abs() < (1u64 << 51) as f64 {
-        (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
-    } else {
-        x as i64
-    }
+fn round_small(x: f64) -> i64 {
+    (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64
 }
 
 /// Splats on their way to the film.
@@ -334,12 +379,11 @@ mod tests {
             -2.5,
             1e15,
             -1e15,
-            3e18,
-            2.25e15 + 0.5,
+            2.25e15 - 0.5,
             7.3,
             -7.7,
         ] {
-            assert_eq!(round(x), x.round_ties_even() as i64, "{x}");
+            assert_eq!(round_small(x), x.round_ties_even() as i64, "{x}");
         }
     }
 
