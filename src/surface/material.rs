@@ -24,6 +24,8 @@ pub struct MaterialTable<'a> {
     materials: &'a [Material],
     textures: &'a [Texture],
     images: &'a [Image],
+    /// Image textures of each material.
+    looked_up: Vec<Vec<u32>>,
     /// Some material needs a tangent.
     pub anisotropic: bool,
 }
@@ -36,6 +38,7 @@ impl<'a> MaterialTable<'a> {
             materials: &scene.materials,
             textures: &scene.textures,
             images: &scene.images,
+            looked_up: Vec::new(),
             anisotropic: false,
         };
         for Material { kind, .. } in &scene.materials {
@@ -48,10 +51,24 @@ impl<'a> MaterialTable<'a> {
                 table.anisotropic |= roughness.u != roughness.v;
             }
             table.entries.push(entry);
+            let mut images = Vec::new();
+            for param in params(kind) {
+                collect_images(&scene.textures, param, &mut images);
+            }
+            images.sort();
+            images.dedup();
+            table.looked_up.push(images);
             let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
             table.rows.push(row);
         }
         table
+    }
+
+    /// Asks for the texels that [`Self::evaluate`] will read.
+    pub fn announce(&self, material: usize, uv: [f32; 2]) {
+        for &texture in &self.looked_up[material] {
+            texture::announce(self.textures, self.images, texture, uv);
+        }
     }
 
     /// The parameter row of a material at texture coordinates `uv`.
@@ -124,6 +141,25 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::Plastic { .. } => Kind::Plastic,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
+    }
+}
+
+/// Appends the image textures below a parameter.
+fn collect_images(textures: &[Texture], param: Param, images: &mut Vec<u32>) {
+    let Param::Texture(index) = param else {
+        return;
+    };
+    let mut below = |params: &[Param]| {
+        for &param in params {
+            collect_images(textures, param, images);
+        }
+    };
+    match textures[index as usize] {
+        Texture::Constant(_) => {}
+        Texture::Scale { a, b } => below(&[a, b]),
+        Texture::Mix { a, b, amount } => below(&[a, b, amount]),
+        Texture::Checkerboard { a, b, .. } => below(&[a, b]),
+        Texture::Image { .. } => images.push(index),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Textures at a point of a surface. Scalar: look-ups are bound by memory, and one implementation serves every width.
 
 use crate::scene::{Image, Param, Rgb, Texture, UvMapping, Wrap};
+use crate::simd::prefetch::prefetch;
 
 /// Evaluates a parameter at texture coordinates `uv`.
 pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 2]) -> Rgb {
@@ -41,6 +42,27 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
     }
 }
 
+/// Asks for the texels that [`evaluate`] will read of a texture. Images are larger than caches, and hits are anywhere.
+pub fn announce(textures: &[Texture], images: &[Image], texture: u32, uv: [f32; 2]) {
+    if let Texture::Image {
+        image,
+        mapping,
+        wrap,
+        ..
+    } = textures[texture as usize]
+    {
+        let image = &images[image as usize];
+        let (s, t) = map(mapping, uv);
+        let (x, y) = texel_coordinates(image, s, t);
+        let row = |y: f32| wrapped(y as i64, image.height, wrap);
+        if let Some(x) = wrapped(x.floor() as i64, image.width, wrap) {
+            for y in [row(y.floor()), row(y.floor() + 1.0)].into_iter().flatten() {
+                prefetch::<24, _>(&image.texels, y * image.width as usize + x);
+            }
+        }
+    }
+}
+
 fn combine(a: Rgb, b: Rgb, f: impl Fn(f32, f32) -> f32) -> Rgb {
     std::array::from_fn(|c| f(a[c], b[c]))
 }
@@ -49,10 +71,16 @@ fn map(m: UvMapping, uv: [f32; 2]) -> (f32, f32) {
     (m.su * uv[0] + m.du, m.sv * uv[1] + m.dv)
 }
 
+fn texel_coordinates(image: &Image, s: f32, t: f32) -> (f32, f32) {
+    (
+        s * image.width as f32 - 0.5,
+        (1.0 - t) * image.height as f32 - 0.5,
+    )
+}
+
 /// Bilinear look-up at `(s, t)`; the image's row 0 is at `t = 1`, texel centres at half-integers.
 pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
-    let x = s * image.width as f32 - 0.5;
-    let y = (1.0 - t) * image.height as f32 - 0.5;
+    let (x, y) = texel_coordinates(image, s, t);
     if !(x.is_finite() && y.is_finite()) {
         return [0.0; 3];
     }

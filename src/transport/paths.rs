@@ -80,6 +80,8 @@ pub struct Paths {
     /// Parameter rows: first those of the materials, then one per path and side for textured hits.
     pub params: Vec<Row>,
     materials: usize,
+    /// Parameter rows to be evaluated, with material and texture coordinates.
+    pub(super) textured: Vec<(u32, u32, [f32; 2])>,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
     pub link: Vec<Row>,
     /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
@@ -163,6 +165,7 @@ impl Paths {
             tips: Default::default(),
             params: world.materials.rows.clone(),
             materials,
+            textured: Vec::new(),
             link: Vec::new(),
             end: Vec::new(),
             value: Default::default(),
@@ -198,6 +201,7 @@ impl Paths {
                 tips.resize(n);
             }
             self.params.resize(self.materials + 2 * n, Row::default());
+            self.textured.reserve(n);
             self.blocked.resize(n, 0);
             self.s.resize(n, 0);
             self.t.resize(n, 0);

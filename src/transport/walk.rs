@@ -166,8 +166,8 @@ impl World<'_> {
                 if entry.textured {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
-                    paths.params[params[i] as usize] =
-                        self.materials.evaluate(shape.material as usize, uv);
+                    self.materials.announce(shape.material as usize, uv);
+                    paths.textured.push((params[i], shape.material, uv));
                 }
             }
             let bits = |v: &[u32; 8]| L::from_fn(|i| f32::from_bits(v[i]));
@@ -209,6 +209,11 @@ impl World<'_> {
                 chunk,
             );
         }
+        // Texels have been asked for, and have had time to come.
+        for &(row, material, uv) in &paths.textured {
+            paths.params[row as usize] = self.materials.evaluate(material as usize, uv);
+        }
+        paths.textured.clear();
         paths.clock.count(Stage::Surface, list.len(), L::N);
         paths.clock.lap(Stage::Surface);
     }
