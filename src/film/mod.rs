@@ -2,7 +2,9 @@
 
 pub mod filter;
 pub mod output;
+mod samples;
 mod sums;
 
 pub use self::filter::FilterTable;
-pub use self::sums::{SampleFilm, SplatFilm, SplatLog};
+pub use self::samples::SampleFilm;
+pub use self::sums::{SplatFilm, SplatLog};

@@ -300,7 +300,7 @@ impl World<'_> {
     /// Replaces contributions that are not finite, or negative, by 0.
     pub(super) fn settle(&self, paths: &mut Paths) {
         for outcome in &mut paths.outcome {
-            let good = |v: f32| (v >= 0.0) & (v <= f32::MAX);
+            let good = |v: f32| (0.0..=f32::MAX).contains(&v);
             let [r, g, b] = outcome.rgb;
             if !(good(r) & good(g) & good(b)) {
                 outcome.rgb = [0.0; 3];
