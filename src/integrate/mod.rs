@@ -181,13 +181,7 @@ pub fn render(
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
-        .build()
-        .map_err(|source| RenderError::Threads {
-            threads: settings.threads,
-            source,
-        })?;
+    let pool = pool(settings.threads)?;
     let world = World::new(scene, settings.max_depth);
     let run = Run {
         scene,
@@ -224,6 +218,14 @@ pub fn render(
         ));
     }
     Ok(render)
+}
+
+/// Worker threads; 0 means one per core.
+fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| RenderError::Threads { threads, source })
 }
 
 /// What an integrator works on.

@@ -6,10 +6,13 @@ use crate::simd::{Lanes, UintLanes};
 /// Floats of a cache line.
 const LINE: usize = 16;
 
-/// Row-major by dimension; rows are padded to whole cache lines.
+/// Row-major by dimension; rows are padded to a multiple of eight paths.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     data: Vec<f32>,
+    /// Paths of a row.
+    columns: usize,
+    /// Floats from row to row.
     stride: usize,
 }
 
@@ -22,16 +25,11 @@ impl Samples {
     }
 
     pub fn resize(&mut self, dimensions: usize, paths: usize) {
+        self.columns = paths.next_multiple_of(8);
         // An odd number of cache lines: rows a power of two apart would share a few sets of the first-level cache.
         self.stride = (paths.div_ceil(LINE) | 1) * LINE;
         self.data.clear();
         self.data.resize(dimensions * self.stride, 0.0);
-    }
-
-    /// Paths a row has room for.
-    #[inline(always)]
-    pub fn stride(&self) -> usize {
-        self.stride
     }
 
     #[inline(always)]
@@ -42,12 +40,12 @@ impl Samples {
     /// One dimension of all paths.
     #[inline(always)]
     pub fn row(&self, dimension: usize) -> &[f32] {
-        &self.data[dimension * self.stride..][..self.stride]
+        &self.data[dimension * self.stride..][..self.columns]
     }
 
     #[inline(always)]
     pub fn row_mut(&mut self, dimension: usize) -> &mut [f32] {
-        &mut self.data[dimension * self.stride..][..self.stride]
+        &mut self.data[dimension * self.stride..][..self.columns]
     }
 
     /// Fills the first `n` columns with independent uniform numbers; `counter` gives the two counters of a column in `stream`.

@@ -17,7 +17,7 @@ pub use self::report::{
 };
 
 use super::schedule::LARGEST_BATCH;
-use super::{RenderError, Settings, check, mmlt, per_second};
+use super::{RenderError, Settings, check, mmlt, per_second, pool};
 use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
@@ -67,13 +67,7 @@ pub fn thread_counts(most: usize) -> Vec<usize> {
 /// Settings out of range, thread pools that cannot be had, and scenes without light.
 pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Report, MeasureError> {
     check(settings)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
-        .build()
-        .map_err(|source| RenderError::Threads {
-            threads: settings.threads,
-            source,
-        })?;
+    let pool = pool(settings.threads)?;
     let chains = settings.batch.unwrap_or(LARGEST_BATCH);
     let threads = pool.current_num_threads();
     if chains * threads > MAX_CHAINS_PER_DEPTH {
