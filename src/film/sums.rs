@@ -66,9 +66,9 @@ impl SplatFilm {
     }
 
     fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
-        let layers = self.filter.pixels().div_ceil(self.stripe);
+        let per_layer = self.filter.pixels().div_ceil(self.stripe);
         // A thread that panicked while adding integers has left them whole.
-        self.stripes[layer * layers + stripe]
+        self.stripes[layer * per_layer + stripe]
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }

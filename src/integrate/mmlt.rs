@@ -12,11 +12,12 @@
 //! section 16.4.3, uses the first alone).
 
 use super::schedule::{Allotment, LAYERS, March, allot, density};
-use super::{Phase, Render, Run, Stats, per_second};
+use super::{Phase, Render, Run, Settings, Stats, per_second};
 use crate::chain::batch::{Batch, Counts};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::film::{FilterTable, SplatFilm};
 use crate::simd::Lanes;
+use crate::transport::World;
 use std::time::Instant;
 
 /// Layers of the film for so many depths.
@@ -97,28 +98,32 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
 
 fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
     let per_depth = run.settings.bootstrap;
-    let depths = &run.world.plan.depths;
-    let total = per_depth * depths.len() as u64;
+    let total = per_depth * run.world.plan.depths.len() as u64;
     // A first estimate of every depth is needed before any chain can start: time alone does not end the bootstrap, the user does.
     let cancelled = || run.observer.stop();
-    let mut all = Vec::with_capacity(depths.len());
-    for (i, depth) in depths.iter().enumerate() {
+    (bootstraps::<L>(run.world, run.settings, &cancelled).enumerate())
+        .map(|(i, bootstrap)| {
+            let done = (i as u64 + 1) * per_depth;
+            run.observer.progress(Phase::Bootstrap, done, total);
+            bootstrap
+        })
+        .collect()
+}
+
+/// The bootstrap of each depth in turn, empty where no strategy can carry light.
+pub(super) fn bootstraps<'a, L: Lanes>(
+    world: &'a World,
+    settings: &'a Settings,
+    cancelled: &'a (dyn Fn() -> bool + Sync),
+) -> impl Iterator<Item = Bootstrap> + 'a {
+    world.plan.depths.iter().map(|depth| {
         let count = if depth.strategies.is_empty() {
             0
         } else {
-            per_depth
+            settings.bootstrap
         };
-        all.push(Bootstrap::run::<L>(
-            run.world,
-            depth,
-            run.settings.seed,
-            count,
-            &cancelled,
-        ));
-        run.observer
-            .progress(Phase::Bootstrap, (i as u64 + 1) * per_depth, total);
-    }
-    all
+        Bootstrap::run::<L>(world, depth, settings.seed, count, cancelled)
+    })
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.

@@ -117,20 +117,9 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
 /// The bootstrap of every depth, on the threads of this pool.
 fn run_bootstrap(world: &World, settings: &Settings) -> (Vec<Bootstrap>, BootstrapFigures) {
     let start = Instant::now();
-    let depths = world.plan.depths.iter();
-    let (mut paths, mut rays) = (0, 0);
-    let all = depths
-        .map(|depth| {
-            let count = match depth.strategies.is_empty() {
-                true => 0,
-                false => settings.bootstrap,
-            };
-            let one = Bootstrap::run::<f32x8>(world, depth, settings.seed, count, &|| false);
-            paths += count;
-            rays += one.rays;
-            one
-        })
-        .collect();
+    let all: Vec<Bootstrap> = mmlt::bootstraps::<f32x8>(world, settings, &|| false).collect();
+    let paths = all.iter().map(|b| b.estimate.bootstrap.count).sum();
+    let rays = all.iter().map(|b| b.rays).sum();
     let seconds = start.elapsed().as_secs_f64();
     let figures = BootstrapFigures {
         threads: rayon::current_num_threads(),
