@@ -25,6 +25,7 @@
 //! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`film`] | exact sums, filters, output | strategies |
+//! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
@@ -61,6 +62,7 @@ pub mod geometry;
 pub mod integrate;
 pub mod light;
 mod memory;
+pub mod metrics;
 pub mod plan;
 pub mod scene;
 pub mod simd;
