@@ -1,14 +1,14 @@
 //! What does a splat cost?
 //!
 //! Logs of splats are written and handed in to films of a few kilobytes, of 512 x 512 pixels and of four megapixels, with the box of one pixel
-//! and pbrt's Gaussian, into one layer or sixteen by turns. Positions are uniform on the film: no caching helps that a
+//! and pbrt's Gaussian, into one layer or sixteen by turns, and into films that know their own error (the half that is summed twice). Positions are uniform on the film: no caching helps that a
 //! picture would not have, and the memory is there. Throughput is splats a second on one thread; there are no lanes here.
 
 mod common;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::Vec2;
-use phalanx::film::{FilterTable, SplatFilm, SplatLog};
+use phalanx::film::{Destination, FilterTable, Half, SplatFilm, SplatLog};
 use phalanx::scene::{Filter, FilterKind};
 use phalanx::simd::Row;
 
@@ -36,6 +36,20 @@ fn splats(side: u32) -> Vec<Row> {
         .collect()
 }
 
+const HALF: Half = Half {
+    scale: 1.0,
+    part: 0.5,
+};
+
+/// The half of all chains that a judged film sums twice.
+fn to(layer: usize) -> Destination {
+    Destination {
+        layer,
+        scale: 1.0,
+        half: true,
+    }
+}
+
 /// Splats something on every page of memory: what comes after finds it there, as all but the first splats of a render do.
 fn touch(film: &SplatFilm, side: u32, layers: usize) {
     let mut log = SplatLog::default();
@@ -43,32 +57,41 @@ fn touch(film: &SplatFilm, side: u32, layers: usize) {
     for layer in 0..layers {
         for (y, x) in (0..side).flat_map(|y| (0..side).step_by(128).map(move |x| (y, x))) {
             if log.room() == 0 {
-                film.add(layer, &mut log, 1.0);
+                film.add(to(layer), &mut log);
             }
             let [x, y] = [x, y].map(|v| v as f32 + 0.5);
-            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 1);
+            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 0.0, 1);
         }
-        film.add(layer, &mut log, 1.0);
+        film.add(to(layer), &mut log);
     }
 }
 
-fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize) {
+fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize, judged: bool) {
     let table = FilterTable::new(&filter.1, [0, side, 0, side]);
-    let film = SplatFilm::new(table, layers, 1e15);
+    let film = if judged {
+        SplatFilm::judged(table, 1e15, vec![HALF; layers])
+    } else {
+        SplatFilm::new(table, layers, 1e15)
+    };
     touch(&film, side, layers);
     let splats = splats(side);
     let mut logs = splats.chunks_exact(LOG).cycle();
     let mut log = SplatLog::default();
     log.reserve(LOG);
     let mut layer = 0;
-    let mut group = c.benchmark_group(format!("splat/{}/{layers} layers", filter.0));
+    let mut group = c.benchmark_group(format!(
+        "splat/{}/{layers} layers{}",
+        filter.0,
+        if judged { " judged" } else { "" }
+    ));
     group.throughput(Throughput::Elements(LOG as u64));
     group.bench_function(BenchmarkId::new("side", side), |b| {
         b.iter(|| {
             for splat in logs.next().into_iter().flatten() {
-                log.push(splat, 1 << 31);
+                log.push(splat, 0.0, 1 << 31);
             }
-            film.add(layer, &mut log, 1.0 / (1u64 << 32) as f64);
+            let scale = 1.0 / (1u64 << 32) as f64;
+            film.add(Destination { scale, ..to(layer) }, &mut log);
             layer = (layer + 1) % layers;
         });
     });
@@ -89,8 +112,9 @@ fn main() {
     for &side in sides {
         for filter in [("box", one_pixel), ("gaussian", gaussian)] {
             for layers in [1, 16] {
-                film(&mut c, side, filter, layers);
+                film(&mut c, side, filter, layers, false);
             }
+            film(&mut c, side, filter, 16, true);
         }
     }
     c.final_summary();

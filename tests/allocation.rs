@@ -3,7 +3,7 @@
 use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
-use phalanx::film::{FilterTable, SplatFilm};
+use phalanx::film::{Destination, FilterTable, Half, SplatFilm};
 use phalanx::scene::load_str;
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::World;
@@ -61,7 +61,16 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
     let world = World::new(&scene, 6);
     let kernel = Kernel::new(1, 0.3, 0.01);
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
-    let film = SplatFilm::new(filter, 1, 1e12);
+    let half = Half {
+        scale: 1.0,
+        part: 0.5,
+    };
+    let film = SplatFilm::judged(filter, 1e12, vec![half]);
+    let to = Destination {
+        layer: 0,
+        scale: 1.0,
+        half: true,
+    };
     let mut workspace = Workspace::new(&world);
     let mut found = Vec::new();
     for (depth, plan) in world.plan.depths.iter().enumerate() {
@@ -71,8 +80,9 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
         }
         let seeds = bootstrap.seeds(1, plan.depth, CHAINS);
         let mut batch = Batch::new::<L>(&world, depth, 0, &seeds, 1, &mut workspace.paths);
+        batch.watch(&world, &[0; CHAINS], film.tiling());
         let mut march = |iterations| {
-            batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, 0, 1.0);
+            batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, to);
         };
         march(WARM_UP);
         let before = REQUESTS.get();

@@ -3,7 +3,7 @@
 
 mod support;
 
-use phalanx::integrate::{Observer, Phase, Render, Settings, render};
+use phalanx::integrate::{EndedBy, Observer, Phase, Render, Settings, render};
 use phalanx::scene::{IntegratorKind, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -415,7 +415,7 @@ impl Observer for StopAfter {
 }
 
 fn expect_mean(render: Render, truth: &Estimate, what: &str) {
-    assert!(render.stopped_early, "{what}: ran to its end");
+    assert!(render.ended_by != EndedBy::Effort, "{what}: ran to its end");
     let runs = Runs::of(vec![render]);
     let mean = runs.whole(1).mean;
     println!(
@@ -449,7 +449,7 @@ fn stopped_renders_are_normalised() {
             let render = run(&scene, &limited);
             // The machine may be busy; without the limit it would be years.
             assert!(begin.elapsed() < Duration::from_secs(60));
-            assert!(render.stopped_early);
+            assert!(render.ended_by != EndedBy::Effort);
             if millis > 0 {
                 expect_mean(render, &truth, &format!("{kind:?}, {millis} ms"));
             }
@@ -487,7 +487,7 @@ fn stops_are_unbiased() {
             ..settings(&scene, IntegratorKind::Mmlt, 1 << 20)
         };
         let render = render(&scene, &settings, &observer).unwrap();
-        assert!(render.stopped_early);
+        assert!(render.ended_by != EndedBy::Effort);
         render
     });
     Runs::of(stopped.collect())
@@ -510,7 +510,7 @@ fn a_stop_during_the_bootstrap_is_harmless() {
             ..settings(&scene, IntegratorKind::Mmlt, 1 << 30)
         };
         let render = render(&scene, &settings, &observer).unwrap();
-        assert!(render.stopped_early);
+        assert!(render.ended_by != EndedBy::Effort);
         assert!(render.pixels.iter().flatten().all(|v| v.is_finite()));
     }
 }

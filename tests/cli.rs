@@ -148,7 +148,7 @@ fn the_scene_names_its_picture() {
 }
 
 #[test]
-fn figures_are_one_flat_json_object_of_numbers() {
+fn figures_are_a_json_object() {
     let folder = Folder::new();
     folder
         .run(&format!(
@@ -160,13 +160,29 @@ fn figures_are_one_flat_json_object_of_numbers() {
     let json = json.as_object().unwrap();
     let names = "seed lanes threads width height max_depth mutations mutations_per_second rays rays_per_second \
         load_seconds bootstrap_seconds render_seconds total_seconds acceptance_large acceptance_small b b_stderr \
-        rejected_nonfinite peak_rss_bytes";
+        rejected_nonfinite peak_rss_bytes relmse relative_error stuck_chains";
     for name in names.split_whitespace() {
         assert!(json[name].is_number(), "{name}: {}", json[name]);
     }
-    for (name, value) in json {
-        assert!(value.is_number() || name == "integrator", "{name}");
+    let depths = json["depths"].as_array().unwrap();
+    let b: f64 = depths.iter().map(|d| d["b"].as_f64().unwrap()).sum();
+    assert!((b / json["b"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    for name in ["b_stderr", "share", "chains", "mutations"] {
+        assert!(depths[0][name].is_number(), "{name}");
     }
+    let strategies = depths[1]["strategies"].as_array().unwrap();
+    for name in ["s", "t", "share", "acceptance_small", "acceptance_large"] {
+        assert!(strategies[0][name].is_number(), "{name}");
+    }
+    let tiles = &json["tiles"];
+    assert_eq!((&tiles["columns"], &tiles["rows"]), (&2.into(), &2.into()));
+    let numbers = |name: &str| -> Vec<f64> {
+        let list = tiles[name].as_array().unwrap();
+        list.iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let mean = numbers("mean").iter().sum::<f64>() / 4.0;
+    assert!((mean / b - 1.0).abs() < 1e-6, "{mean} {b}");
+    assert!(numbers("stderr").iter().all(|e| *e > 0.0 && *e < b));
     assert_eq!(json["integrator"], "mmlt");
     assert_eq!(json["seed"], u64::MAX);
     assert_eq!(

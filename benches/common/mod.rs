@@ -7,7 +7,7 @@ use criterion::Criterion;
 use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
-use phalanx::film::{FilterTable, SplatFilm};
+use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::scene::{self, Scene};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::World;
@@ -98,8 +98,11 @@ impl Chains {
             iterations,
             &mut self.workspace,
             film,
-            0,
-            1.0,
+            Destination {
+                layer: 0,
+                scale: 1.0,
+                half: false,
+            },
         );
     }
 }

@@ -2,8 +2,9 @@
 
 use super::accept::{acceptance, colour, target};
 use super::bootstrap::{Moments, regenerate};
+use super::monitor::{Monitor, View};
 use super::mutate::Kernel;
-use crate::film::{SplatFilm, SplatLog};
+use crate::film::{Destination, GROUPS, SplatFilm, SplatLog, Tiling};
 use crate::plan::DepthPlan;
 use crate::simd::{Lanes, Row};
 use crate::transport::clock::Stage;
@@ -25,7 +26,8 @@ pub struct Batch {
     proposed: Samples,
     /// Targets of the current states.
     targets: Vec<f32>,
-    /// The rest of the current states, `[colour (3), raster (2), ..]`: colour over target, at most 3 a channel.
+    /// The rest of the current states, `[colour (3), raster (2), light vertices (bits), group of chains (bits), ..]`: colour over target,
+    /// at most 3 a channel.
     states: Vec<Row>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
@@ -45,6 +47,7 @@ pub struct Batch {
     iteration: u32,
     /// Large-step targets, chain by chain: independent uniform samples.
     large_moments: LargeSteps,
+    monitor: Option<Monitor>,
     pub counts: Counts,
 }
 
@@ -142,7 +145,7 @@ impl Batch {
             .map(|(o, &target)| {
                 let [r, g, b] = colour(o.rgb, target);
                 let [x, y] = o.raster;
-                Row([r, g, b, x, y, 0.0, 0.0, 0.0])
+                Row([r, g, b, x, y, f32::from_bits(o.s), 0.0, 0.0])
             })
             .collect();
         Self {
@@ -170,8 +173,32 @@ impl Batch {
                 sum: vec![0.0; n],
                 squares: vec![0.0; n],
             },
+            monitor: None,
             counts: Counts::default(),
         }
+    }
+
+    /// Watches the chains from now on: each belongs to one of the depth's [`GROUPS`] groups, and all are monitored.
+    pub fn watch(&mut self, world: &World, groups: &[u8], tiling: &Tiling) {
+        for (state, group) in self.states.iter_mut().zip(groups) {
+            state.0[GROUP] = f32::from_bits(u32::from(*group));
+        }
+        let strategies = &world.plan.depths[self.depth].strategies;
+        self.monitor = Some(Monitor::new(self.len(), strategies, tiling));
+    }
+
+    /// What has been recorded, if the chains are watched.
+    pub fn monitor(&self) -> Option<&Monitor> {
+        self.monitor.as_ref()
+    }
+
+    /// Chains of each group.
+    pub fn groups(&self) -> [u64; GROUPS] {
+        let mut groups = [0; GROUPS];
+        for state in &self.states {
+            groups[state.0[GROUP].to_bits() as usize] += 1;
+        }
+        groups
     }
 
     pub fn len(&self) -> usize {
@@ -199,8 +226,7 @@ impl Batch {
         })
     }
 
-    /// Marches `iterations` steps; splats go to `layer` of the film, scaled by `splat_scale` (at most 1).
-    #[allow(clippy::too_many_arguments)]
+    /// Marches `iterations` steps; splats go to the film.
     pub fn march<L: Lanes>(
         &mut self,
         world: &World,
@@ -208,14 +234,13 @@ impl Batch {
         iterations: u32,
         workspace: &mut Workspace,
         film: &SplatFilm,
-        layer: usize,
-        splat_scale: f64,
+        to: Destination,
     ) {
         let Workspace { paths, log } = workspace;
         let plan = &world.plan.depths[self.depth];
         let n = self.len();
         let rays = paths.rays;
-        let scale = splat_scale / ONE as f64;
+        let to = in_units(to);
         log.reserve(LOG.max(n));
         paths.clock.skip();
         for _ in 0..iterations {
@@ -235,16 +260,16 @@ impl Batch {
             paths.clock.count(Stage::Accept, n, L::N);
             paths.clock.lap(Stage::Accept);
             if log.room() < n {
-                film.add(layer, log, scale);
+                film.add(to, log);
             }
             for (state, weight) in self.left.iter().zip(&self.left_weights) {
-                log.push(state, *weight);
+                log.push(state, state.0[GROUP], *weight);
             }
             paths.clock.count(Stage::Splat, n, 1);
             paths.clock.lap(Stage::Splat);
             self.iteration += 1;
         }
-        film.add(layer, log, scale);
+        film.add(to, log);
         paths.clock.lap(Stage::Splat);
         self.counts.rays += paths.rays - rays;
     }
@@ -256,10 +281,10 @@ impl Batch {
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let [r, g, b, x, y, ..] = L::load_rows(outcomes, list);
+            let [r, g, b, x, y, s, ..] = L::load_rows(outcomes, list);
             let proposed = target([r, g, b]);
             let [r, g, b] = colour([r, g, b], proposed);
-            let new = [r, g, b, x, y];
+            let new = [r, g, b, x, y, s];
             let old = L::load_rows(&self.states, list);
             let current = L::load(&self.targets[start..]);
             let a = acceptance(current, proposed);
@@ -273,7 +298,7 @@ impl Batch {
             let lit = L::select(taken, current, proposed).gt(zero);
             L::one().or_zero(lit).store(&mut self.lit[start..]);
             let (mut stays, mut goes) = (old, old);
-            for c in 0..5 {
+            for c in 0..new.len() {
                 stays[c] = L::select(taken, new[c], old[c]);
                 goes[c] = L::select(taken, old[c], new[c]);
             }
@@ -281,6 +306,18 @@ impl Batch {
             L::store_rows(goes, &mut self.left, list);
         }
         self.collect();
+        if let Some(monitor) = &mut self.monitor {
+            let view = View {
+                states: &self.states,
+                targets: &self.targets,
+                proposed: &paths.outcome,
+                share: &self.share,
+                taken: &self.taken,
+                large: &self.large,
+                seen: &self.seen,
+            };
+            monitor.see(self.iteration, &view);
+        }
         let rejected = paths.outcome.iter().map(|o| u64::from(o.rejected));
         self.counts.rejected += rejected.sum::<u64>();
     }
@@ -335,15 +372,27 @@ impl Batch {
     }
 
     /// Splats what the current states have collected, as at the end of a run.
-    pub fn flush(&mut self, film: &SplatFilm, layer: usize, splat_scale: f64) {
+    pub fn flush(&mut self, film: &SplatFilm, to: Destination) {
         let mut log = SplatLog::default();
         log.reserve(self.len());
         for (i, state) in self.states.iter().enumerate() {
             let lit = self.targets[i] > 0.0;
-            log.push(state, if lit { self.weights[i] } else { 0 });
+            let weight = if lit { self.weights[i] } else { 0 };
+            log.push(state, state.0[GROUP], weight);
         }
-        film.add(layer, &mut log, splat_scale / ONE as f64);
+        film.add(in_units(to), &mut log);
         self.weights.fill(0);
+    }
+}
+
+/// Where the group of chains is in the row of a state.
+const GROUP: usize = 6;
+
+/// For weights in units of 2^-32.
+fn in_units(to: Destination) -> Destination {
+    Destination {
+        scale: to.scale / ONE as f64,
+        ..to
     }
 }
 

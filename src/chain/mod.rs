@@ -4,10 +4,13 @@
 //! 2. [`accept`] decides, and defines the scalar target.
 //! 3. [`bootstrap`] estimates the target's integral per depth and supplies the chains' first states.
 //! 4. [`batch`] holds chains of one depth and marches them: propose, evaluate, accept, splat.
+//! 5. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
 //!
 //! Transport is called, never looked into; the film is handed splats and not asked where they go.
 
 pub mod accept;
 pub mod batch;
 pub mod bootstrap;
+pub mod mixing;
+pub mod monitor;
 pub mod mutate;

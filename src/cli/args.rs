@@ -80,12 +80,20 @@ pub struct RenderArgs {
     #[arg(long, value_name = "EV", value_parser = exposure, help_heading = "Output")]
     pub exposure: Option<f32>,
 
-    /// Write the figures of the render to FILE, as one flat JSON object
+    /// Write the figures of the render to FILE, as a JSON object
     ///
     /// Times are in seconds; rates are per second of bootstrap and render; `b` is the mean radiance of the picture as the
-    /// chains' normalisation has it, and `b_stderr` its standard error.
+    /// chains' normalisation has it, and `b_stderr` its standard error. `relmse` and `relative_error` are the picture's estimated relative mean
+    /// squared error and its root; `depths` holds, for each path depth and strategy, acceptance, split R-hat and effective sample sizes;
+    /// `tiles` the means and standard errors of tiles of 16 x 16 pixels.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
+
+    /// Add layers stderr.R, stderr.G, stderr.B to .exr files: the standard error of each pixel
+    ///
+    /// From two independent halves of the render, averaged over 5 x 5 pixels.
+    #[arg(long, help_heading = "Output")]
+    pub error_layers: bool,
 
     /// Size of the full picture in pixels
     ///
@@ -180,6 +188,15 @@ pub struct RenderArgs {
     /// ends the render.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
     pub time: Option<Duration>,
+
+    /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own estimate
+    ///
+    /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or --spp as well, whichever ends first ends the
+    /// render. Never reached while Markov chains that matter have not mixed (split R-hat above 1.1).
+    ///
+    /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 / (truth^2 + 0.01).
+    #[arg(long, value_name = "E", value_parser = target_error, help_heading = "Effort")]
+    pub target_error: Option<f64>,
 
     /// Worker threads; 0 is one per core
     #[arg(
@@ -291,6 +308,8 @@ pub enum Lanes {
 /// Every bootstrap path leaves a number in memory.
 const MAX_BOOTSTRAP: u64 = 1 << 32;
 const MAX_MUTATIONS: u64 = 1 << 40;
+/// Mutations or samples per pixel where only the error counts: nobody waits for more, and the film keeps its precision.
+const ENDLESS: u64 = 1 << 20;
 /// Thirty years.
 const MAX_SECONDS: f64 = 1e9;
 /// Mutations or samples a second that no machine reaches per thread: the effort where only time counts.
@@ -323,6 +342,11 @@ impl RenderArgs {
             s.samples_per_pixel = (most.ceil() as u64).clamp(1, u64::from(u32::MAX));
         }
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
+        s.target_error = self.target_error;
+        if self.target_error.is_some() && self.time.is_none() {
+            s.mutations_per_pixel = ENDLESS;
+            s.samples_per_pixel = ENDLESS;
+        }
         set(&mut s.mutations_per_pixel, self.mutations);
         set(&mut s.samples_per_pixel, self.spp);
         set(&mut s.chains, self.chains);
@@ -381,6 +405,15 @@ fn seconds(text: &str) -> Result<Duration, String> {
     let value = number_in(text, 0.0, MAX_SECONDS)?;
     if value > 0.0 {
         Ok(Duration::from_secs_f64(value))
+    } else {
+        Err("it must be more than 0".into())
+    }
+}
+
+fn target_error(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    if value > 0.0 {
+        Ok(value)
     } else {
         Err("it must be more than 0".into())
     }

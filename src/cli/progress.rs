@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::messages::{Messages, dumb_terminal};
 use super::signals::Signals;
 use super::units;
-use crate::integrate::{Observer, Phase};
+use crate::integrate::{Observer, Phase, Settings};
 use crate::scene::IntegratorKind;
 
 /// Shows progress, and ends the render when a signal has come.
@@ -19,8 +19,9 @@ pub struct Progress<'a> {
     messages: Messages,
     /// What the render counts.
     unit: &'static str,
-    /// Ends the render however much is done.
+    /// End the render however much is done.
     limit: Option<Duration>,
+    target: Option<f64>,
     start: Instant,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
@@ -40,6 +41,24 @@ struct State {
     last_line: Instant,
     /// Tenths of the phase that a line has been printed for.
     tenths: u32,
+    /// The picture's latest estimated relative error.
+    error: Option<Estimate>,
+    /// Of the phase.
+    done: u64,
+}
+
+/// An estimate of the error, and the part of the work that was done then.
+#[derive(Clone, Copy)]
+struct Estimate {
+    error: f64,
+    done: u64,
+}
+
+impl Estimate {
+    /// The error after more of the same: it falls with the root of the work.
+    fn after(&self, done: u64) -> f64 {
+        self.error * (self.done as f64 / done.max(1) as f64).min(1.0).sqrt()
+    }
 }
 
 /// Steps of the bar.
@@ -50,12 +69,8 @@ const LINE_INTERVAL: Duration = Duration::from_secs(1);
 const GRACE: Duration = Duration::from_secs(2);
 
 impl<'a> Progress<'a> {
-    pub fn new(
-        signals: &'a Signals,
-        messages: Messages,
-        integrator: IntegratorKind,
-        limit: Option<Duration>,
-    ) -> Self {
+    pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings) -> Self {
+        let integrator = settings.integrator;
         let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
         let bar = (terminal && !messages.quiet).then(|| {
             let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
@@ -71,7 +86,8 @@ impl<'a> Progress<'a> {
                 IntegratorKind::Mmlt => "mutations",
                 IntegratorKind::Pt => "samples",
             },
-            limit,
+            limit: settings.time,
+            target: settings.target_error,
             start: now,
             bar,
             state: Mutex::new(State {
@@ -83,6 +99,8 @@ impl<'a> Progress<'a> {
                 last_call: now,
                 last_line: now,
                 tenths: 0,
+                error: None,
+                done: 0,
             }),
             rendering: AtomicBool::new(integrator == IntegratorKind::Pt),
             interrupted: OnceLock::new(),
@@ -102,8 +120,15 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Done part of the phase, and the time left.
-    fn forecast(&self, phase: Phase, done: u64, total: u64, taken: Duration) -> (f64, Duration) {
+    /// Done part of the phase, and the time left. `error` is the picture's present one.
+    fn forecast(
+        &self,
+        phase: Phase,
+        done: u64,
+        total: u64,
+        taken: Duration,
+        error: Option<f64>,
+    ) -> (f64, Duration) {
         let part = |done: f64, total: f64| {
             if total > 0.0 {
                 (done / total).clamp(0.0, 1.0)
@@ -112,6 +137,14 @@ impl<'a> Progress<'a> {
             }
         };
         let by_count = part(done as f64, total as f64);
+        // The square of the error falls with the work. A render that is accurate enough, and goes on, waits for its chains to mix.
+        let by_error = match (self.target, error) {
+            (Some(target), Some(error)) if phase == Phase::Render => {
+                part(target * target, error * error).min(0.99)
+            }
+            _ => 0.0,
+        };
+        let by_count = by_count.max(by_error);
         let left = taken.as_secs_f64() * (1.0 / by_count.max(1e-9) - 1.0);
         let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
         match self.limit.filter(|_| phase == Phase::Render) {
@@ -146,29 +179,48 @@ impl Observer for Progress<'_> {
             state.tenths = 0;
         }
         state.last_call = now;
+        state.done = done;
         let taken = now.duration_since(state.since);
-        let (part, left) = self.forecast(phase, done, total, taken);
+        let error = state.error.map(|e| e.after(done));
+        let (part, left) = self.forecast(phase, done, total, taken, error);
         let (name, unit) = match phase {
             Phase::Bootstrap => ("bootstrap", "paths"),
             Phase::Render => ("render", self.unit),
         };
         let rate = units::si(done as f64 / taken.as_secs_f64().max(1e-9));
-        let left = units::time(left);
+        // Nothing is known of a target's distance before the first look at the error.
+        let left = if self.target.is_some() && error.is_none() && self.limit.is_none() {
+            String::new()
+        } else {
+            format!(", {} left", units::time(left))
+        };
+        let error = match error.filter(|_| phase == Phase::Render) {
+            Some(error) => format!(", error {}", units::percent(error)),
+            None => String::new(),
+        };
         if let Some(bar) = &self.bar {
             bar.set_prefix(name);
             bar.set_position((part * STEPS as f64) as u64);
-            bar.set_message(format!("{rate} {unit}/s, {left} left"));
+            bar.set_message(format!("{rate} {unit}/s{error}{left}"));
             return;
         }
         let tenths = (part * 10.0) as u32;
         if tenths > state.tenths && tenths < 10 && now - state.last_line >= LINE_INTERVAL {
             state.tenths = tenths;
             self.messages.say(format_args!(
-                "{name} {:>3} %: {rate} {unit}/s, {left} left",
+                "{name} {:>3} %: {rate} {unit}/s{error}{left}",
                 tenths * 10
             ));
             state.last_line = now;
         }
+    }
+
+    fn error(&self, relative: f64) {
+        let mut state = self.state.lock().unwrap_or_else(|p| p.into_inner());
+        state.error = Some(Estimate {
+            error: relative,
+            done: state.done,
+        });
     }
 
     fn stop(&self) -> bool {

@@ -14,7 +14,7 @@ use super::signals::Signals;
 use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
-use crate::integrate::{self, Render, RenderError, Settings, Stats};
+use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
 use crate::scene::{Film, IntegratorKind, Scene};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -37,7 +37,10 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     check_memory(&scene.film, &settings)?;
 
-    let progress = Progress::new(&signals, messages, settings.integrator, settings.time);
+    if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
+        messages.warning("--error-layers means nothing without an .exr file");
+    }
+    let progress = Progress::new(&signals, messages, &settings);
     let result = integrate::render(scene, &settings, &progress);
     progress.finish();
     let mut render = result.map_err(|e| match e {
@@ -59,8 +62,9 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         }
         messages.say("stopped; writing the picture so far");
     }
-    messages.say(summary(&render.stats));
+    let summary = summary(&render);
     let whole = write_files(args, &files, &input, &settings, render, messages);
+    messages.say(summary);
     if !whole {
         return Ok(ExitCode::from(1));
     }
@@ -122,28 +126,40 @@ pub(super) fn check_memory(film: &Film, settings: &Settings) -> Result<(), Failu
     )))
 }
 
-/// One line: how much, how long, how well.
-fn summary(stats: &Stats) -> String {
+/// One line: how much, how long, how well, and what ended it where several things could have.
+fn summary(render: &Render) -> String {
+    let stats = &render.stats;
     let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
     let size = format!("{} x {} pixels", stats.width, stats.height);
     let rays = units::si(stats.rays_per_second);
-    if stats.integrator == "pt" {
-        return format!(
+    let mut line = if stats.integrator == "pt" {
+        format!(
             "{size} in {time}: {} samples, {} samples/s, {rays} rays/s, mean radiance {:.5}",
             units::si(stats.samples as f64),
             units::si(stats.samples_per_second),
             stats.b
-        );
+        )
+    } else {
+        format!(
+            "{size} in {time}: {} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+            units::si(stats.mutations as f64),
+            units::si(stats.mutations_per_second),
+            significant(stats.b, 5),
+            significant(stats.b_stderr, 2),
+            100.0 * stats.acceptance_small,
+            100.0 * stats.acceptance_large
+        )
+    };
+    if let Some(error) = stats.relative_error {
+        line += &format!(", relative error {}", units::percent(error));
     }
-    format!(
-        "{size} in {time}: {} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
-        units::si(stats.mutations as f64),
-        units::si(stats.mutations_per_second),
-        significant(stats.b, 5),
-        significant(stats.b_stderr, 2),
-        100.0 * stats.acceptance_small,
-        100.0 * stats.acceptance_large
-    )
+    line += match render.ended_by {
+        EndedBy::Effort => "",
+        EndedBy::Time => "; ended by --time",
+        EndedBy::Target => "; ended by --target-error",
+        EndedBy::Observer => "; stopped",
+    };
+    line
 }
 
 /// A number to so many significant digits, scientific where it is far from 1.
@@ -178,7 +194,15 @@ fn write_files(
     };
     let attributes = attributes(&input.name, settings, &render.stats);
     let exposure = args.exposure.unwrap_or(0.0);
-    let write = |path: &Path| output::write(path, &picture, &attributes, exposure);
+    let errors = (render.variance.as_ref().filter(|_| args.error_layers))
+        .map(|variance| integrate::standard_errors(variance, render.width as usize));
+    if args.error_layers && errors.is_none() {
+        messages.warning("one sample per pixel has no standard error: no error layers are written");
+    }
+    let layers: Vec<(&str, &[[f32; 3]])> = (errors.iter())
+        .map(|pixels| ("stderr", pixels.as_slice()))
+        .collect();
+    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
     let mut whole = true;
     for path in files {
         match outputs::save(path, write) {
@@ -285,6 +309,8 @@ mod tests {
             large_step_probability: 0.3,
             sigma: 0.01,
             time: None,
+            target_error: None,
+            estimate_error: true,
             batch: None,
         };
         let list = attributes("a.pbrt", &settings, &stats);

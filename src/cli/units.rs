@@ -21,6 +21,18 @@ pub fn si(value: f64) -> String {
     format!("{scaled:.decimals$}{}", PREFIXES[prefix])
 }
 
+/// `12.5 %`: two or three digits.
+pub fn percent(part: f64) -> String {
+    let value = 100.0 * part;
+    let decimals = match value {
+        v if v < 0.0995 => 3,
+        v if v < 0.995 => 2,
+        v if v < 99.5 => 1,
+        _ => 0,
+    };
+    format!("{value:.decimals$} %")
+}
+
 /// `12.3 MiB`
 pub fn bytes(count: u64) -> String {
     const PREFIXES: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
@@ -79,6 +91,18 @@ mod tests {
         ];
         for (value, text) in pairs {
             assert_eq!(si(value), text);
+        }
+    }
+
+    #[test]
+    fn percentages() {
+        for (part, text) in [
+            (0.1252, "12.5 %"),
+            (1.5, "150 %"),
+            (0.005, "0.50 %"),
+            (0.000_12, "0.012 %"),
+        ] {
+            assert_eq!(percent(part), text);
         }
     }
 

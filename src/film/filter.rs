@@ -116,6 +116,11 @@ impl FilterTable {
             .product()
     }
 
+    /// The crop window, `[x0, x1, y0, y1]`.
+    pub fn crop(&self) -> [u32; 4] {
+        self.crop.map(|v| v as u32)
+    }
+
     /// Pixels of the crop window.
     pub fn pixels(&self) -> usize {
         ((self.crop[1] - self.crop[0]) * (self.crop[3] - self.crop[2])) as usize

@@ -1,10 +1,17 @@
 //! The film: exact sums of filtered samples.
 
 pub mod filter;
+mod held;
+mod judged;
+mod log;
 pub mod output;
 mod samples;
 mod sums;
+mod tiles;
 
 pub use self::filter::FilterTable;
-pub use self::samples::SampleFilm;
-pub use self::sums::{SplatFilm, SplatLog};
+pub use self::judged::Half;
+pub use self::log::SplatLog;
+pub use self::samples::{Sample, SampleFilm};
+pub use self::sums::{Destination, GROUPS, SplatFilm};
+pub use self::tiles::{TILE, Tiling};

@@ -88,6 +88,11 @@ pub fn is_supported(path: &Path) -> bool {
     format(path).is_ok()
 }
 
+/// True if [`write`] will make it an EXR file.
+pub fn is_exr(path: &Path) -> bool {
+    matches!(format(path), Ok(Format::Exr))
+}
+
 /// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     format(path)?;
@@ -102,6 +107,17 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 pub fn write(
     path: &Path,
     picture: &Picture,
+    attributes: &[Attribute],
+    exposure: f32,
+) -> Result<(), OutputError> {
+    write_layers(path, picture, &[], attributes, exposure)
+}
+
+/// The same, with further layers for EXR: names, and as many pixels as the picture has.
+pub fn write_layers(
+    path: &Path,
+    picture: &Picture,
+    more: &[(&str, &[[f32; 3]])],
     attributes: &[Attribute],
     exposure: f32,
 ) -> Result<(), OutputError> {
@@ -120,7 +136,7 @@ pub fn write(
     {
         let mut out = BufWriter::new(&mut file);
         match format {
-            Format::Exr => exr::write(&mut out, picture, exr_attributes(attributes))
+            Format::Exr => exr::write(&mut out, picture, more, exr_attributes(attributes))
                 .map_err(format_error(path))?,
             Format::Pfm => pfm::write(&mut out, picture).map_err(io_error(path))?,
             Format::Png => write_png(&mut out, picture, exposure).map_err(format_error(path))?,
@@ -225,6 +241,21 @@ mod tests {
         assert_eq!(get("chains"), Some(Exr::I32(1000)));
         assert_eq!(get("mutations"), Some(exr::text("1099511627776")));
         assert_eq!(get("b"), Some(Exr::F64(0.25)));
+    }
+
+    #[test]
+    fn layers_are_channels_beside_the_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let errors: Vec<[f32; 3]> = (0..12).map(|i| [0.1 * i as f32, 2.0, 3.0]).collect();
+        write_layers(&path, &picture(), &[("stderr", &errors)], &[], 0.0).unwrap();
+        assert_eq!(read_exr(&path).unwrap(), picture());
+        let image = ::exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let channels = &image.layer_data[0].channel_data.list;
+        let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
+        assert_eq!(names, ["B", "G", "R", "stderr.B", "stderr.G", "stderr.R"]);
+        let red: Vec<f32> = channels[5].sample_data.values_as_f32().collect();
+        assert_eq!(red, errors.iter().map(|e| e[0]).collect::<Vec<_>>());
     }
 
     #[test]

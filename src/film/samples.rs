@@ -1,56 +1,180 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
-use super::FilterTable;
-use std::sync::Mutex;
+use super::{FilterTable, GROUPS, Tiling};
+use std::sync::{Mutex, MutexGuard};
 
 /// Film for radiance samples of any finite size: 128-bit fixed point with 60 fractional bits.
+///
+/// A film that knows its own error ([`Self::judged`]) sums even and odd passes over the picture apart, and the samples of [`GROUPS`] groups
+/// of passes tile by tile.
 pub struct SampleFilm {
     filter: FilterTable,
-    /// Blocks of pixels, each `[pixel][channel]`.
-    blocks: Vec<Mutex<Vec<i128>>>,
+    tiling: Tiling,
+    /// `[half][block]`, each `[pixel][channel]`.
+    halves: Vec<Vec<Mutex<Vec<i128>>>>,
+    /// `[row of tiles]`, each `[column][group]`: sums of the mean channel. Empty: the film is not judged.
+    tiles: Vec<Mutex<Vec<[i128; GROUPS]>>>,
 }
 
 /// Pixels of a block.
 const BLOCK: usize = 1024;
 
+/// A radiance sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// In pixels.
+    pub raster: [f32; 2],
+    pub colour: [f32; 3],
+    /// Number of the pass over the picture that it belongs to: passes are independent and alike.
+    pub pass: u64,
+}
+
 impl SampleFilm {
     const UNIT: f64 = (1u64 << 60) as f64;
 
     pub fn new(filter: FilterTable) -> Self {
-        let n = filter.pixels();
-        let blocks = (0..n.div_ceil(BLOCK))
-            .map(|b| Mutex::new(vec![0; 3 * BLOCK.min(n - b * BLOCK)]))
-            .collect();
-        Self { filter, blocks }
+        Self::with(filter, false)
     }
 
-    /// Adds `weight * colour` at `raster`.
-    pub fn add(&self, raster: [f32; 2], colour: [f32; 3], weight: f64) {
-        self.filter.splat(raster, |pixel, w| {
-            // A thread that panicked while adding integers has left them whole.
-            let mut block = self.blocks[pixel / BLOCK]
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            let at = pixel % BLOCK * 3;
-            for c in 0..3 {
-                // `as` saturates: 2^67 times the largest picture value there is.
-                block[at + c] += (f64::from(colour[c]) * w * weight * Self::UNIT) as i128;
+    /// A film that knows its own error.
+    pub fn judged(filter: FilterTable) -> Self {
+        Self::with(filter, true)
+    }
+
+    fn with(filter: FilterTable, judged: bool) -> Self {
+        let n = filter.pixels();
+        let blocks = || {
+            (0..n.div_ceil(BLOCK))
+                .map(|b| Mutex::new(vec![0; 3 * BLOCK.min(n - b * BLOCK)]))
+                .collect()
+        };
+        let tiling = Tiling::new(filter.crop());
+        let row = || Mutex::new(vec![[0; GROUPS]; tiling.columns]);
+        Self {
+            halves: (0..1 + usize::from(judged)).map(|_| blocks()).collect(),
+            tiles: (0..if judged { tiling.rows } else { 0 })
+                .map(|_| row())
+                .collect(),
+            filter,
+            tiling,
+        }
+    }
+
+    /// Its tiles.
+    pub fn tiling(&self) -> &Tiling {
+        &self.tiling
+    }
+
+    /// Adds samples; fastest if neighbours follow each other.
+    pub fn add(&self, samples: impl Iterator<Item = Sample>) {
+        // What the samples in a row of one tile and group come to.
+        let (mut at, mut sum) = ((0, 0, 0), 0);
+        for Sample {
+            raster,
+            colour,
+            pass,
+        } in samples
+        {
+            let half = pass as usize % self.halves.len();
+            self.filter.splat(raster, |pixel, w| {
+                let mut block = lock(&self.halves[half][pixel / BLOCK]);
+                let at = pixel % BLOCK * 3;
+                let sums = &mut block[at..at + 3];
+                for (sum, v) in sums.iter_mut().zip(colour) {
+                    *sum += fixed(f64::from(v) * w);
+                }
+            });
+            let [r, g, b] = colour.map(f64::from);
+            if self.tiles.is_empty() || (self.filter.is_single() && !self.filter.contains(raster)) {
+                continue;
+            }
+            let [column, row] = self.tiling.at(raster);
+            let here = (row, column, pass as usize % GROUPS);
+            if here != at {
+                self.add_to_tile(at, std::mem::take(&mut sum));
+                at = here;
+            }
+            sum += fixed((r + g + b) / 3.0);
+        }
+        self.add_to_tile(at, sum);
+    }
+
+    fn add_to_tile(&self, (row, column, group): (usize, usize, usize), sum: i128) {
+        if sum != 0 {
+            lock(&self.tiles[row])[column][group] += sum;
+        }
+    }
+
+    /// The picture after so many passes.
+    pub fn resolve(&self, passes: u64) -> Vec<[f32; 3]> {
+        let factor = over(passes) / Self::UNIT;
+        self.pixels(|sums| sums.iter().sum::<i128>() as f64 * factor)
+    }
+
+    /// The picture, and the squared standard error of each of its values, from the difference of its halves; infinite if there is but one.
+    ///
+    /// # Panics
+    /// If the film is not judged.
+    pub fn resolve_with_error(&self, passes: u64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+        assert_eq!(self.halves.len(), 2);
+        let (even, odd) = (passes.div_ceil(2), passes / 2);
+        // The variance of the mean of all, from that of the difference of both means.
+        let weight = even as f64 * odd as f64 * over(passes).powi(2);
+        let variance = self.pixels(|sums| {
+            let [a, b] = [sums[0] as f64 * over(even), sums[1] as f64 * over(odd)];
+            let difference = (a - b) / Self::UNIT;
+            if odd > 0 {
+                weight * difference * difference
+            } else {
+                f64::INFINITY
             }
         });
+        (self.resolve(passes), variance)
     }
 
-    /// The sums times `scale`.
-    pub fn resolve(&self, scale: f64) -> Vec<[f32; 3]> {
-        let factor = scale / Self::UNIT;
+    /// A picture of values made of each sum by half.
+    fn pixels(&self, value: impl Fn(&[i128]) -> f64) -> Vec<[f32; 3]> {
         let mut pixels = Vec::with_capacity(self.filter.pixels());
-        for block in &self.blocks {
-            let block = block
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            for p in block.chunks_exact(3) {
-                pixels.push(std::array::from_fn(|c| (p[c] as f64 * factor) as f32));
+        for block in 0..self.filter.pixels().div_ceil(BLOCK) {
+            let halves: Vec<_> = self.halves.iter().map(|half| lock(&half[block])).collect();
+            for at in (0..halves[0].len()).step_by(3) {
+                pixels.push(std::array::from_fn(|c| {
+                    let mut sums = [0; 2];
+                    for (sum, half) in sums.iter_mut().zip(&halves) {
+                        *sum = half[at + c];
+                    }
+                    value(&sums[..halves.len()]) as f32
+                }));
             }
         }
         pixels
     }
+
+    /// Sums of the mean channel of all samples in each tile, by group: pass modulo [`GROUPS`].
+    pub fn tile_sums(&self) -> Vec<[f64; GROUPS]> {
+        let tiles = self.tiles.iter();
+        let sums = tiles.flat_map(|row| {
+            lock(row)
+                .iter()
+                .map(|sums| sums.map(|s| s as f64 / Self::UNIT))
+                .collect::<Vec<_>>()
+        });
+        sums.collect()
+    }
+}
+
+/// `as` saturates: 2^67 times the largest picture value there is.
+fn fixed(value: f64) -> i128 {
+    (value * SampleFilm::UNIT) as i128
+}
+
+fn over(n: u64) -> f64 {
+    if n > 0 { 1.0 / n as f64 } else { 0.0 }
+}
+
+/// A thread that panicked while adding integers has left them whole.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -8,22 +8,32 @@ use exr::prelude::*;
 
 use super::{Picture, check_size};
 
-/// Writes one losslessly compressed layer. Names of attributes that EXR cannot hold are skipped.
+/// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as many pixels, `name.R`, `name.G` and
+/// `name.B`. Names of attributes that EXR cannot hold are skipped.
 pub fn write(
     out: impl Write + Seek,
     picture: &Picture,
+    more: &[(&str, &[[f32; 3]])],
     attributes: impl IntoIterator<Item = (String, AttributeValue)>,
 ) -> std::result::Result<(), String> {
-    let width = picture.width as usize;
     let position = Vec2(to_i32(picture.offset[0])?, to_i32(picture.offset[1])?);
     let full = (
         to_i32(picture.full[0])? as usize,
         to_i32(picture.full[1])? as usize,
     );
-    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
-        let [r, g, b] = picture.pixels[y * width + x];
-        (r, g, b)
-    });
+    let mut channels = SmallVec::new();
+    let own = std::iter::once(("", picture.pixels.as_slice()));
+    for (name, pixels) in own.chain(more.iter().copied()) {
+        for (c, colour) in ["R", "G", "B"].into_iter().enumerate() {
+            let name = if name.is_empty() {
+                colour.into()
+            } else {
+                format!("{name}.{colour}")
+            };
+            let values = pixels.iter().map(|p| p[c]).collect();
+            channels.push(AnyChannel::new(name.as_str(), FlatSamples::F32(values)));
+        }
+    }
     let mut layer_attributes = LayerAttributes::default().with_position(position);
     for (name, value) in attributes {
         if let Some(name) =
@@ -32,7 +42,8 @@ pub fn write(
             layer_attributes.other.insert(name, value);
         }
     }
-    let size = (width, picture.height as usize);
+    let size = (picture.width as usize, picture.height as usize);
+    let channels = AnyChannels::sort(channels);
     let layer = Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels);
     let window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
     let image = Image::empty(window).with_layer(layer);

@@ -11,11 +11,12 @@
 //! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large step's ([`Estimate`]; pbrt-v3,
 //! section 16.4.3, uses the first alone).
 
-use super::schedule::{Allotment, LAYERS, March, allot, density};
-use super::{Phase, Render, Run, Settings, Stats, per_second};
+use super::error::{Looks, relmse};
+use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
+use super::{EndedBy, Phase, Render, Run, Settings, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
-use crate::film::{FilterTable, SplatFilm};
+use crate::film::{FilterTable, Half, SplatFilm};
 use crate::simd::Lanes;
 use crate::transport::World;
 use std::time::Instant;
@@ -41,30 +42,35 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let area = run.world.camera.region.area();
     let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
     let allotments = allot(run, &bootstraps, wanted);
-    let layers = layers(run.world.plan.depths.len());
-    let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
-    let most = (allotments.iter())
-        .map(|a| f64::from(a.iterations) * a.chains as f64)
-        .sum();
-    let film = SplatFilm::new(filter, layers, most);
+    let starts: Vec<Start> = (allotments.iter())
+        .map(|a| Start::new(run, a, &bootstraps))
+        .collect();
+    drop(bootstraps);
+    let film = film(run, &allotments, &starts);
 
     let render_start = Instant::now();
-    let mut march = March::new::<L>(run, &allotments, &bootstraps);
-    drop(bootstraps);
-    let stopped = march.march::<L>(&film);
+    let mut march = March::new::<L>(run, &allotments, &starts, film.tiling());
+    let mut looks = Looks::new();
+    let ended_by = march.march::<L>(&film, |chains| {
+        let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
+        good_enough(run, &film, &chains, &mut looks)
+    });
     let mut batches = march.finish();
     let mut mutations = 0;
-    for (a, batch) in &mut batches {
-        batch.flush(&film, a.layer, a.share);
+    for (_, to, batch) in &mut batches {
+        batch.flush(&film, *to);
         counts.merge(&batch.counts);
         mutations += u64::from(batch.iterations()) * batch.len() as u64;
     }
 
-    let estimates = estimate(run, &batches);
-    let scales: Vec<f64> = (0..layers)
-        .map(|layer| layer_scale(&batches, &estimates, layer) * area)
-        .collect();
-    let pixels = film.resolve(&scales);
+    let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
+    let light = Light::of(run, film.layers(), &chains);
+    let (pixels, variance) = if settings.estimate_error {
+        let (pixels, variance) = film.resolve_with_error(&light.scales, &light.relative_variance);
+        (pixels, Some(variance))
+    } else {
+        (film.resolve(&light.scales), None)
+    };
     let render_seconds = render_start.elapsed().as_secs_f64();
     let (acceptance_large, acceptance_small) = counts.acceptance();
     let mut warnings = Vec::new();
@@ -73,27 +79,107 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     } else if batches.is_empty() {
         warnings.push(dark_reason(run));
     }
+    let mut stats = Stats {
+        integrator: "mmlt".into(),
+        mutations,
+        mutations_per_second: per_second(mutations, render_seconds),
+        rays: counts.rays,
+        bootstrap_seconds,
+        render_seconds,
+        acceptance_large,
+        acceptance_small,
+        b: light.estimates.iter().map(Estimate::mean).sum(),
+        b_stderr: (light.estimates.iter().map(Estimate::error2).sum::<f64>()).sqrt(),
+        rejected_nonfinite: counts.rejected,
+        ..Stats::default()
+    };
+    if settings.estimate_error {
+        mixed::judge(run, &film, &chains, &light, &mut stats, &mut warnings);
+    }
     Render {
-        stats: Stats {
-            integrator: "mmlt".into(),
-            mutations,
-            mutations_per_second: per_second(mutations, render_seconds),
-            rays: counts.rays,
-            bootstrap_seconds,
-            render_seconds,
-            acceptance_large,
-            acceptance_small,
-            b: estimates.iter().map(Estimate::mean).sum(),
-            b_stderr: estimates.iter().map(Estimate::error2).sum::<f64>().sqrt(),
-            rejected_nonfinite: counts.rejected,
-            ..Stats::default()
-        },
+        stats,
         pixels,
         width,
         height,
         warnings,
-        stopped_early: stopped || short,
+        variance,
+        ended_by: if short { EndedBy::Observer } else { ended_by },
     }
+}
+
+/// Batches of chains that have made the same number of iterations as others of their layer.
+pub(super) type Chains<'a> = Vec<(&'a Allotment, &'a Batch)>;
+
+/// How much light there is, and how it gets from the film into the picture.
+pub(super) struct Light {
+    /// By depth: the integrals `b_k`.
+    pub estimates: Vec<Estimate>,
+    /// By layer of the film: what turns its sums into radiance, and the squared relative standard error of that.
+    pub scales: Vec<f64>,
+    pub relative_variance: Vec<f64>,
+}
+
+impl Light {
+    pub fn of(run: &Run, layers: usize, chains: &Chains) -> Self {
+        let estimates = estimate(run, chains);
+        let area = run.world.camera.region.area();
+        let scale = |layer| layer_scale(chains, &estimates, layer) * area;
+        let relative = |layer: usize| {
+            let depths = estimates.iter().enumerate();
+            let of_layer = depths.filter(|(depth, _)| (*depth).min(LAYERS - 1) == layer);
+            let (b, error2) = of_layer.fold((0.0, 0.0), |(b, error2), (_, e)| {
+                (b + e.mean(), error2 + e.error2())
+            });
+            if b > 0.0 { error2 / (b * b) } else { 0.0 }
+        };
+        Self {
+            scales: (0..layers).map(scale).collect(),
+            relative_variance: (0..layers).map(relative).collect(),
+            estimates,
+        }
+    }
+}
+
+fn film(run: &Run, allotments: &[Allotment], starts: &[Start]) -> SplatFilm {
+    let layers = layers(run.world.plan.depths.len());
+    let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
+    let most = (allotments.iter())
+        .map(|a| f64::from(a.iterations) * a.chains as f64)
+        .sum();
+    if !run.settings.estimate_error {
+        return SplatFilm::new(filter, layers, most);
+    }
+    // The scales that the layers would have at the end if the bootstrap knew all about the light.
+    let half = |layer: usize| {
+        let members = allotments.iter().zip(starts);
+        let members = members.filter(|(a, _)| a.layer == layer);
+        members.fold(Half::default(), |half, (a, start)| Half {
+            scale: (half.scale).max(density(a) / f64::from(a.iterations.max(1))),
+            part: start.half(),
+        })
+    };
+    SplatFilm::judged(filter, most, (0..layers).map(half).collect())
+}
+
+/// Looks at the error now and then, tells the observer, and says whether the target is reached.
+fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) -> bool {
+    if !run.settings.estimate_error {
+        return false;
+    }
+    let seen = looks.look(|| {
+        let light = Light::of(run, film.layers(), chains);
+        let scale = f64::from(run.scene.film.scale);
+        let scales: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
+        let (pixels, variance) = film.resolve_with_error(&scales, &light.relative_variance);
+        let error = relmse(&pixels, &variance, run.size().0 as usize).sqrt();
+        run.observer.error(error);
+        let reached = run
+            .settings
+            .target_error
+            .is_some_and(|target| error <= target);
+        reached && mixed::depths(run, chains, &light).iter().all(|d| d.mixed())
+    });
+    seen == Some(true)
 }
 
 fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
@@ -127,12 +213,12 @@ pub(super) fn bootstraps<'a, L: Lanes>(
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.
-fn estimate(run: &Run, batches: &[(&Allotment, Batch)]) -> Vec<Estimate> {
+fn estimate(run: &Run, chains: &Chains) -> Vec<Estimate> {
     let mut estimates = vec![Estimate::default(); run.world.plan.depths.len()];
-    for (a, _) in batches {
+    for (a, _) in chains {
         estimates[a.depth] = a.bootstrap;
     }
-    for (a, batch) in batches {
+    for (a, batch) in chains {
         for chain in batch.large_moments() {
             estimates[a.depth].later.merge(&chain);
         }
@@ -141,8 +227,8 @@ fn estimate(run: &Run, batches: &[(&Allotment, Batch)]) -> Vec<Estimate> {
 }
 
 /// Factor of a layer: its depths' integral over their weighted mutations.
-fn layer_scale(batches: &[(&Allotment, Batch)], estimates: &[Estimate], layer: usize) -> f64 {
-    let members = || batches.iter().filter(|(a, _)| a.layer == layer);
+fn layer_scale(chains: &Chains, estimates: &[Estimate], layer: usize) -> f64 {
+    let members = || chains.iter().filter(|(a, _)| a.layer == layer);
     // Chains of a layer have all made the same number of iterations.
     let done = members().next().map_or(0, |(_, batch)| batch.iterations());
     let densest = members().map(|(a, _)| density(a)).fold(0.0, f64::max);

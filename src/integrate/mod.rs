@@ -1,9 +1,14 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
+mod error;
 pub mod measure;
+mod mixed;
 mod mmlt;
 mod pt;
 mod schedule;
+
+pub use self::error::{Tiles, standard_errors};
+pub use self::mixed::{CrossCheck, DepthStats};
 
 use crate::scene::{Film, IntegratorKind, Scene};
 use crate::simd::f32x8;
@@ -35,6 +40,10 @@ pub struct Settings {
     pub sigma: f32,
     /// Stop after this long, bootstrap included.
     pub time: Option<Duration>,
+    /// Stop when the estimated [`Stats::relative_error`] is at most this, and chains have mixed.
+    pub target_error: Option<f64>,
+    /// Estimate the picture's error. It costs a few per cent of time and memory.
+    pub estimate_error: bool,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
     pub batch: Option<usize>,
 }
@@ -72,6 +81,8 @@ impl Settings {
             large_step_probability: i.large_step_probability,
             sigma: i.sigma,
             time: None,
+            target_error: None,
+            estimate_error: true,
             batch: None,
         }
     }
@@ -93,6 +104,10 @@ pub trait Observer: Sync {
     fn progress(&self, phase: Phase, done: u64, total: u64) {
         let _ = (phase, done, total);
     }
+    /// The picture's estimated relative error ([`Stats::relative_error`]); told now and then, as often as costs next to nothing.
+    fn error(&self, relative: f64) {
+        let _ = relative;
+    }
     /// True ends the render early, with a correctly normalised picture.
     fn stop(&self) -> bool {
         false
@@ -103,7 +118,18 @@ pub trait Observer: Sync {
 pub struct Silent;
 impl Observer for Silent {}
 
-/// The figures of a render, one flat record.
+/// What ended a render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndedBy {
+    /// All mutations or samples are made.
+    Effort,
+    Time,
+    /// The estimated error has reached its target.
+    Target,
+    Observer,
+}
+
+/// The figures of a render.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Stats {
     pub integrator: String,
@@ -132,6 +158,18 @@ pub struct Stats {
     pub b_stderr: f64,
     pub rejected_nonfinite: u64,
     pub peak_rss_bytes: u64,
+    /// Estimated relative mean squared error of the picture as written: the mean over pixels and channels of the squared standard error
+    /// over (squared value + [`RELATIVE_EPSILON`](crate::metrics::RELATIVE_EPSILON)); and its root. `None` if not estimated.
+    pub relmse: Option<f64>,
+    pub relative_error: Option<f64>,
+    /// Largest split R-hat of depths that matter (see [`DepthStats`]), and smallest effective sample size.
+    pub rhat: Option<f64>,
+    pub ess: Option<f64>,
+    pub stuck_chains: u64,
+    pub cross_check: Option<CrossCheck>,
+    pub depths: Vec<DepthStats>,
+    /// In radiance as written.
+    pub tiles: Option<Tiles>,
 }
 
 /// A finished render.
@@ -143,8 +181,10 @@ pub struct Render {
     pub stats: Stats,
     /// Things the user should know, a sentence each.
     pub warnings: Vec<String>,
-    /// Ended by the observer or by time.
-    pub stopped_early: bool,
+    /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` if
+    /// errors are not estimated.
+    pub variance: Option<Vec<[f32; 3]>>,
+    pub ended_by: EndedBy,
 }
 
 /// Why a render cannot start.
@@ -163,9 +203,10 @@ pub enum RenderError {
 pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
     let per_pixel = match settings.integrator {
         IntegratorKind::Mmlt => {
-            mmlt::layers(settings.max_depth as usize + 1) * size_of::<[i64; 3]>()
+            let layers = mmlt::layers(settings.max_depth as usize + 1);
+            (layers + usize::from(settings.estimate_error)) * size_of::<[i64; 3]>()
         }
-        IntegratorKind::Pt => size_of::<[i128; 3]>(),
+        IntegratorKind::Pt => (1 + usize::from(settings.estimate_error)) * size_of::<[i128; 3]>(),
     };
     film.crop_pixels() * (per_pixel + size_of::<[f32; 3]>()) as u64
 }
@@ -199,6 +240,18 @@ pub fn render(
     let scale = scene.film.scale;
     for v in render.pixels.iter_mut().flatten() {
         *v *= scale;
+    }
+    if let Some(variance) = &mut render.variance {
+        variance
+            .iter_mut()
+            .flatten()
+            .for_each(|v| *v *= scale * scale);
+        let relmse = error::relmse(&render.pixels, variance, render.width as usize);
+        render.stats.relmse = Some(relmse);
+        render.stats.relative_error = Some(relmse.sqrt());
+    }
+    if let Some(tiles) = &mut render.stats.tiles {
+        tiles.scale(f64::from(scale));
     }
     let stats = &mut render.stats;
     stats.seed = settings.seed;
@@ -245,9 +298,13 @@ impl Run<'_> {
     }
 
     /// Time is up, or the observer has had enough.
-    fn ended(&self) -> bool {
+    fn ended(&self) -> Option<EndedBy> {
         let late = (self.settings.time).is_some_and(|limit| self.start.elapsed() >= limit);
-        late || self.observer.stop()
+        if self.observer.stop() {
+            Some(EndedBy::Observer)
+        } else {
+            late.then_some(EndedBy::Time)
+        }
     }
 }
 
@@ -285,6 +342,12 @@ fn check(settings: &Settings) -> Result<(), RenderError> {
             "{} bootstrap samples are more than 2^48",
             s.bootstrap
         ));
+    }
+    if s.target_error.is_some_and(|e| !(e > 0.0 && e.is_finite())) {
+        return fail("the target error must be a finite number above 0".into());
+    }
+    if s.target_error.is_some() && !s.estimate_error {
+        return fail("a target error needs an estimate of the error".into());
     }
     if s.batch.is_some_and(|b| b == 0) {
         return fail("a batch holds at least one path".into());

@@ -1,7 +1,8 @@
 //! Path tracing: the reference for everything else. Same kernels, independent samples, a fixed number per pixel.
 
-use super::{Phase, Render, Run, Stats, per_second};
-use crate::film::{FilterTable, SampleFilm};
+use super::error::{Groups, Looks, Tiles, relmse};
+use super::{EndedBy, Phase, Render, Run, Stats, per_second};
+use crate::film::{FilterTable, GROUPS, Sample, SampleFilm};
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::Paths;
@@ -22,7 +23,12 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     };
     let stream = Stream::new(settings.seed, Purpose::PathTracer);
     let grid = Grid::new(run);
-    let sums = SampleFilm::new(FilterTable::new(&film.filter, film.crop));
+    let filter = FilterTable::new(&film.filter, film.crop);
+    let sums = if settings.estimate_error {
+        SampleFilm::judged(filter)
+    } else {
+        SampleFilm::new(filter)
+    };
     let batch = settings.batch.unwrap_or(BATCH);
     let spp = settings.samples_per_pixel;
     let per_pass = grid.cells();
@@ -30,8 +36,9 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     // A pass is one sample of every cell; several go together while that keeps a stop prompt.
     let passes_at_once = (2_000_000 / per_pass.max(1)).clamp(1, spp.max(1));
     let mut done = 0;
-    let mut stopped = false;
-    while done < spp && !stopped {
+    let mut looks = Looks::new();
+    let mut ended_by = None;
+    while done < spp && ended_by.is_none() {
         let passes = passes_at_once.min(spp - done);
         let total = passes * per_pass;
         let first = done * per_pass;
@@ -46,11 +53,12 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
                     fill::<L>(&stream, &grid, samples, begin, n);
                     run.world
                         .evaluate_unidirectional::<L>(&layout, samples, n, paths);
-                    let mut bad = 0;
-                    for o in &paths.outcome {
-                        sums.add(o.raster, o.rgb, 1.0);
-                        bad += u64::from(o.rejected);
-                    }
+                    sums.add(paths.outcome.iter().enumerate().map(|(i, o)| Sample {
+                        raster: o.raster,
+                        colour: o.rgb,
+                        pass: (begin + i as u64) / per_pass,
+                    }));
+                    let bad = paths.outcome.iter().map(|o| u64::from(o.rejected)).sum();
                     (paths.rays - before, bad)
                 },
             )
@@ -60,11 +68,30 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         done += passes;
         run.observer
             .progress(Phase::Render, done * per_pass, spp * per_pass);
-        stopped = done < spp && run.ended();
+        if done < spp {
+            let reached = good_enough(run, &sums, done, &mut looks);
+            ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+        }
     }
     let (width, height) = run.size();
-    let pixels = sums.resolve(if done > 0 { 1.0 / done as f64 } else { 0.0 });
+    let (pixels, variance) = if settings.estimate_error {
+        let (pixels, variance) = sums.resolve_with_error(done);
+        (pixels, Some(variance).filter(|_| done >= 2))
+    } else {
+        (sums.resolve(done), None)
+    };
     let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let groups = sums.tile_sums();
+    let tiles = settings.estimate_error.then(|| {
+        let thrown = thrown(done);
+        let layer = Groups {
+            sums: &groups,
+            thrown,
+            scale: 1.0 / done.max(1) as f64,
+            relative_variance: 0.0,
+        };
+        Tiles::of(sums.tiling(), std::iter::once(layer))
+    });
     let render_seconds = start.elapsed().as_secs_f64();
     let samples = done * per_pass;
     Render {
@@ -75,6 +102,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             rays,
             render_seconds,
             b: mean / (3.0 * pixels.len().max(1) as f64),
+            b_stderr: whole(&groups, done) / pixels.len().max(1) as f64,
+            tiles,
             rejected_nonfinite: rejected,
             ..Stats::default()
         },
@@ -82,8 +111,56 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         width,
         height,
         warnings: Vec::new(),
-        stopped_early: stopped,
+        variance,
+        ended_by: ended_by.unwrap_or(EndedBy::Effort),
     }
+}
+
+/// Passes in each group.
+fn thrown(passes: u64) -> [f64; GROUPS] {
+    std::array::from_fn(|g| (passes.saturating_sub(g as u64)).div_ceil(GROUPS as u64) as f64)
+}
+
+/// Standard error of the sum over the whole picture; 0 if there are not two passes.
+fn whole(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
+    let count = passes.min(GROUPS as u64) as f64;
+    if count < 2.0 {
+        return 0.0;
+    }
+    let mut sums = [0.0; GROUPS];
+    for tile in groups {
+        sums.iter_mut().zip(tile).for_each(|(sum, v)| *sum += v);
+    }
+    let mean = sums.iter().sum::<f64>() / passes as f64;
+    let spread: f64 = (sums.iter().zip(thrown(passes)))
+        .map(|(sum, n)| (sum - mean * n).powi(2))
+        .sum();
+    (spread * count / (count - 1.0)).sqrt() / passes as f64
+}
+
+/// Looks at the error now and then, tells the observer, and says whether the target is reached.
+fn good_enough(run: &Run, sums: &SampleFilm, passes: u64, looks: &mut Looks) -> bool {
+    if !run.settings.estimate_error || passes < 2 {
+        return false;
+    }
+    let seen = looks.look(|| {
+        let (mut pixels, mut variance) = sums.resolve_with_error(passes);
+        let scale = run.scene.film.scale;
+        pixels
+            .as_flattened_mut()
+            .iter_mut()
+            .for_each(|v| *v *= scale);
+        variance
+            .as_flattened_mut()
+            .iter_mut()
+            .for_each(|v| *v *= scale * scale);
+        let error = relmse(&pixels, &variance, run.size().0 as usize).sqrt();
+        run.observer.error(error);
+        run.settings
+            .target_error
+            .is_some_and(|target| error <= target)
+    });
+    seen == Some(true)
 }
 
 /// The pixel cells that cover the sampled region.

@@ -4,8 +4,8 @@ use super::Run;
 use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
-use crate::film::SplatFilm;
-use crate::integrate::Phase;
+use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
+use crate::integrate::{EndedBy, Phase};
 use crate::simd::Lanes;
 use crate::transport::Paths;
 use rayon::prelude::*;
@@ -61,7 +61,8 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
             let wish = (wish.ceil() as usize).max(fewest.min(chains));
             Allotment {
                 depth,
-                chains: wish.next_multiple_of(8).min(MAX_CHAINS_PER_DEPTH),
+                // Two halves of full lanes.
+                chains: wish.next_multiple_of(16).min(MAX_CHAINS_PER_DEPTH),
                 layer,
                 iterations: 0,
                 share: 1.0,
@@ -84,6 +85,51 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
     list
 }
 
+/// First states of the chains of an allotment, and the independent groups they fall into.
+pub(super) struct Start {
+    /// Bootstrap paths, ascending; one a chain.
+    seeds: Vec<u64>,
+    /// Group of each chain, ascending.
+    groups: Vec<u8>,
+    /// Chains in the half that the film sums once more, from the first on.
+    half: usize,
+}
+
+impl Start {
+    /// Chains that start from one path are not independent while they remember it: they belong to one group, so that groups can differ in
+    /// size; and to one half, if their depth has a layer of the film to itself.
+    pub fn new(run: &Run, a: &Allotment, bootstraps: &[Bootstrap]) -> Self {
+        let seeds = bootstraps[a.depth].seeds(run.settings.seed, a.depth as u32, a.chains);
+        let n = seeds.len();
+        let mut groups = vec![0; n];
+        for group in 1..GROUPS {
+            groups[border(&seeds, group * n / GROUPS)..].fill(group as u8);
+        }
+        let middle = border(&seeds, n / 2);
+        let alone = a.layer < LAYERS - 1 && middle > 0 && middle < n;
+        Self {
+            half: if alone { middle } else { n / 2 },
+            seeds,
+            groups,
+        }
+    }
+
+    /// Part of the chains that are in the half.
+    pub fn half(&self) -> f64 {
+        self.half as f64 / self.seeds.len().max(1) as f64
+    }
+}
+
+/// The position nearest to `at` where a run of equal seeds ends.
+fn border(seeds: &[u64], at: usize) -> usize {
+    let Some(seed) = seeds.get(at) else {
+        return at;
+    };
+    let start = seeds.partition_point(|s| s < seed);
+    let end = seeds.partition_point(|s| s <= seed);
+    if at - start <= end - at { start } else { end }
+}
+
 /// Light per chain.
 pub(super) fn density(a: &Allotment) -> f64 {
     a.bootstrap.mean() / a.chains as f64
@@ -104,8 +150,8 @@ pub(super) struct March<'a> {
     run: &'a Run<'a>,
     kernel: Kernel,
     allotments: &'a [Allotment],
-    /// With the allotment each belongs to.
-    batches: Vec<(&'a Allotment, Mutex<Batch>)>,
+    /// With the allotment each belongs to, and where its splats go.
+    batches: Vec<(&'a Allotment, Destination, Mutex<Batch>)>,
     /// One for every thread.
     workspaces: Vec<Mutex<Workspace>>,
     /// Batches that have not reached the end of a round.
@@ -124,24 +170,37 @@ impl<'a> March<'a> {
     pub fn new<L: Lanes>(
         run: &'a Run<'a>,
         allotments: &'a [Allotment],
-        bootstraps: &[Bootstrap],
+        starts: &[Start],
+        tiling: &Tiling,
     ) -> Self {
         let settings = run.settings;
         let size = batch_size(run, allotments);
         let mut parts = Vec::new();
-        for a in allotments {
-            let seeds = bootstraps[a.depth].seeds(settings.seed, a.depth as u32, a.chains);
-            let pieces = seeds.chunks(size).map(<[u64]>::to_vec).enumerate();
-            parts.extend(pieces.map(|(i, piece)| (a, i * size, piece)));
+        for (a, start) in allotments.iter().zip(starts) {
+            // No batch belongs to both halves.
+            for (half, range) in [(true, 0..start.half), (false, start.half..a.chains)] {
+                let to = Destination {
+                    layer: a.layer,
+                    scale: a.share,
+                    half,
+                };
+                let firsts = range.clone().step_by(size);
+                parts.extend(firsts.map(|i| (a, to, start, i..range.end.min(i + size))));
+            }
         }
         let batches = parts
             .into_par_iter()
             .map_init(
                 || Paths::new(run.world),
-                |paths, (a, first, seeds)| {
-                    let seed = settings.seed;
-                    let batch = Batch::new::<L>(run.world, a.depth, first, &seeds, seed, paths);
-                    (a, Mutex::new(batch))
+                |paths, (a, to, start, chains)| {
+                    let first = chains.start;
+                    let seeds = &start.seeds[chains.clone()];
+                    let mut batch =
+                        Batch::new::<L>(run.world, a.depth, first, seeds, settings.seed, paths);
+                    if settings.estimate_error {
+                        batch.watch(run.world, &start.groups[chains], tiling);
+                    }
+                    (a, to, Mutex::new(batch))
                 },
             )
             .collect();
@@ -161,12 +220,17 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Marches until every chain has made its iterations, in rounds; true if time or the observer ended it before.
-    pub fn march<L: Lanes>(&mut self, film: &SplatFilm) -> bool {
+    /// Marches until every chain has made its iterations, in rounds; says what ended it. `enough` is asked between rounds whether the
+    /// picture is good enough.
+    pub fn march<L: Lanes>(
+        &mut self,
+        film: &SplatFilm,
+        mut enough: impl FnMut(&[(&Allotment, Destination, MutexGuard<Batch>)]) -> bool,
+    ) -> EndedBy {
         let total = mutations(self.allotments, |a| a.iterations);
         let longest = self.allotments.iter().map(|a| a.iterations).max();
         let Some(longest) = longest.filter(|i| *i > 0) else {
-            return false;
+            return EndedBy::Effort;
         };
         let settings = self.run.settings;
         // Fractions of the whole.
@@ -177,8 +241,15 @@ impl<'a> March<'a> {
             self.round::<L>(film, until);
             let made = mutations(self.allotments, |a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
-            if until < 1.0 && self.run.ended() {
-                return true;
+            if until < 1.0 {
+                if let Some(by) = self.run.ended() {
+                    return by;
+                }
+                let batches = self.batches.iter();
+                let batches: Vec<_> = batches.map(|(a, to, b)| (*a, *to, lock(b))).collect();
+                if enough(&batches) {
+                    return EndedBy::Target;
+                }
             }
             let mut next = ROUND;
             if let Some(limit) = settings.time {
@@ -188,7 +259,7 @@ impl<'a> March<'a> {
             step = ((until - done) * ratio.clamp(0.01, 4.0)).max(f64::EPSILON);
             done = until;
         }
-        false
+        EndedBy::Effort
     }
 
     /// Marches all batches to the fraction `until` of their iterations.
@@ -202,7 +273,7 @@ impl<'a> March<'a> {
                 let Some(i) = next else {
                     break;
                 };
-                let (a, batch) = &self.batches[i];
+                let (a, to, batch) = &self.batches[i];
                 let mut batch = lock(batch);
                 let left = part(a, until).saturating_sub(batch.iterations());
                 batch.march::<L>(
@@ -211,8 +282,7 @@ impl<'a> March<'a> {
                     left.min(STRIDE),
                     &mut workspace,
                     film,
-                    a.layer,
-                    a.share,
+                    *to,
                 );
                 if left > STRIDE {
                     lock(&self.queue).push_back(i);
@@ -221,15 +291,15 @@ impl<'a> March<'a> {
         });
     }
 
-    /// All batches, with their allotments.
-    pub fn finish(self) -> Vec<(&'a Allotment, Batch)> {
+    /// All batches, with their allotments and where their splats go.
+    pub fn finish(self) -> Vec<(&'a Allotment, Destination, Batch)> {
         let own = |batch: Mutex<Batch>| {
             batch
                 .into_inner()
                 .unwrap_or_else(|poisoned| poisoned.into_inner())
         };
         (self.batches.into_iter())
-            .map(|(a, batch)| (a, own(batch)))
+            .map(|(a, to, batch)| (a, to, own(batch)))
             .collect()
     }
 }
@@ -243,4 +313,16 @@ fn mutations(allotments: &[Allotment], iterations: impl Fn(&Allotment) -> u32) -
     (allotments.iter())
         .map(|a| u64::from(iterations(a)) * a.chains as u64)
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_seeds_are_not_parted() {
+        let seeds = [1, 1, 1, 4, 5, 5, 5, 5, 5, 9];
+        let borders: Vec<usize> = (0..=10).map(|at| border(&seeds, at)).collect();
+        assert_eq!(borders, [0, 0, 3, 3, 4, 4, 4, 9, 9, 9, 10]);
+    }
 }

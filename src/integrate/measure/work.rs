@@ -2,6 +2,7 @@
 
 use super::Bench;
 use crate::chain::batch::{Batch, Workspace};
+use crate::film::Destination;
 use crate::integrate::schedule::{LAYERS, STRIDE};
 use crate::simd::Lanes;
 use crate::transport::clock::{Clock, Spent, Stage};
@@ -114,8 +115,11 @@ impl<L: Lanes> Work<L> {
                 STRIDE,
                 &mut self.workspace,
                 &bench.film,
-                share.layer,
-                1.0,
+                Destination {
+                    layer: share.layer,
+                    scale: 1.0,
+                    half: false,
+                },
             );
             mutations += u64::from(STRIDE) * share.batch.len() as u64;
         }

@@ -1,0 +1,327 @@
+//! What a batch's chains have been up to: how well they mix, how their proposals fare, and where independent samples find light.
+//!
+//! Chains are recorded every [`EVERY`]th iteration: neighbouring states are alike, and a quarter of them tells as much. Records go to up
+//! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
+//! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
+
+use crate::film::Tiling;
+use crate::simd::Row;
+use crate::transport::Outcome;
+
+/// Iterations from record to record.
+pub const EVERY: u32 = 4;
+
+/// Segments that a run is split into.
+const SEGMENTS: usize = 4;
+
+/// Scalars that are recorded of every state: raster position (in pixels), and the logarithm of the target (to base 2, linear between powers).
+pub const SCALARS: usize = 3;
+
+/// Sums over the records of each chain in one segment.
+#[derive(Clone, Debug)]
+pub struct Segment {
+    /// `[scalar][chain]`
+    pub sums: [Vec<f64>; SCALARS],
+    pub squares: [Vec<f64>; SCALARS],
+    /// Records in each strategy, `[chain][strategy]`.
+    pub visits: Vec<u32>,
+}
+
+impl Segment {
+    fn new(chains: usize, strategies: usize) -> Self {
+        let zeros = || std::array::from_fn(|_| vec![0.0; chains]);
+        Self {
+            sums: zeros(),
+            squares: zeros(),
+            visits: vec![0; chains * strategies],
+        }
+    }
+
+    fn absorb(&mut self, other: &Self) {
+        let own = self.sums.iter_mut().chain(&mut self.squares);
+        for (to, from) in own.zip(other.sums.iter().chain(&other.squares)) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+        }
+        let visits = self.visits.iter_mut().zip(&other.visits);
+        visits.for_each(|(to, from)| *to += from);
+    }
+
+    fn clear(&mut self) {
+        let sums = self.sums.iter_mut().chain(&mut self.squares);
+        sums.for_each(|sum| sum.fill(0.0));
+        self.visits.fill(0);
+    }
+}
+
+/// Recorded proposals of one kind and strategy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    pub proposals: u64,
+    /// Sum of their acceptance probabilities.
+    pub accepted: f64,
+    /// Proposals that carry no light.
+    pub dark: u64,
+}
+
+impl Tally {
+    pub fn merge(&mut self, other: &Self) {
+        self.proposals += other.proposals;
+        self.accepted += other.accepted;
+        self.dark += other.dark;
+    }
+}
+
+/// Large steps that have fallen into a tile.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TileMoments {
+    /// Those with light.
+    pub count: u64,
+    /// Of their targets.
+    pub sum: f64,
+    pub squares: f64,
+}
+
+/// The longest time that a chain stayed in one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stay {
+    /// To within [`EVERY`].
+    pub iterations: u32,
+    pub raster: [f32; 2],
+    /// Light vertices of its strategy.
+    pub s: u32,
+}
+
+/// What is recorded of the chains of a batch.
+pub struct Monitor {
+    /// Of the depth, ascending.
+    strategies: Vec<u32>,
+    segments: [Segment; SEGMENTS],
+    /// Segments that are full.
+    full: usize,
+    /// Records in the segment that is being filled, and in one that is full.
+    records: u32,
+    length: u32,
+    /// Iterations since the current state was accepted.
+    held: Vec<f32>,
+    stays: Vec<Stay>,
+    /// `[small, large][strategy]`
+    tallies: [Vec<Tally>; 2],
+    tiling: Tiling,
+    large: Vec<TileMoments>,
+    /// Large steps with light of the latest iteration; room for all.
+    lit: Vec<u32>,
+}
+
+/// What a batch shows its monitor after an iteration; one entry a chain.
+pub(super) struct View<'a> {
+    /// `[colour over target (3), raster (2), light vertices (bits), ..]`, and targets, of the current states.
+    pub states: &'a [Row],
+    pub targets: &'a [f32],
+    pub proposed: &'a [Outcome],
+    /// Acceptance probabilities, and 1 or 0 for accepted and for large.
+    pub share: &'a [f32],
+    pub taken: &'a [f32],
+    pub large: &'a [f32],
+    /// Targets of large steps, 0 for small ones.
+    pub seen: &'a [f32],
+}
+
+impl Monitor {
+    pub fn new(chains: usize, strategies: &[u32], tiling: &Tiling) -> Self {
+        let all = strategies.len();
+        let never = Stay {
+            iterations: 0,
+            raster: [0.0; 2],
+            s: 0,
+        };
+        Self {
+            strategies: strategies.to_vec(),
+            segments: std::array::from_fn(|_| Segment::new(chains, all)),
+            full: 0,
+            records: 0,
+            length: 1,
+            held: vec![0.0; chains],
+            stays: vec![never; chains],
+            tallies: [vec![Tally::default(); all], vec![Tally::default(); all]],
+            tiling: tiling.clone(),
+            large: vec![TileMoments::default(); tiling.len()],
+            lit: vec![0; chains + 1],
+        }
+    }
+
+    /// Sees the end of an iteration.
+    pub(super) fn see(&mut self, iteration: u32, view: &View) {
+        for (held, taken) in self.held.iter_mut().zip(view.taken) {
+            // 1 where the state is new, so that a rejection makes 2.
+            *held = *held * (1.0 - taken) + 1.0;
+        }
+        self.see_large(view);
+        if iteration % EVERY == EVERY - 1 {
+            self.record(view);
+        }
+    }
+
+    fn see_large(&mut self, view: &View) {
+        let mut n = 0;
+        for (i, seen) in view.seen[..self.held.len()].iter().enumerate() {
+            // Written always, counted if lit: a branch would be guessed wrong.
+            self.lit[n] = i as u32;
+            n += usize::from(*seen > 0.0);
+        }
+        for &i in &self.lit[..n] {
+            let i = i as usize;
+            let target = f64::from(view.seen[i]);
+            let tile = self.tiling.index(view.proposed[i].raster);
+            let moments = &mut self.large[tile];
+            moments.count += 1;
+            moments.sum += target;
+            moments.squares += target * target;
+        }
+    }
+
+    fn record(&mut self, view: &View) {
+        let all = self.strategies.len();
+        let first = self.strategies.first().copied().unwrap_or(0);
+        let segment = &mut self.segments[self.full];
+        for i in 0..self.held.len() {
+            let Row([_, _, _, x, y, s, ..]) = view.states[i];
+            let log = logarithm(view.targets[i]);
+            for (c, v) in [f64::from(x), f64::from(y), log].into_iter().enumerate() {
+                segment.sums[c][i] += v;
+                segment.squares[c][i] += v * v;
+            }
+            let s = s.to_bits();
+            segment.visits[i * all + (s - first) as usize] += 1;
+            let held = self.held[i] as u32;
+            if held > self.stays[i].iterations {
+                self.stays[i] = Stay {
+                    iterations: held,
+                    raster: [x, y],
+                    s,
+                };
+            }
+            let outcome = &view.proposed[i];
+            let kind = usize::from(view.large[i] > 0.0);
+            let tally = &mut self.tallies[kind][(outcome.s - first) as usize];
+            tally.proposals += 1;
+            tally.accepted += f64::from(view.share[i]);
+            tally.dark += u64::from(outcome.rgb == [0.0; 3]);
+        }
+        self.records += 1;
+        if self.records == self.length {
+            self.records = 0;
+            self.full += 1;
+            if self.full == SEGMENTS {
+                self.join();
+            }
+        }
+    }
+
+    /// Pairs of segments become one.
+    fn join(&mut self) {
+        let [a, b, c, d] = &mut self.segments;
+        a.absorb(b);
+        c.absorb(d);
+        std::mem::swap(b, c);
+        c.clear();
+        d.clear();
+        self.full = SEGMENTS / 2;
+        self.length *= 2;
+    }
+
+    /// Light vertices of the strategies, ascending.
+    pub fn strategies(&self) -> &[u32] {
+        &self.strategies
+    }
+    /// The full segments, and the number of records in each.
+    pub fn segments(&self) -> (&[Segment], u32) {
+        (&self.segments[..self.full], self.length)
+    }
+    /// Recorded proposals, `[small, large][strategy]`.
+    pub fn tallies(&self) -> &[Vec<Tally>; 2] {
+        &self.tallies
+    }
+    /// Large steps, tile by tile: independent uniform samples.
+    pub fn large(&self) -> &[TileMoments] {
+        &self.large
+    }
+    /// The longest stay of each chain.
+    pub fn stays(&self) -> &[Stay] {
+        &self.stays
+    }
+}
+
+/// `log2 x` at powers of two, linear in between: monotone, and cheap.
+#[inline(always)]
+fn logarithm(x: f32) -> f64 {
+    f64::from(x.to_bits()) / f64::from(1 << 23)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn monitor() -> Monitor {
+        Monitor::new(1, &[3, 4, 5], &Tiling::new([0, 32, 0, 32]))
+    }
+
+    /// Shows an iteration in which one chain at raster position `x` of strategy `s` gets a proposal.
+    fn show(monitor: &mut Monitor, iteration: u32, x: f32, s: u32, taken: bool, large: bool) {
+        let mut proposed = Outcome::new([1.0; 3], [x, 0.5]);
+        proposed.s = s;
+        let flag = |on: bool| [f32::from(u8::from(on))];
+        monitor.see(
+            iteration,
+            &View {
+                states: &[Row([1.0, 1.0, 1.0, x, 0.5, f32::from_bits(s), 0.0, 0.0])],
+                targets: &[4.0],
+                proposed: &[proposed],
+                share: &[0.5],
+                taken: &flag(taken),
+                large: &flag(large),
+                seen: &if large { [2.0] } else { [0.0] },
+            },
+        );
+    }
+
+    #[test]
+    fn segments_are_equal_whatever_the_length() {
+        for records in [1, 2, 3, 4, 5, 7, 8, 100, 1000] {
+            let mut m = monitor();
+            for i in 0..records * EVERY {
+                show(&mut m, i, (i / EVERY) as f32, 3 + i % 3, true, false);
+            }
+            let (segments, length) = m.segments();
+            assert!(segments.len() * length as usize <= records as usize);
+            assert!((segments.len() as u32 + 1) * length > records, "{records}");
+            for (i, segment) in segments.iter().enumerate() {
+                // Records are numbered: each segment has its own run of them.
+                let (first, n) = (i as f64 * f64::from(length), f64::from(length));
+                assert_eq!(segment.sums[0][0], n * first + n * (n - 1.0) / 2.0);
+                assert_eq!(segment.visits.iter().sum::<u32>(), length);
+                assert_eq!(segment.sums[2][0] / n, 129.0);
+            }
+        }
+    }
+
+    #[test]
+    fn stays_tallies_and_large_steps_are_counted() {
+        let mut m = monitor();
+        for i in 0..400 {
+            // Accepted at 0, 100, 200, 300: each state is held for 100 iterations.
+            show(&mut m, i, 17.0, 4, i % 100 == 0, i % 2 == 1);
+        }
+        assert_eq!(m.stays()[0].iterations, 100);
+        assert_eq!(m.stays()[0].raster, [17.0, 0.5]);
+        assert_eq!(m.stays()[0].s, 4);
+        let large = m.tallies()[1][1];
+        assert_eq!(
+            (large.proposals, large.accepted, large.dark),
+            (100, 50.0, 0)
+        );
+        assert_eq!(m.tallies()[0], [Tally::default(); 3]);
+        assert_eq!(m.large()[0], TileMoments::default());
+        let tile = m.large()[1];
+        assert_eq!((tile.count, tile.sum, tile.squares), (200, 400.0, 800.0));
+    }
+}

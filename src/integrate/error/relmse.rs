@@ -1,0 +1,229 @@
+//! The estimated error of a whole picture.
+//!
+//! Wanted is `mean(variance / (truth^2 + eps))` over pixels and channels, [`crate::metrics::relmse`] in expectation. The truth is not
+//! known, and the picture is no substitute: where it is noisy its own bright pixels would be found accurate, its dark ones without error.
+//! Both sums are therefore taken over windows: of 3 x 3 values where there is little noise, so that edges stay sharp, of 7 x 7 where there
+//! is more, of 15 x 15 where there is little else. In the larger ones the mean square of the picture is that of the truth once the mean variance
+//! is subtracted:
+//!
+//! ```text
+//! error_3  = <variance>_3 / (<picture>_3^2 + eps)
+//! error_n  = <variance>_n / (max(<picture^2>_n - <variance>_n, <picture>_n^2 / 4) + eps)    for n = 7, 15
+//! noise_n  = <variance>_n / (<picture>_n^2 + eps)
+//! middle   = (0.1 * error_3 + noise_7 * error_7) / (0.1 + noise_7)
+//! error    = (middle + noise_15 * error_15) / (1 + noise_15)
+//! ```
+//!
+//! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean over renders it is within a factor of 1.3
+//! of the true error where that is below one; the estimate of a picture that is mostly noise is too low (`tests/accuracy.rs`).
+
+use crate::metrics::RELATIVE_EPSILON;
+use rayon::prelude::*;
+
+/// Half widths of the windows.
+const HALVES: [usize; 3] = [1, 3, 7];
+/// Relative variance at which a window counts as much as all smaller ones.
+const NOISY: [f64; 3] = [0.0, 0.1, 1.0];
+
+/// Estimated relative mean squared error of a picture of `width` pixels a row, from itself and the squared standard error of each of its
+/// values.
+pub fn relmse(picture: &[[f32; 3]], variance: &[[f32; 3]], width: usize) -> f64 {
+    let height = picture.len() / width.max(1);
+    let sums: Vec<f64> = (0..height)
+        .into_par_iter()
+        .map_init(
+            || Columns::new(width),
+            |columns, row| columns.relmse(picture, variance, row),
+        )
+        .collect();
+    // In the order of rows: the sum does not depend on threads.
+    sums.iter().sum::<f64>() / (3 * picture.len()).max(1) as f64
+}
+
+/// What is summed over windows.
+const PICTURE: usize = 0;
+const SQUARE: usize = 1;
+const VARIANCE: usize = 2;
+
+/// Sums over a column of each window, `[quantity][window][3 * x + channel]`, and over all columns to the left, one entry more.
+struct Columns {
+    width: usize,
+    sums: [[Vec<f64>; 3]; 3],
+    before: [[Vec<f64>; 3]; 3],
+}
+
+impl Columns {
+    fn new(width: usize) -> Self {
+        let room = |n: usize| std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; 3 * n]));
+        Self {
+            width,
+            sums: room(width),
+            before: room(width + 1),
+        }
+    }
+
+    /// Sum of the estimated relative squared errors of a row.
+    fn relmse(&mut self, picture: &[[f32; 3]], variance: &[[f32; 3]], row: usize) -> f64 {
+        let width = self.width;
+        self.sum(picture, variance, row);
+        let over = |variance: f64, square: f64| variance / (square + RELATIVE_EPSILON);
+        let mut sum = 0.0;
+        for x in 0..width {
+            for c in 0..3 {
+                let mut error = 0.0;
+                for (window, half) in HALVES.into_iter().enumerate() {
+                    let mean = |quantity: usize| self.mean(quantity, window, half, x, c);
+                    let [p, s, v] = [PICTURE, SQUARE, VARIANCE].map(mean);
+                    let noise = over(v, p * p);
+                    let own = if window == 0 {
+                        noise
+                    } else {
+                        // A mean square is at least the square of the mean, give or take what both are uncertain.
+                        over(v, (s - v).max(0.25 * p * p))
+                    };
+                    error = if window == 0 || noise == f64::INFINITY {
+                        own
+                    } else {
+                        (NOISY[window] * error + noise * own) / (NOISY[window] + noise)
+                    };
+                }
+                sum += error;
+            }
+        }
+        sum
+    }
+
+    /// Mean over a window about pixel `x`.
+    fn mean(&self, quantity: usize, window: usize, half: usize, x: usize, c: usize) -> f64 {
+        let before = &self.before[quantity][window];
+        let sums = &self.sums[quantity][window];
+        let (from, to) = (x.saturating_sub(half), (x + half + 1).min(self.width));
+        let inside = before[3 * to + c] - before[3 * from + c];
+        // Beyond the border it is as at the border.
+        let left = half.saturating_sub(x) as f64 * sums[c];
+        let right = (x + half + 1 - to) as f64 * sums[3 * (self.width - 1) + c];
+        ((inside + left + right) / (2 * half + 1).pow(2) as f64).max(0.0)
+    }
+
+    /// Sums over columns. Each window holds the smaller ones.
+    fn sum(&mut self, picture: &[[f32; 3]], variance: &[[f32; 3]], row: usize) {
+        let width = self.width;
+        let height = picture.len() / width;
+        let mut inner = None;
+        for (window, half) in HALVES.into_iter().enumerate() {
+            for quantity in &mut self.sums {
+                let (done, rest) = quantity.split_at_mut(window);
+                match done.last() {
+                    Some(smaller) => rest[0].copy_from_slice(smaller),
+                    None => rest[0].fill(0.0),
+                }
+            }
+            let [pictures, squares, variances] = &mut self.sums;
+            for (i, y) in around(row, half, height).enumerate() {
+                let outside = inner.is_none_or(|inner: usize| i.abs_diff(half) > inner);
+                if !outside {
+                    continue;
+                }
+                let at = y * width..(y + 1) * width;
+                let values = picture[at.clone()].as_flattened().iter();
+                let values = values.zip(variance[at].as_flattened());
+                let sums = pictures[window].iter_mut().zip(&mut squares[window]);
+                for ((to, from), v_to) in sums.zip(values).zip(&mut variances[window]) {
+                    let (p, v) = (f64::from(*from.0), f64::from(*from.1));
+                    *to.0 += p;
+                    *to.1 += p * p;
+                    *v_to += v;
+                }
+            }
+            inner = Some(half);
+        }
+        for (sums, before) in self
+            .sums
+            .iter()
+            .flatten()
+            .zip(self.before.iter_mut().flatten())
+        {
+            for (i, sum) in sums.iter().enumerate() {
+                before[i + 3] = before[i] + sum;
+            }
+        }
+    }
+}
+
+/// Standard errors, from squared ones of one degree of freedom: their mean over windows of 5 x 5 pixels, and its root.
+pub fn standard_errors(variance: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
+    let height = variance.len() / width.max(1);
+    let error = |i: usize| {
+        let mut sum = [0.0; 3];
+        for y in around(i / width, SPREAD, height) {
+            for x in around(i % width, SPREAD, width) {
+                let v = variance[y * width + x];
+                (0..3).for_each(|c| sum[c] += f64::from(v[c]));
+            }
+        }
+        sum.map(|s| (s / (2 * SPREAD + 1).pow(2) as f64).sqrt() as f32)
+    };
+    (0..variance.len()).into_par_iter().map(error).collect()
+}
+
+/// Half width of the window that standard errors are taken over.
+const SPREAD: usize = 2;
+
+/// The positions in a window about `at`, of `2 * half + 1`, those beyond `0..n` replaced by the border.
+fn around(at: usize, half: usize, n: usize) -> impl Iterator<Item = usize> {
+    (0..2 * half + 1).map(move |i| (at + i).saturating_sub(half).min(n - 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A standard normal number, nearly: the sum of twelve uniform ones.
+    fn normal(state: &mut u64) -> f64 {
+        let mut uniform = || {
+            *state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (*state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+
+    /// The true relative error and its estimate, of pictures with a bright half, an edge and a gradient.
+    fn both(sigma: f64) -> (f64, f64) {
+        let (width, height) = (96, 64);
+        let mut state = 7;
+        let truth = |x: usize, y: usize| if x < 48 { 1.0 } else { 0.05 + y as f64 / 640.0 };
+        let (mut picture, mut variance, mut exact) = (Vec::new(), Vec::new(), 0.0);
+        for y in 0..height {
+            for x in 0..width {
+                let t = truth(x, y);
+                let noise = sigma * t;
+                exact += noise * noise / (t * t + RELATIVE_EPSILON);
+                // Halves of twice the variance.
+                let half = |state: &mut u64| t + noise * 2f64.sqrt() * normal(state);
+                let (a, b) = (half(&mut state), half(&mut state));
+                picture.push([((a + b) / 2.0) as f32; 3]);
+                variance.push([((a - b) / 2.0).powi(2) as f32; 3]);
+            }
+        }
+        let n = (width * height) as f64;
+        (exact / n, relmse(&picture, &variance, width))
+    }
+
+    #[test]
+    fn the_estimate_is_near_the_truth_at_any_noise() {
+        for sigma in [0.01, 0.1, 0.3, 0.6] {
+            let (exact, estimate) = both(sigma);
+            let ratio = estimate / exact;
+            assert!((0.85..1.15).contains(&ratio), "sigma {sigma}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn small_pictures_are_all_border() {
+        assert_eq!(relmse(&[], &[], 0), 0.0);
+        let one = relmse(&[[2.0; 3]], &[[1.0; 3]], 1);
+        assert!((0.2..0.4).contains(&one), "{one}");
+    }
+}

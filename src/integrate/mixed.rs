@@ -1,0 +1,319 @@
+//! Whether the chains have seen all of the light, and what the user is told if they have not.
+//!
+//! Three things can go wrong in a picture that looks smooth: chains disagree with each other (split R-hat), a chain stays where it is (stuck
+//! chains), or no chain has been where there is light. The last is what large steps find out: they are independent samples of the whole
+//! picture, so tile by tile their mean must be that of the chains.
+
+use super::error::{Groups, Tiles};
+use super::mmlt::{Chains, Light};
+use super::{Run, Stats};
+use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
+use crate::chain::monitor::{Monitor, TileMoments};
+use crate::film::{GROUPS, SplatFilm, Tiling};
+use serde::Serialize;
+
+/// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
+pub const MIXED: f64 = 1.1;
+/// Part of all light below which a depth or a strategy is not worth a warning: its own error is in the estimate.
+const MATTERS: f64 = 0.05;
+
+/// Figures of one depth.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DepthStats {
+    pub depth: u32,
+    /// Mean over the sampled raster region of the depth's target, and its standard error.
+    pub b: f64,
+    pub b_stderr: f64,
+    /// Part of all light.
+    pub share: f64,
+    pub chains: usize,
+    pub mutations: u64,
+    #[serde(flatten)]
+    pub mixing: Mixing,
+}
+
+impl DepthStats {
+    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree.
+    pub fn mixed(&self) -> bool {
+        self.apart().is_none()
+    }
+
+    /// The largest R-hat that is too large, where it matters.
+    fn apart(&self) -> Option<f64> {
+        let strategies = self.mixing.strategies.iter().map(|s| (s.rhat, s.share));
+        let all = std::iter::once((self.mixing.rhat, 1.0)).chain(strategies);
+        all.filter(|(_, share)| share * self.share >= MATTERS)
+            .filter_map(|(rhat, _)| rhat)
+            .filter(|rhat| *rhat > MIXED)
+            .max_by(f64::total_cmp)
+    }
+
+    /// The strategy whose chains agree least, of those that matter; or that with the most light.
+    fn worst_strategy(&self) -> Option<(u32, u32)> {
+        let strategies = self.mixing.strategies.iter();
+        let badness = |s: &&StrategyMixing| {
+            let matters = s.share * self.share >= MATTERS;
+            (s.rhat.filter(|_| matters).unwrap_or(0.0), s.share)
+        };
+        strategies
+            .max_by(|a, b| {
+                let (a, b) = (badness(a), badness(b));
+                a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+            })
+            .map(|s| (s.s, s.t))
+    }
+}
+
+/// Agreement of chains and large steps, tile by tile and depth by depth.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct CrossCheck {
+    /// Pairs of tiles and depths in which large steps have found light at all often enough to tell.
+    pub compared: u64,
+    /// Those in which they have found more than the chains, beyond chance.
+    pub missed: u64,
+    /// The one with the most missing light.
+    pub worst: Option<Missed>,
+}
+
+/// Light that the chains have not visited as often as they should have.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Missed {
+    pub depth: u32,
+    /// Pixels `[x0, x1, y0, y1]` of the tile.
+    pub tile: [u32; 4],
+    /// Mean radiance of the tile at this depth, by chains and by large steps, and the difference in standard errors.
+    pub chains: f64,
+    pub large_steps: f64,
+    pub deviation: f64,
+}
+
+/// Standard errors that are beyond chance, for a million comparisons.
+const BEYOND_CHANCE: f64 = 6.0;
+/// Large steps with light that make a mean in a tile.
+const ENOUGH: u64 = 16;
+
+/// Figures of every depth that has chains.
+pub(super) fn depths(run: &Run, chains: &Chains, light: &Light) -> Vec<DepthStats> {
+    let total: f64 = light.estimates.iter().map(|e| e.mean()).sum();
+    let mut list = Vec::new();
+    for (depth, plan) in run.world.plan.depths.iter().enumerate() {
+        let own = || chains.iter().filter(|(a, _)| a.depth == depth);
+        let Some((a, first)) = own().next() else {
+            continue;
+        };
+        let monitors: Vec<&Monitor> = own().filter_map(|(_, batch)| batch.monitor()).collect();
+        let b = light.estimates[depth].mean();
+        list.push(DepthStats {
+            depth: plan.depth,
+            b,
+            b_stderr: light.estimates[depth].error2().sqrt(),
+            share: if total > 0.0 { b / total } else { 0.0 },
+            chains: a.chains,
+            mutations: own()
+                .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
+                .sum(),
+            mixing: Mixing::of(plan.depth, first.iterations(), &monitors),
+        });
+    }
+    list
+}
+
+/// Fills in what is known of errors and mixing, and warns.
+pub(super) fn judge(
+    run: &Run,
+    film: &SplatFilm,
+    chains: &Chains,
+    light: &Light,
+    stats: &mut Stats,
+    warnings: &mut Vec<String>,
+) {
+    let depths = depths(run, chains, light);
+    let sums: Vec<Vec<[f64; GROUPS]>> = (0..film.layers()).map(|l| film.tile_weights(l)).collect();
+    let layers = sums.iter().enumerate().map(|(layer, sums)| Groups {
+        sums,
+        thrown: thrown(chains, layer),
+        scale: light.scales[layer],
+        relative_variance: light.relative_variance[layer],
+    });
+    let tiles = Tiles::of(film.tiling(), layers);
+    let check = cross_check(run, film.tiling(), chains, light, &sums);
+
+    let important = || depths.iter().filter(|d| d.share >= MATTERS);
+    let worst = |values: Vec<f64>, than: fn(f64, f64) -> f64| values.into_iter().reduce(than);
+    stats.rhat = worst(
+        important().filter_map(|d| d.mixing.rhat).collect(),
+        f64::max,
+    );
+    stats.ess = worst(important().filter_map(|d| d.mixing.ess).collect(), f64::min);
+    stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
+    warnings.extend(apart(&depths, &tiles, film.tiling()));
+    warnings.extend(stuck(run, film.tiling(), light, &depths, &tiles));
+    warnings.extend(missed(&check));
+    stats.depths = depths;
+    stats.tiles = Some(tiles);
+    stats.cross_check = Some(check);
+}
+
+/// Weight that each group of chains has thrown into a layer, all told.
+fn thrown(chains: &Chains, layer: usize) -> [f64; GROUPS] {
+    let mut thrown = [0.0; GROUPS];
+    for (a, batch) in chains.iter().filter(|(a, _)| a.layer == layer) {
+        for (to, chains) in thrown.iter_mut().zip(batch.groups()) {
+            *to += chains as f64 * f64::from(batch.iterations()) * a.share;
+        }
+    }
+    thrown
+}
+
+fn cross_check(
+    run: &Run,
+    tiling: &Tiling,
+    chains: &Chains,
+    light: &Light,
+    sums: &[Vec<[f64; GROUPS]>],
+) -> CrossCheck {
+    let mut check = CrossCheck::default();
+    let area = run.world.camera.region.area();
+    for (layer, sums) in sums.iter().enumerate() {
+        let mut large = vec![TileMoments::default(); tiling.len()];
+        let own = || chains.iter().filter(|(a, _)| a.layer == layer);
+        let depth = own().next().map(|(a, _)| a.depth);
+        // The sums of depths that share a layer are one.
+        if own().any(|(a, _)| Some(a.depth) != depth) {
+            continue;
+        }
+        let mut steps = 0;
+        for (_, batch) in own() {
+            let Some(monitor) = batch.monitor() else {
+                continue;
+            };
+            steps += batch.counts.large;
+            for (to, from) in large.iter_mut().zip(monitor.large()) {
+                to.count += from.count;
+                to.sum += from.sum;
+                to.squares += from.squares;
+            }
+        }
+        let (Some(depth), true) = (depth, steps > 1) else {
+            continue;
+        };
+        let groups = Groups {
+            sums,
+            thrown: thrown(chains, layer),
+            scale: light.scales[layer],
+            relative_variance: light.relative_variance[layer],
+        };
+        let by_chains = Tiles::of(tiling, std::iter::once(groups));
+        let n = steps as f64;
+        for (tile, moments) in large.iter().enumerate().filter(|(_, m)| m.count >= ENOUGH) {
+            check.compared += 1;
+            let per_pixel = area / f64::from(tiling.pixels(tile));
+            let mean = moments.sum / n * per_pixel;
+            let variance = (moments.squares / n - (moments.sum / n).powi(2)).max(0.0) / n;
+            let own = by_chains.stderr.as_ref().map_or(0.0, |s| s[tile]);
+            let error = (variance * per_pixel * per_pixel + own * own).sqrt();
+            let lack = mean - by_chains.mean[tile];
+            if lack <= BEYOND_CHANCE * error {
+                continue;
+            }
+            check.missed += 1;
+            let scale = f64::from(run.scene.film.scale);
+            let found = Missed {
+                depth: run.world.plan.depths[depth].depth,
+                tile: tiling.bounds(tile),
+                chains: by_chains.mean[tile] * scale,
+                large_steps: mean * scale,
+                deviation: lack / error,
+            };
+            let lack = |m: &Missed| m.large_steps - m.chains;
+            if check
+                .worst
+                .as_ref()
+                .is_none_or(|worst| lack(worst) < lack(&found))
+            {
+                check.worst = Some(found);
+            }
+        }
+    }
+    check
+}
+
+fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String> {
+    let all = || depths.iter().filter_map(|d| Some((d.apart()?, d)));
+    let (rhat, depth) = all().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let others = match all().count() - 1 {
+        0 => String::new(),
+        1 => ", and those of another depth".into(),
+        n => format!(", and those of {n} other depths"),
+    };
+    let (s, t) = depth.worst_strategy()?;
+    let stderr = tiles.stderr.iter().flatten();
+    let (tile, stderr) = stderr.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let [x0, x1, y0, y1] = tiling.bounds(tile);
+    Some(format!(
+        "chains disagree: those of depth {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}), least of all in strategy \
+         (s, t) = ({s}, {t}){others}; the picture can be smooth and wrong, and is least certain at pixels {x0}-{}, {y0}-{} (standard error \
+         {:.1} % there): more mutations are needed",
+        depth.depth,
+        x1 - 1,
+        y1 - 1,
+        100.0 * stderr / tiles.mean[tile]
+    ))
+}
+
+/// Chains that stayed in one state for so long that it shows: a pixel gets more from it than from all else.
+fn stuck(
+    run: &Run,
+    tiling: &Tiling,
+    light: &Light,
+    depths: &[DepthStats],
+    tiles: &Tiles,
+) -> Option<String> {
+    let mut spots: Vec<(f64, u32, &Stuck)> = Vec::new();
+    for d in depths {
+        let layer = (run
+            .world
+            .plan
+            .depths
+            .iter()
+            .position(|p| p.depth == d.depth))?
+        .min(light.scales.len() - 1);
+        for stuck in &d.mixing.stuck {
+            let around = tiles.mean[tiling.index([stuck.x, stuck.y])];
+            let excess = f64::from(stuck.iterations) * light.scales[layer] / around;
+            if excess > 1.0 {
+                spots.push((excess, d.depth, stuck));
+            }
+        }
+    }
+    let (excess, depth, worst) = spots.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "{} stuck for more than a tenth of the render, the worst of depth {depth}, strategy (s, t) = ({}, {}), at pixel {}, {}: expect a spot there, about {:.0} times as bright as its surroundings",
+        match spots.len() {
+            1 => "a chain was".into(),
+            n => format!("{n} chains were"),
+        },
+        worst.s,
+        worst.t,
+        worst.x as u32,
+        worst.y as u32,
+        1.0 + excess
+    ))
+}
+
+fn missed(check: &CrossCheck) -> Option<String> {
+    let worst = check.worst.as_ref()?;
+    let [x0, x1, y0, y1] = worst.tile;
+    Some(format!(
+        "chains miss light that independent samples find, in {} of {} tiles and depths, the most of it at depth {}, pixels {x0}-{}, {y0}-{}: \
+         {:.3} of {:.3} ({:.0} standard errors); more mutations or a larger --large-step would help",
+        check.missed,
+        check.compared,
+        worst.depth,
+        x1 - 1,
+        y1 - 1,
+        worst.chains,
+        worst.large_steps,
+        worst.deviation
+    ))
+}
