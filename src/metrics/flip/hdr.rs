@@ -24,12 +24,13 @@ const ACES: [f32; 6] = [
 /// The curve is past 1 long before; squares of more would overflow.
 const BRIGHTEST: f32 = 1e6;
 
-/// Brightness on the display that a picture's darkest and brightest parts are exposed to.
+/// Brightness on the display that the brightest pixel and the median are exposed to.
 const TARGET: f32 = 0.85;
 
 impl Exposures {
     /// The range of a reference (section 4 of the paper): its brightest pixel is shown at 0.85 at the first exposure, its median luminance at the
-    /// last; a stop or less apart, at least two. Where the median is black, pixels that are not give it. No light at all: 0 stops.
+    /// last (of an even number of pixels the greater of the two medians, as in the authors' program); a stop or less apart, at least two. Where
+    /// the median is black, pixels that are not give it. No light at all: 0 stops.
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
@@ -45,9 +46,9 @@ impl Exposures {
             };
         }
         let lit = luminances.partition_point(|l| *l <= 0.0);
-        let median = match median(&luminances) {
+        let median = match luminances[luminances.len() / 2] {
             m if m > 0.0 => m,
-            _ => median(&luminances[lit..]),
+            _ => luminances[(lit + luminances.len()) / 2],
         };
         let shown = shown_at_target();
         let start = (shown / brightest).log2();
@@ -63,12 +64,6 @@ impl Exposures {
         let step = (self.stop - self.start) / (self.count - 1) as f32;
         (0..self.count).map(move |i| self.start + i as f32 * step)
     }
-}
-
-/// Mean of the two values in the middle; of an odd number, of the middle one and the one before, as in the authors' program.
-fn median(sorted: &[f32]) -> f32 {
-    let middle = sorted.len() / 2;
-    0.5 * sorted[middle.saturating_sub(1)] + 0.5 * sorted[middle]
 }
 
 /// What ACES shows at [`TARGET`]: the greater root of a quadratic.
