@@ -42,7 +42,7 @@ pub struct CompareArgs {
     )]
     pub map: MapName,
 
-    /// Error that has the last colour of a .png [default: 1 for FLIP; else what 99 % of the pixels are below]
+    /// Error that has the last colour of a .png [default: 1 for FLIP; else a round number that 95 % of the pixels are below]
     #[arg(long, value_name = "MAX", value_parser = scale, help_heading = "Output")]
     pub scale: Option<f64>,
 

@@ -16,7 +16,7 @@ const FRAME: Color = [128, 128, 128];
 const NOT_FINITE: Color = [0, 200, 83];
 
 /// Part of the pixels whose errors are within the scale.
-const QUANTILE: f64 = 0.99;
+const QUANTILE: f64 = 0.95;
 
 /// Pixels of the narrowest legend that has room for its numbers.
 const NARROWEST: usize = 336;

@@ -55,7 +55,7 @@ fn whole(out: &mut String, figures: &Figures) {
         ("FLIP", number(figures.flip)),
         ("mean of A", number(figures.mean_a)),
         ("mean of B", number(figures.mean_b)),
-        ("mean A / mean B", ratio(figures)),
+        ("mean A / mean B", ratio(figures, 5)),
     ];
     for (name, value) in rows {
         table.row([name.into(), value]);
@@ -101,7 +101,7 @@ fn worst_tiles(out: &mut String, document: &Document, map: MapName) {
             number(figures.flip),
             number(figures.mean_a),
             number(figures.mean_b),
-            ratio(figures),
+            ratio(figures, 4),
         ]);
     }
     table.print(out);
@@ -111,6 +111,6 @@ fn decibels(value: f64) -> String {
     format!("{value:.2} dB")
 }
 
-fn ratio(figures: &Figures) -> String {
-    figures.ratio.map_or("-".into(), |r| digits(r, 4))
+fn ratio(figures: &Figures, count: usize) -> String {
+    figures.ratio.map_or("-".into(), |r| digits(r, count))
 }
