@@ -28,9 +28,9 @@ const BRIGHTEST: f32 = 1e6;
 const TARGET: f32 = 0.85;
 
 impl Exposures {
-    /// The range of a reference (section 4 of the paper): its brightest pixel is shown at 0.85 at the first exposure, its median luminance at the
-    /// last (of an even number of pixels the greater of the two medians, as in the authors' program); a stop or less apart, at least two. Where
-    /// the median is black, pixels that are not give it. No light at all: 0 stops.
+    /// The paper's range for a reference: its brightest luminance is shown at 0.85 at the first exposure, its median luminance at the last (of
+    /// an even number of pixels the greater of the two in the middle, as in the authors' program); about a stop apart, at least two. Where the
+    /// median is black, it is that of the pixels that are not. No light at all: 0 stops.
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
