@@ -1,5 +1,6 @@
 //! Every metric of two pictures, whole, by tiles and by pixels.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::Serialize;
@@ -93,7 +94,11 @@ impl<'a> Comparison<'a> {
     ) -> Self {
         assert_eq!(picture.len(), reference.len());
         assert!(picture.len().is_multiple_of(width.max(1)));
-        let finite = |pixels: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        let all_finite = picture.iter().chain(reference).all(is_finite);
+        let finite = |pixels: &'a [[f32; 3]]| -> Cow<'a, [[f32; 3]]> {
+            if all_finite {
+                return pixels.into();
+            }
             let pairs = pixels.iter().zip(picture.iter().zip(reference));
             pairs
                 .map(|(v, (p, r))| {

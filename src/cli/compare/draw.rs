@@ -6,7 +6,7 @@ use colorous::{MAGMA, RED_BLUE};
 use super::args::{CompareArgs, MapName};
 use super::canvas::{Canvas, Color, Text};
 use crate::cli::units::digits;
-use crate::formats::Picture;
+use crate::formats::{MAX_PIXELS, Picture};
 use crate::metrics::Figures;
 
 const PAPER: Color = [255, 255, 255];
@@ -30,8 +30,14 @@ struct Scale {
     signed: bool,
 }
 
-/// Draws the errors of pixels in rows of `width`; NaN is a pixel that is not finite.
-pub fn false_colors(errors: &[f32], width: u32, args: &CompareArgs, whole: &Figures) -> Picture {
+/// Draws the errors of pixels in rows of `width`; NaN is a pixel that is not finite. `None` if the legend makes a picture too large (one that
+/// is a few pixels high or wide, and millions long).
+pub fn false_colors(
+    errors: &[f32],
+    width: u32,
+    args: &CompareArgs,
+    whole: &Figures,
+) -> Option<Picture> {
     let width = width as usize;
     let height = errors.len() / width.max(1);
     let scale = Scale {
@@ -50,7 +56,11 @@ pub fn false_colors(errors: &[f32], width: u32, args: &CompareArgs, whole: &Figu
         width: full_width,
         top: height,
     };
-    let mut canvas = Canvas::new(full_width, height + legend.height(), PAPER);
+    let full_height = height + legend.height();
+    if full_width.saturating_mul(full_height) as u64 > MAX_PIXELS {
+        return None;
+    }
+    let mut canvas = Canvas::new(full_width, full_height, PAPER);
     let left = (full_width - width) / 2;
     for (i, error) in errors.iter().enumerate() {
         canvas.set(left + i % width, i / width, scale.color(*error));
@@ -64,7 +74,7 @@ pub fn false_colors(errors: &[f32], width: u32, args: &CompareArgs, whole: &Figu
         format!("mean {}", digits(mean, 4)),
     ];
     legend.draw(&mut canvas, &scale, &title, errors);
-    canvas.picture()
+    Some(canvas.picture())
 }
 
 /// 1 for FLIP; else a round number that most errors are below.

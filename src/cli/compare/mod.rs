@@ -141,7 +141,8 @@ fn write_map(
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("png"));
     let picture = if is_png {
-        draw::false_colors(errors, a.picture.width, args, whole)
+        let drawn = draw::false_colors(errors, a.picture.width, args, whole);
+        drawn.ok_or_else(|| Failure::Input(format!("{}: too large to be drawn", path.display())))?
     } else {
         Picture {
             pixels: errors.iter().map(|e| [*e; 3]).collect(),

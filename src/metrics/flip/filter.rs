@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use rayon::prelude::*;
 
 /// Weights of four filters, which act on the four components of pixels, over `2 * radius + 1` pixels.
-type Taps = Vec<[f32; 4]>;
+pub type Taps = Vec<[f32; 4]>;
 
 /// Contrast sensitivity (Andersson et al. 2020, table 1), as Gaussians `a sqrt(pi / b) exp(-pi^2 x^2 / b)`, `x` in degrees: `(a, b)` of
 /// lightness, red and green, and two whose sum is blue and yellow.

@@ -34,7 +34,8 @@ impl Exposures {
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
-            .map(|p| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2])
+            .map(|p| p.map(|v| v.max(0.0)))
+            .map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b)
             .collect();
         luminances.sort_unstable_by(f32::total_cmp);
         let brightest = luminances.last().copied().unwrap_or(0.0);
@@ -74,7 +75,7 @@ fn shown_at_target() -> f32 {
 }
 
 fn tone_map(x: f32) -> f32 {
-    let x = x.min(BRIGHTEST);
+    let x = x.clamp(0.0, BRIGHTEST);
     let shown =
         (ACES[0] * x * x + ACES[1] * x + ACES[2]) / (ACES[3] * x * x + ACES[4] * x + ACES[5]);
     shown.clamp(0.0, 1.0)
@@ -87,11 +88,7 @@ pub fn hdr(
     width: usize,
     ppd: f32,
 ) -> (Vec<f32>, Exposures) {
-    let light = |pixels: &[[f32; 3]]| -> Vec<[f32; 3]> {
-        pixels.iter().map(|p| p.map(|v| v.max(0.0))).collect()
-    };
-    let (picture, reference) = (light(picture), light(reference));
-    let exposures = Exposures::of(&reference);
+    let exposures = Exposures::of(reference);
     let mut greatest = vec![0.0f32; picture.len()];
     for stop in exposures.stops() {
         let factor = stop.exp2();
@@ -99,7 +96,7 @@ pub fn hdr(
             let pixels = pixels.iter();
             pixels.map(|p| p.map(|v| tone_map(v * factor))).collect()
         };
-        let errors = ldr(&shown(&picture), &shown(&reference), width, ppd);
+        let errors = ldr(&shown(picture), &shown(reference), width, ppd);
         greatest
             .iter_mut()
             .zip(errors)

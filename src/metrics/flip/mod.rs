@@ -31,6 +31,9 @@ const COLOR_EXPONENT: f32 = 0.7;
 const STRETCHED: (f32, f32) = (0.4, 0.95);
 const FEATURE_EXPONENT: f32 = 0.5;
 
+/// Rows filtered at a time: filtered pixels take several times the memory of the picture.
+const BAND: usize = 256;
+
 /// LDR-FLIP of each pixel, 0 to 1; pictures are linear sRGB in rows of `width`, clamped to 0 to 1. Symmetric. `ppd`: pixels per degree,
 /// within [`PPD_RANGE`].
 ///
@@ -41,8 +44,55 @@ pub fn ldr(picture: &[[f32; 3]], reference: &[[f32; 3]], width: usize, ppd: f32)
     if picture.is_empty() {
         return Vec::new();
     }
-    let ppd = ppd.clamp(PPD_RANGE[0], PPD_RANGE[1]);
-    let (contrast, (across, down)) = (filter::contrast(ppd), filter::features(ppd));
+    let filters = Filters::new(ppd.clamp(PPD_RANGE[0], PPD_RANGE[1]));
+    let height = picture.len() / width;
+    let mut errors = Vec::with_capacity(picture.len());
+    for start in (0..height).step_by(BAND) {
+        let end = (start + BAND).min(height);
+        // With all the rows that filters reach.
+        let (top, bottom) = (
+            start.saturating_sub(filters.radius()),
+            (end + filters.radius()).min(height),
+        );
+        let rows = top * width..bottom * width;
+        let band = ldr_band(&picture[rows.clone()], &reference[rows], width, &filters);
+        errors.extend_from_slice(&band[(start - top) * width..(end - top) * width]);
+    }
+    errors
+}
+
+struct Filters {
+    contrast: filter::Taps,
+    across: filter::Taps,
+    down: filter::Taps,
+}
+
+impl Filters {
+    fn new(ppd: f32) -> Self {
+        let (across, down) = filter::features(ppd);
+        Self {
+            contrast: filter::contrast(ppd),
+            across,
+            down,
+        }
+    }
+
+    fn radius(&self) -> usize {
+        self.contrast.len().max(self.down.len()) / 2
+    }
+}
+
+fn ldr_band(
+    picture: &[[f32; 3]],
+    reference: &[[f32; 3]],
+    width: usize,
+    filters: &Filters,
+) -> Vec<f32> {
+    let Filters {
+        contrast,
+        across,
+        down,
+    } = filters;
     let seen = |pixels: &[[f32; 3]]| {
         let opponent: Vec<[f32; 3]> = pixels
             .par_iter()
@@ -55,8 +105,8 @@ pub fn ldr(picture: &[[f32; 3]], reference: &[[f32; 3]], width: usize, ppd: f32)
             .map(|p| [(p[0] + 16.0) / 116.0; 4])
             .collect();
         (
-            filter::separable(&channels, width, &contrast, &contrast),
-            filter::separable(&luma, width, &across, &down),
+            filter::separable(&channels, width, contrast, contrast),
+            filter::separable(&luma, width, across, down),
         )
     };
     let ((p_colors, p_features), (r_colors, r_features)) = (seen(picture), seen(reference));
@@ -120,5 +170,17 @@ mod tests {
         assert!((flip([0.0; 3], [1.0; 3]) - expected).abs() < 1e-3);
         assert_eq!(flip([0.0; 3], [1.0; 3]), flip([1.0; 3], [0.0; 3]));
         assert!(ldr(&[], &[], 0, PPD).is_empty());
+    }
+
+    #[test]
+    fn bands_leave_no_seams() {
+        let picture = |phase: f32| -> Vec<[f32; 3]> {
+            let pixels = 0..3 * (2 * BAND + 9);
+            pixels
+                .map(|i| [0.1, 0.4, 1.5].map(|c| (c * i as f32 + phase).sin().abs()))
+                .collect()
+        };
+        let (p, r) = (picture(0.0), picture(0.3));
+        assert_eq!(ldr(&p, &r, 3, PPD), ldr_band(&p, &r, 3, &Filters::new(PPD)));
     }
 }
