@@ -10,7 +10,7 @@
 //!    square root of 2, to the power of 0.5.
 //! 4. `dE = dE_c^(1 - dE_f)`.
 //!
-//! [`hdr`] is HDR-FLIP. Both agree with the authors' program.
+//! [`hdr()`] is HDR-FLIP. Both agree with the authors' program.
 
 mod color;
 mod filter;
