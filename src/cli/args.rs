@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
 
+pub use super::compare::args::CompareArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::integrate::{Settings, Width};
 use crate::scene::{Film, IntegratorKind};
@@ -15,10 +16,10 @@ use crate::scene::{Film, IntegratorKind};
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
 /// pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect` and `bench` print.
+/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench` and `compare` print.
 ///
-/// Exit codes: 0 success; 1 a file could not be written; 2 bad arguments or a scene that cannot be used; 130 and 143 stopped by
-/// SIGINT and SIGTERM, with the picture so far written.
+/// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
+/// picture that cannot be used; 130 and 143 stopped by SIGINT and SIGTERM, with the picture so far written.
 #[derive(Debug, Parser)]
 #[command(
     name = "phalanx",
@@ -48,6 +49,7 @@ pub enum Command {
     Render(Box<RenderArgs>),
     Inspect(InspectArgs),
     Bench(BenchArgs),
+    Compare(CompareArgs),
 }
 
 /// Render a scene into picture files
@@ -380,7 +382,7 @@ fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
+pub(super) fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
     let value = number(text)?;
     if (least..=most).contains(&value) {
         Ok(value)

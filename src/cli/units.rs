@@ -33,6 +33,18 @@ pub fn percent(part: f64) -> String {
     format!("{value:.decimals$} %")
 }
 
+/// `0.01234`, `1.5e-7`: rounded to `count` digits, without zeros at the end.
+pub fn digits(value: f64, count: usize) -> String {
+    let exponential = format!("{value:.*e}", count.saturating_sub(1));
+    let rounded: f64 = exponential.parse().unwrap_or(value);
+    match rounded.abs() {
+        // Not "-0".
+        0.0 => "0".into(),
+        v if v.is_finite() && !(1e-4..1e7).contains(&v) => format!("{rounded:e}"),
+        _ => rounded.to_string(),
+    }
+}
+
 /// `12.3 MiB`
 pub fn bytes(count: u64) -> String {
     const PREFIXES: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
@@ -103,6 +115,23 @@ mod tests {
             (0.000_12, "0.012 %"),
         ] {
             assert_eq!(percent(part), text);
+        }
+    }
+
+    #[test]
+    fn digits_that_matter() {
+        let pairs = [
+            (0.012_345_6, "0.01235"),
+            (-0.5, "-0.5"),
+            (1234.56, "1235"),
+            (1.5e-7, "1.5e-7"),
+            (0.000_099_999, "0.0001"),
+            (2e30, "2e30"),
+            (-0.0, "0"),
+            (f64::INFINITY, "inf"),
+        ];
+        for (value, text) in pairs {
+            assert_eq!(digits(value, 4), text);
         }
     }
 

@@ -1,0 +1,198 @@
+//! `phalanx compare`: how far a picture is from a reference. To stdout, and into pictures of the error.
+
+pub mod args;
+mod canvas;
+mod draw;
+mod pictures;
+mod text;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+use self::args::{CompareArgs, Limit};
+use self::pictures::Input;
+use super::messages::Messages;
+use super::{Failure, outputs, units};
+use crate::film::output::{self, Attribute, AttributeValue};
+use crate::formats::Picture;
+use crate::metrics::{Comparison, Figures, Flip, NotFinite, Tile};
+
+pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
+    outputs::check_pictures(&args.output)?;
+    if let Some(path) = json_file {
+        outputs::check_text(path)?;
+    }
+    let inputs = pictures::read(&args.picture, &args.reference, messages)?;
+    let [a, b] = &inputs;
+    let kind = pictures::suitable_flip(&inputs);
+    let width = a.picture.width as usize;
+    let comparison = Comparison::new(&a.picture.pixels, &b.picture.pixels, width, kind, args.ppd);
+    let whole = comparison.whole().ok_or_else(|| {
+        let message = format!("no pixel is finite in both {} and {}", a.name, b.name);
+        Failure::Input(message)
+    })?;
+    let document = Document::new(args, &inputs, kind, &comparison, whole);
+    let json = || serde_json::to_string_pretty(&document).unwrap_or_default() + "\n";
+    if args.json.is_some() && json_file.is_none() {
+        outputs::print(&json())?;
+    } else {
+        outputs::print(&text::tables(&document, args.map))?;
+    }
+    if let Some(path) = json_file {
+        outputs::write_text(path, &json()).map_err(Failure::Io)?;
+        messages.say(format_args!("wrote {}", path.display()));
+    }
+    let errors = match args.output.is_empty() {
+        true => Vec::new(),
+        false => comparison.map(args.map.map()),
+    };
+    for path in &args.output {
+        write_map(path, args, a, &errors, &document.whole)?;
+        messages.say(format_args!("wrote {}", path.display()));
+    }
+    let broken = broken_limits(args, a, &document.whole);
+    if broken.is_empty() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    messages.error(broken.join("; "));
+    Ok(ExitCode::from(1))
+}
+
+/// All that is known, as JSON has it.
+#[derive(Serialize)]
+struct Document<'a> {
+    version: &'static str,
+    a: File<'a>,
+    b: File<'a>,
+    width: u32,
+    height: u32,
+    flip_settings: FlipSettings,
+    #[serde(flatten)]
+    whole: Figures,
+    tile_size: u32,
+    tiles: Vec<Tile>,
+}
+
+#[derive(Serialize)]
+struct File<'a> {
+    file: &'a str,
+    not_finite: Option<NotFinite>,
+}
+
+#[derive(Serialize)]
+struct FlipSettings {
+    /// `LDR` or `HDR`
+    kind: &'static str,
+    pixels_per_degree: f32,
+    /// For HDR: exposures, in stops.
+    exposures: Option<usize>,
+    first_exposure: Option<f32>,
+    last_exposure: Option<f32>,
+}
+
+impl<'a> Document<'a> {
+    fn new(
+        args: &CompareArgs,
+        [a, b]: &'a [Input; 2],
+        kind: Flip,
+        comparison: &Comparison,
+        whole: Figures,
+    ) -> Self {
+        let file = |input: &'a Input| File {
+            file: &input.name,
+            not_finite: input.not_finite,
+        };
+        let exposures = comparison.exposures;
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            a: file(a),
+            b: file(b),
+            width: a.picture.width,
+            height: a.picture.height,
+            flip_settings: FlipSettings {
+                kind: match kind {
+                    Flip::Ldr => "LDR",
+                    Flip::Hdr => "HDR",
+                },
+                pixels_per_degree: args.ppd,
+                exposures: exposures.map(|e| e.count),
+                first_exposure: exposures.map(|e| e.start),
+                last_exposure: exposures.map(|e| e.stop),
+            },
+            whole,
+            tile_size: args.tiles,
+            tiles: comparison.tiles(args.tiles as usize),
+        }
+    }
+}
+
+/// Writes the errors of pixels: as they are, or in false colours.
+fn write_map(
+    path: &Path,
+    args: &CompareArgs,
+    a: &Input,
+    errors: &[f32],
+    whole: &Figures,
+) -> Result<(), Failure> {
+    let is_png = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    let picture = if is_png {
+        let drawn = draw::false_colors(errors, a.picture.width, args, whole);
+        drawn.ok_or_else(|| Failure::Input(format!("{}: too large to be drawn", path.display())))?
+    } else {
+        Picture {
+            pixels: errors.iter().map(|e| [*e; 3]).collect(),
+            ..a.picture.clone()
+        }
+    };
+    let attributes = [
+        ("metric", args.map.title().to_string()),
+        ("picture", a.name.clone()),
+        ("reference", args.reference.display().to_string()),
+    ];
+    let attributes = attributes.map(|(name, text)| Attribute {
+        name: name.into(),
+        value: AttributeValue::Text(text),
+    });
+    outputs::save(path, |path| output::write(path, &picture, &attributes, 0.0)).map_err(Failure::Io)
+}
+
+/// What does not hold of what was asked for, and by how much.
+fn broken_limits(args: &CompareArgs, a: &Input, whole: &Figures) -> Vec<String> {
+    let number = |v: f64| units::digits(v, 4);
+    let above = |limit: &Limit| {
+        let value = limit.metric.value(whole);
+        (value > limit.value).then(|| {
+            format!(
+                "{} is {}, above {} by {}",
+                limit.metric.title(),
+                number(value),
+                limit.value,
+                number(value - limit.value)
+            )
+        })
+    };
+    let below = |limit: &Limit| {
+        let value = limit.metric.value(whole);
+        (value < limit.value).then(|| {
+            format!(
+                "{} is {} dB, below {} by {}",
+                limit.metric.title(),
+                number(value),
+                limit.value,
+                number(limit.value - value)
+            )
+        })
+    };
+    let limited = !args.max.is_empty() || !args.min.is_empty();
+    let not_finite = a.not_finite.filter(|_| limited);
+    let not_finite =
+        not_finite.map(|bad| format!("{}: {} not finite", a.name, pictures::count(bad.pixels)));
+    let above = args.max.iter().filter_map(above);
+    let below = args.min.iter().filter_map(below);
+    above.chain(below).chain(not_finite).collect()
+}
