@@ -1,10 +1,11 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
 //! Everything here is a thin layer over [`scene::load`](crate::scene::load), [`integrate::render`](crate::integrate::render)
-//! and [`integrate::measure`](crate::integrate::measure); what it adds is messages, signals and files.
+//! [`integrate::measure`](crate::integrate::measure) and [`converge::run`](crate::converge::run); what it adds is messages, signals and files.
 
 pub mod args;
 mod bench;
+mod converge;
 mod cpu;
 mod input;
 mod inspect;
@@ -53,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => args.quiet,
         Command::Inspect(_) => false,
         Command::Bench(args) => args.quiet,
+        Command::Converge(args) => args.quiet,
     };
     let messages = Messages::new(cli.color, quiet);
     if let Some(note) = cpu::slow_build() {
@@ -62,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(args, messages),
         Command::Inspect(args) => inspect::run(args, messages),
         Command::Bench(args) => bench::run(args, messages),
+        Command::Converge(args) => converge::run(args, messages),
     };
     match done {
         Ok(code) => code,
