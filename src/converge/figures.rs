@@ -29,7 +29,7 @@ pub struct VariantFigures {
     pub cost: Cost,
     /// Budgets that have runs.
     pub budgets: Vec<BudgetFigures>,
-    /// Through the means of those budgets that the reference is good enough for.
+    /// Error over seconds of rendering, without the start; through the means of those budgets that the reference is good enough for.
     pub line: Option<Line>,
     pub slope: Option<Estimate>,
     pub targets: Vec<TargetFigures>,
@@ -64,7 +64,7 @@ impl BudgetFigures {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TargetFigures {
     pub relmse: f64,
-    /// Along the line; `None` if there is none, or it does not fall.
+    /// Start, and render time along the line; `None` if there is none, or it does not fall.
     pub seconds: Option<Estimate>,
     /// Outside the times that the line was fitted to.
     pub extrapolated: bool,
@@ -123,8 +123,16 @@ struct Statistics {
     efficiency: Option<Estimate>,
 }
 
+/// Over the seeds of a budget.
+struct Means {
+    start: f64,
+    seconds: f64,
+    error: f64,
+}
+
 /// Of one variant's runs. Errors are means over seeds before they are logarithms: single runs may be negative, and a mean of
-/// logarithms is not the logarithm of the mean.
+/// logarithms is not the logarithm of the mean. Lines go through errors over the time after the start (tree and bootstrap), which is what a
+/// longer render has more of; times to an error have the start added again.
 fn statistics(
     runs: &[&Run],
     reference: &ReferenceFigures,
@@ -159,17 +167,28 @@ fn statistics(
     let mut seeds: Vec<u64> = runs.iter().map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
-    // Mean time and error at a budget, without one seed.
+    // Mean start, whole time and error at a budget, without one seed.
     let mean = |i: usize, out: Option<u64>| {
         let kept: Vec<&&Run> = at(i).filter(|r| Some(r.seed) != out).collect();
         let of =
             |value: fn(&Run) -> f64| kept.iter().map(|r| value(r)).sum::<f64>() / kept.len() as f64;
-        let point = (of(|r| r.seconds), of(|r| r.relmse_corrected));
-        (!kept.is_empty() && point.0 > 0.0 && point.1 > 0.0).then_some(point)
+        let point = Means {
+            start: of(Run::start_seconds),
+            seconds: of(|r| r.seconds),
+            error: of(|r| r.relmse_corrected),
+        };
+        (!kept.is_empty() && point.error > 0.0).then_some(point)
     };
-    let line = |out: Option<u64>| {
-        let points: Vec<(f64, f64)> = clear.iter().filter_map(|c| mean(c.0, out)).collect();
-        Line::fit(&points)
+    let points =
+        |out: Option<u64>| -> Vec<Means> { clear.iter().filter_map(|c| mean(c.0, out)).collect() };
+    let line = |points: &[Means]| {
+        let logs = points.iter().map(|p| (p.seconds - p.start, p.error));
+        Line::fit(&logs.collect::<Vec<_>>())
+    };
+    let reach = |relmse: f64, out: Option<u64>| {
+        let points = points(out);
+        let start = points.iter().map(|p| p.start).sum::<f64>() / points.len() as f64;
+        Some((start + line(&points)?.reach(relmse)?).log10())
     };
     let times = || clear.iter().map(|c| c.1);
     let (least, most) = (
@@ -177,7 +196,7 @@ fn statistics(
         times().fold(0.0, f64::max),
     );
     let target = |relmse: f64| {
-        let seconds = Estimate::jackknife(&seeds, |out| Some(line(out)?.reach(relmse)?.log10()));
+        let seconds = Estimate::jackknife(&seeds, |out| reach(relmse, out));
         let seconds = seconds.map(Estimate::exp10);
         TargetFigures {
             relmse,
@@ -186,12 +205,13 @@ fn statistics(
         }
     };
     let efficiency = |out: Option<u64>| {
-        let (seconds, error) = mean(clear.last()?.0, out)?;
-        Some(-(seconds * error).log10())
+        let p = mean(clear.last()?.0, out)?;
+        let efficiency = -(p.seconds * p.error).log10();
+        efficiency.is_finite().then_some(efficiency)
     };
     Statistics {
-        line: line(None),
-        slope: Estimate::jackknife(&seeds, |out| Some(line(out)?.slope)),
+        line: line(&points(None)),
+        slope: Estimate::jackknife(&seeds, |out| Some(line(&points(out))?.slope)),
         targets: TARGETS.map(target).into(),
         efficiency: Estimate::jackknife(&seeds, efficiency).map(Estimate::exp10),
         budgets,
@@ -254,6 +274,19 @@ mod tests {
         // Errors that scatter by 10 % leave 5.8 % for the mean of three.
         let relative = efficiency.relative().unwrap();
         assert!((0.05..0.07).contains(&relative), "{relative}");
+    }
+
+    #[test]
+    fn the_start_bends_no_line() {
+        let mut all = runs(&[1.0, 1.0], 0.0);
+        for run in &mut all {
+            run.bootstrap_seconds = 2.0;
+            run.seconds += 2.0;
+        }
+        let s = figures(&all, 0.0);
+        assert!((s.slope.unwrap().value + 1.0).abs() < 1e-9);
+        let time = |i: usize| s.targets[i].seconds.unwrap().value;
+        assert!((time(0) - 2.4).abs() < 1e-9 && (time(1) - 6.0).abs() < 1e-9);
     }
 
     #[test]

@@ -186,6 +186,12 @@ impl Budgets {
         (0..self.count).map(|i| self.get(i)).sum()
     }
 
+    /// A variant with this cost cannot even start in budget `i`, and others are larger.
+    pub fn is_too_small(&self, i: usize, cost: &Cost) -> bool {
+        let least = cost.seconds(1);
+        self.unit == BudgetUnit::Seconds && i + 1 < self.count && self.get(i) < least
+    }
+
     /// The effort that `amount`, in the budgets' unit, buys.
     pub fn effort(&self, amount: f64, cost: &Cost) -> u64 {
         let effort = match self.unit {
@@ -222,12 +228,13 @@ pub struct Turn {
     pub variant: usize,
 }
 
-/// All runs, smallest budgets first: what is done when the user stops is a smaller study. Within a round of one seed the
-/// variants of a scene take turns, and each round another one begins, so that none always runs after the same neighbour.
+/// All runs. Each round, of one seed, goes through all budgets, and in each the variants of a scene take turns, another one first each time:
+/// a machine that becomes slower does so for all variants and all budgets, and what is left of that is in the scatter over seeds.
+/// With all seeds of a budget in a row it would be in the slopes, unseen.
 pub fn order(budgets: usize, seeds: u64, variants: &[usize]) -> Vec<Turn> {
     let mut turns = Vec::new();
-    for budget in 0..budgets {
-        for round in 0..seeds {
+    for round in 0..seeds {
+        for budget in 0..budgets {
             for (scene, &count) in variants.iter().enumerate() {
                 let shift = (budget as u64 + round) as usize;
                 turns.extend((0..count).map(|i| Turn {
@@ -337,6 +344,17 @@ mod tests {
             assert!((cost.seconds(*effort) - budgets.get(i)).abs() <= cost.seconds_per_effort);
         }
         assert_eq!(budgets.total(), 15.0);
+        let slow = Cost {
+            start_seconds: 100.0,
+            ..cost
+        };
+        let too_small = |cost| {
+            (0..4)
+                .map(|i| budgets.is_too_small(i, cost))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(too_small(&cost), [false; 4]);
+        assert_eq!(too_small(&slow), [true, true, true, false]);
         // Less than the start takes, and costs that are nothing.
         assert_eq!(budgets.effort(0.1, &cost), 1);
         assert_eq!(budgets.effort(1.0, &Cost::default()), MAX_EFFORT);
@@ -355,8 +373,8 @@ mod tests {
         for (i, turn) in turns.iter().enumerate() {
             assert!(!turns[..i].contains(turn));
         }
-        assert!(turns.is_sorted_by_key(|t| t.budget));
-        let firsts: Vec<usize> = turns.chunks(4).map(|round| round[0].variant).collect();
-        assert_eq!(firsts, [0, 1, 1, 2, 2, 0]);
+        assert!(turns.is_sorted_by_key(|t| (t.round, t.budget)));
+        let firsts: Vec<usize> = turns.chunks(4).map(|part| part[0].variant).collect();
+        assert_eq!(firsts, [0, 1, 2, 1, 2, 0]);
     }
 }

@@ -64,6 +64,13 @@ pub struct Run {
     pub within_reference_error: bool,
 }
 
+impl Run {
+    /// What it takes before the first mutation or sample.
+    pub fn start_seconds(&self) -> f64 {
+        self.build_seconds + self.bootstrap_seconds
+    }
+}
+
 /// A picture to look at, and where it is wrong.
 #[derive(Clone, Debug)]
 pub struct Shown {
@@ -150,6 +157,8 @@ impl Observer for Stop<'_> {
 
 /// Longest trial run; the shortest is the first budget, if it is less.
 const TRIAL_SECONDS: f64 = 0.5;
+/// Trial runs of full length. The fastest counts: what else a machine does makes runs slower, never faster.
+const TRIALS: u32 = 3;
 
 /// Runs everything; `None` if it was stopped before there was anything to report.
 ///
@@ -201,6 +210,10 @@ pub fn study(
         watch.begins(Step::Run(turn));
         let cost = &scenery.costs[turn.variant];
         let amount = options.budgets.get(turn.budget);
+        if options.budgets.is_too_small(turn.budget, cost) {
+            watch.ended(amount, None);
+            continue;
+        }
         let effort = options.budgets.effort(amount, cost);
         let mut settings = with_effort(&subject.variants[turn.variant].settings, effort);
         settings.seed = options.first_seed.wrapping_add(turn.round);
@@ -332,31 +345,47 @@ fn trial(
     }
     let enough = options.budgets.first.min(TRIAL_SECONDS);
     let mut effort = 1;
-    loop {
+    let mut best = Cost {
+        start_seconds: f64::INFINITY,
+        seconds_per_effort: f64::INFINITY,
+    };
+    let mut long_enough = 0;
+    while long_enough < TRIALS {
         let Some(done) = whole(scene, &with_effort(settings, effort), watch)? else {
             return Ok(None);
         };
         let rendering = done.stats.render_seconds.max(1e-6);
+        let start = done.stats.build_seconds + done.stats.bootstrap_seconds;
+        best.start_seconds = best.start_seconds.min(start);
         // A picture of nothing takes no time however often it is asked for.
-        if rendering >= enough || effort >= 1 << 20 {
-            return Ok(Some(Cost {
-                start_seconds: done.stats.build_seconds + done.stats.bootstrap_seconds,
-                seconds_per_effort: rendering / effort as f64,
-            }));
+        if rendering < enough && effort < 1 << 20 && long_enough == 0 {
+            let growth = (1.2 * enough / rendering).clamp(2.0, 16.0);
+            effort = (effort as f64 * growth).ceil() as u64;
+            continue;
         }
-        let growth = (1.2 * enough / rendering).clamp(2.0, 16.0);
-        effort = (effort as f64 * growth).ceil() as u64;
+        best.seconds_per_effort = best.seconds_per_effort.min(rendering / effort as f64);
+        long_enough += 1;
     }
+    Ok(Some(best))
 }
 
 fn slow_starts(subject: &Subject, options: &Options, costs: &[Cost], warnings: &mut Vec<String>) {
     let names = super::plan::names(&subject.variants);
+    let budgets = &options.budgets;
     for (name, cost) in names.iter().zip(costs) {
-        let least = cost.seconds(1);
-        if options.budgets.unit == BudgetUnit::Seconds && least > options.budgets.first {
+        let left_out = (0..budgets.count)
+            .filter(|i| budgets.is_too_small(*i, cost))
+            .count();
+        if left_out > 0 {
+            let s = if left_out == 1 { "" } else { "s" };
             warnings.push(format!(
-                "{}: {name} takes {least:.2} s at least, more than the first budget of {} s",
-                subject.name, options.budgets.first
+                "{}: {name} takes {:.2} s at least, and leaves out the first budget{s} of {}",
+                subject.name,
+                cost.seconds(1),
+                (0..left_out)
+                    .map(|i| format!("{} s", budgets.get(i)))
+                    .collect::<Vec<_>>()
+                    .join(", "),
             ));
         }
     }
@@ -410,7 +439,8 @@ fn render_reference(
     }))
 }
 
-/// Pictures of the budget under way, and of the one before it.
+/// Pictures of the first round: of the budget under way, and of the largest that all variants have been through. Later rounds add to
+/// the errors of the last.
 #[derive(Default)]
 struct Gallery {
     budget: usize,
@@ -427,9 +457,15 @@ impl Gallery {
         run: &Run,
         reference: &Reference,
     ) {
-        if self.current.is_empty() || turn.budget != self.budget {
-            self.before = std::mem::replace(&mut self.current, vec![None; variants]);
+        if turn.round == 0 && (self.current.is_empty() || turn.budget != self.budget) {
+            let last = std::mem::replace(&mut self.current, vec![None; variants]);
+            if last.iter().all(Option::is_some) {
+                self.before = last;
+            }
             self.budget = turn.budget;
+        }
+        if turn.budget != self.budget {
+            return;
         }
         let pixel = |i: usize| relmse(&pixels[i..=i], &reference.pixels[i..=i]) as f32;
         let errors = (0..pixels.len()).map(pixel);
@@ -455,6 +491,7 @@ impl Gallery {
     fn shown(self) -> Vec<Shown> {
         let whole = |list: Vec<Option<Shown>>| list.into_iter().collect::<Option<Vec<Shown>>>();
         whole(self.current)
+            .filter(|list| !list.is_empty())
             .or_else(|| whole(self.before))
             .unwrap_or_default()
     }

@@ -319,7 +319,9 @@ fn guide(chart: &Chart, axes: &Axes, clip: &str) -> Option<Group> {
         return (length > 0.0).then_some(all);
     }
     let angle = dy.atan2(dx).to_degrees();
-    let (x, y) = (a.0 + 0.5 * (b.0 - a.0), a.1 + 0.5 * (b.1 - a.1) - 5.0);
+    // Near the upper end, where curves are rarely.
+    let along = 45.0 / dx.hypot(dy);
+    let (x, y) = (a.0 + along * dx + 3.0, a.1 + along * dy - 4.0);
     let turn = format!("rotate({} {} {})", round(angle), round(x), round(y));
     let label = text(x, y, "slope \u{2212}1", "middle")
         .set("font-size", 11)

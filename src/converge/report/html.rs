@@ -122,15 +122,22 @@ fn section(scene: &SceneStudy, index: usize) -> Result<String, String> {
     ))
 }
 
-/// Cells are HTML.
+/// Cells are HTML. One that is empty belongs to the row above.
 fn row(cells: &[String]) -> String {
+    let class = match cells.first() {
+        Some(first) if first.is_empty() => "",
+        _ => " class=\"head\"",
+    };
     let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    format!("<tr>{cells}</tr>\n")
+    format!("<tr{class}>{cells}</tr>\n")
 }
 
 fn table(caption: &str, header: &[(String, &str)], body: &str) -> String {
     let header: String = (header.iter())
-        .map(|(name, unit)| format!("<th>{name}<small>{unit}</small></th>"))
+        .map(|(name, unit)| {
+            let unit = if unit.is_empty() { "&nbsp;" } else { unit };
+            format!("<th>{name}<small>{unit}</small></th>")
+        })
         .collect();
     format!(
         "<table><caption>{caption}</caption><thead><tr>{header}</tr></thead>\n<tbody>\n{body}</tbody></table>"
