@@ -34,6 +34,8 @@ pub struct Options {
     pub reference_factor: f64,
     /// Independent parts of such a reference, at least 2.
     pub reference_parts: u64,
+    /// Stops by which the pictures of the report are brightened.
+    pub exposure: f32,
     /// What the user typed, for the record.
     pub command: String,
 }
@@ -93,6 +95,8 @@ pub struct Study {
     pub budgets: Budgets,
     pub seeds: u64,
     pub first_seed: u64,
+    #[serde(skip)]
+    pub exposure: f32,
     /// The user ended it before all was done.
     pub stopped: bool,
     pub scenes: Vec<SceneStudy>,
@@ -255,6 +259,7 @@ pub fn study(
         budgets: options.budgets,
         seeds: options.seeds,
         first_seed: options.first_seed,
+        exposure: options.exposure,
         stopped,
         scenes,
         warnings,

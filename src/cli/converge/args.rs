@@ -6,7 +6,7 @@ use clap::{Args, value_parser};
 
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::cli::args::{
-    Integrator, Lanes, MAX_BOOTSTRAP, number_in, probability, resolution, sigma,
+    Integrator, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
 use crate::integrate::Width;
@@ -228,6 +228,16 @@ pub struct ConvergeArgs {
     )]
     pub output: PathBuf,
 
+    /// Brighten the report's pictures by EV stops (darken, if negative)
+    #[arg(
+        long,
+        value_name = "EV",
+        default_value = "0",
+        value_parser = exposure,
+        help_heading = "Output"
+    )]
+    pub exposure: f32,
+
     /// Write all figures to FILE, as JSON; `-` is stdout, and takes the place of the tables
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
@@ -261,6 +271,7 @@ fn any(_: IntegratorKind) -> bool {
     true
 }
 
+/// Those that mutate paths.
 fn metropolis(kind: IntegratorKind) -> bool {
     matches!(kind, IntegratorKind::Mmlt)
 }

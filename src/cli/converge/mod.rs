@@ -115,6 +115,7 @@ fn options(args: &ConvergeArgs) -> Options {
         first_seed: args.seed,
         reference_factor: args.reference_factor,
         reference_parts: args.reference_parts,
+        exposure: args.exposure,
         command: command(),
     }
 }

@@ -72,12 +72,18 @@ pub fn map(errors: &[f32], width: u32, height: u32, scale: Scale) -> Result<Stri
     data_uri(&bytes, width, height)
 }
 
-/// A picture, in sRGB.
-pub fn picture(pixels: &[[f32; 3]], width: u32, height: u32) -> Result<String, String> {
+/// A picture in sRGB, brightened by `exposure` stops.
+pub fn picture(
+    pixels: &[[f32; 3]],
+    width: u32,
+    height: u32,
+    exposure: f32,
+) -> Result<String, String> {
+    let factor = exposure.exp2();
     let bytes: Vec<u8> = pixels
         .as_flattened()
         .iter()
-        .map(|v| srgb::encode_u8(*v))
+        .map(|v| srgb::encode_u8(v * factor))
         .collect();
     data_uri(&bytes, width, height)
 }
@@ -120,12 +126,14 @@ mod tests {
 
     #[test]
     fn pictures_survive_their_encoding() {
-        let uri = picture(&[[0.0; 3], [1.0, 0.0, 0.0]], 2, 1).unwrap();
+        let uri = picture(&[[0.0; 3], [0.5, 0.0, 0.0]], 2, 1, 1.0).unwrap();
         let png = STANDARD
             .decode(uri.strip_prefix("data:image/png;base64,").unwrap())
             .unwrap();
         let image = image::load_from_memory(&png).unwrap().to_rgb8();
         assert_eq!(image.into_raw(), [0, 0, 0, 255, 0, 0]);
-        assert!(picture(&[], 0, 0).is_err() && map(&[0.0], 2, 1, Scale { high: 0.0 }).is_err());
+        assert!(
+            picture(&[], 0, 0, 0.0).is_err() && map(&[0.0], 2, 1, Scale { high: 0.0 }).is_err()
+        );
     }
 }

@@ -19,7 +19,7 @@ const LEAST_WIDTH: u32 = 480;
 pub fn page(study: &Study) -> Result<String, String> {
     let mut scenes = String::new();
     for (i, scene) in study.scenes.iter().enumerate() {
-        scenes += &section(scene, i)?;
+        scenes += &section(study, scene, i)?;
     }
     let names: Vec<&str> = study
         .scenes
@@ -104,7 +104,7 @@ fn facts(study: &Study) -> String {
     rows.iter().map(row).collect()
 }
 
-fn section(scene: &SceneStudy, index: usize) -> Result<String, String> {
+fn section(study: &Study, scene: &SceneStudy, index: usize) -> Result<String, String> {
     let figures = &scene.figures;
     let chart = chart::element(&chart::of(scene), &format!("scene-{index}-"));
     Ok(fill(
@@ -117,7 +117,7 @@ fn section(scene: &SceneStudy, index: usize) -> Result<String, String> {
             ("summary", &summary(figures)),
             ("notes", &notes(figures)),
             ("budgets", &budgets(figures)),
-            ("pictures", &pictures(scene, index)?),
+            ("pictures", &pictures(study, scene, index)?),
         ],
     ))
 }
@@ -221,7 +221,7 @@ fn budgets(figures: &SceneFigures) -> String {
     table("Means over seeds", &header, &body)
 }
 
-fn pictures(scene: &SceneStudy, index: usize) -> Result<String, String> {
+fn pictures(study: &Study, scene: &SceneStudy, index: usize) -> Result<String, String> {
     let figures = &scene.figures;
     let (width, height) = (figures.width, figures.height);
     if scene.shown.is_empty() {
@@ -232,7 +232,7 @@ fn pictures(scene: &SceneStudy, index: usize) -> Result<String, String> {
     let image = |id: &str, alt: &str, uri: &str| {
         format!("<img id=\"{id}\" alt=\"{}\" src=\"{uri}\">", escape(alt))
     };
-    let reference = heat::picture(&scene.reference, width, height)?;
+    let reference = heat::picture(&scene.reference, width, height, study.exposure)?;
     let mut gallery = format!(
         "<figure><div>{}</div><figcaption>Reference</figcaption></figure>\n",
         image(&id("reference", 0), "Reference", &reference)
@@ -240,7 +240,7 @@ fn pictures(scene: &SceneStudy, index: usize) -> Result<String, String> {
     let mut options = vec![(id("reference", 0), "Reference".to_string())];
     let mut maps = Vec::new();
     for (i, (shown, variant)) in scene.shown.iter().zip(&figures.variants).enumerate() {
-        let picture = heat::picture(&shown.pixels, width, height)?;
+        let picture = heat::picture(&shown.pixels, width, height, study.exposure)?;
         let map = heat::map(&shown.errors, width, height, scale)?;
         let error = format!("Error of {}", variant.name);
         gallery += &format!(
@@ -264,6 +264,10 @@ fn pictures(scene: &SceneStudy, index: usize) -> Result<String, String> {
         };
         options.iter().enumerate().map(option).collect()
     };
+    let heading = match study.budgets.unit {
+        BudgetUnit::Seconds => "Pictures at equal time",
+        BudgetUnit::Effort => "Pictures at the largest budget",
+    };
     // The first two variants beside each other; one, beside the reference.
     let (left, right) = if scene.shown.len() > 1 {
         (1, 2)
@@ -281,6 +285,7 @@ fn pictures(scene: &SceneStudy, index: usize) -> Result<String, String> {
         PICTURES,
         &[
             ("index", &index.to_string()),
+            ("heading", heading),
             ("left", &choose(left)),
             ("right", &choose(right)),
             ("width", &width.to_string()),
