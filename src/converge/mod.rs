@@ -13,7 +13,9 @@
 
 pub mod figures;
 pub mod fit;
+pub mod gallery;
 pub mod plan;
 pub mod reference;
 pub mod report;
 pub mod run;
+mod trial;

@@ -1,8 +1,10 @@
-//! Trial runs, references, and the runs themselves, one at a time on all threads.
+//! References, and the runs themselves, one at a time on all threads.
 
 use super::figures::{SceneFigures, scene_figures};
-use super::plan::{BudgetUnit, Budgets, Cost, Turn, Variant, order, with_effort};
+use super::gallery::{Gallery, Shown};
+use super::plan::{Budgets, Cost, Turn, Variant, order, with_effort};
 use super::reference::{Parts, Reference, ReferenceFigures};
+use super::trial::{costs, slow_starts, trial};
 use crate::integrate::measure::Machine;
 use crate::integrate::{Observer, Render, RenderError, Settings, render};
 use crate::metrics::relmse;
@@ -71,17 +73,6 @@ impl Run {
     pub fn start_seconds(&self) -> f64 {
         self.build_seconds + self.bootstrap_seconds
     }
-}
-
-/// A picture to look at, and where it is wrong.
-#[derive(Clone, Debug)]
-pub struct Shown {
-    pub pixels: Vec<[f32; 3]>,
-    /// Relative squared error of each pixel, mean over channels and `runs` seeds.
-    pub errors: Vec<f32>,
-    pub runs: u32,
-    pub seconds: f64,
-    pub relmse_corrected: f64,
 }
 
 /// Everything there is to report.
@@ -158,11 +149,6 @@ impl Observer for Stop<'_> {
         self.0.stop()
     }
 }
-
-/// Longest trial run; the shortest is the first budget, if it is less.
-const TRIAL_SECONDS: f64 = 0.5;
-/// Trial runs of full length. The fastest counts: what else a machine does makes runs slower, never faster.
-const TRIALS: u32 = 3;
 
 /// Runs everything; `None` if it was stopped before there was anything to report.
 ///
@@ -276,7 +262,7 @@ struct Scenery {
 }
 
 /// Renders; `None` if the user stopped it.
-fn whole(
+pub(super) fn whole(
     scene: &Scene,
     settings: &Settings,
     watch: &dyn Watch,
@@ -317,82 +303,6 @@ fn record(
         relmse: measured,
         relmse_corrected: corrected,
         within_reference_error: reference.figures.drowns(corrected),
-    }
-}
-
-/// What each variant of a scene costs; nothing is tried where budgets are efforts. `None`: stopped.
-fn costs(
-    scene: usize,
-    subject: &Subject,
-    options: &Options,
-    watch: &dyn Watch,
-) -> Result<Option<Vec<Cost>>, RenderError> {
-    let mut costs = Vec::new();
-    for (variant, v) in subject.variants.iter().enumerate() {
-        watch.begins(Step::Trial { scene, variant });
-        match trial(&subject.scene, &v.settings, options, watch)? {
-            Some(cost) => costs.push(cost),
-            None => return Ok(None),
-        }
-    }
-    Ok(Some(costs))
-}
-
-/// Renders with growing effort until a clock can measure it.
-fn trial(
-    scene: &Scene,
-    settings: &Settings,
-    options: &Options,
-    watch: &dyn Watch,
-) -> Result<Option<Cost>, RenderError> {
-    if options.budgets.unit == BudgetUnit::Effort {
-        return Ok(Some(Cost::default()));
-    }
-    let enough = options.budgets.first.min(TRIAL_SECONDS);
-    let mut effort = 1;
-    let mut best = Cost {
-        start_seconds: f64::INFINITY,
-        seconds_per_effort: f64::INFINITY,
-    };
-    let mut long_enough = 0;
-    while long_enough < TRIALS {
-        let Some(done) = whole(scene, &with_effort(settings, effort), watch)? else {
-            return Ok(None);
-        };
-        let rendering = done.stats.render_seconds.max(1e-6);
-        let start = done.stats.build_seconds + done.stats.bootstrap_seconds;
-        best.start_seconds = best.start_seconds.min(start);
-        // A picture of nothing takes no time however often it is asked for.
-        if rendering < enough && effort < 1 << 20 && long_enough == 0 {
-            let growth = (1.2 * enough / rendering).clamp(2.0, 16.0);
-            effort = (effort as f64 * growth).ceil() as u64;
-            continue;
-        }
-        best.seconds_per_effort = best.seconds_per_effort.min(rendering / effort as f64);
-        long_enough += 1;
-    }
-    Ok(Some(best))
-}
-
-fn slow_starts(subject: &Subject, options: &Options, costs: &[Cost], warnings: &mut Vec<String>) {
-    let names = super::plan::names(&subject.variants);
-    let budgets = &options.budgets;
-    for (name, cost) in names.iter().zip(costs) {
-        let left_out = (0..budgets.count)
-            .filter(|i| budgets.is_too_small(*i, cost))
-            .count();
-        if left_out > 0 {
-            let s = if left_out == 1 { "" } else { "s" };
-            warnings.push(format!(
-                "{}: {name} takes {:.2} s at least, and leaves out the first budget{s} of {}",
-                subject.name,
-                cost.seconds(1),
-                (0..left_out)
-                    .map(|i| format!("{} s", budgets.get(i)))
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            ));
-        }
     }
 }
 
@@ -442,62 +352,4 @@ fn render_reference(
             seconds: taken,
         },
     }))
-}
-
-/// Pictures of the first round: of the budget under way, and of the largest that all variants have been through. Later rounds add to
-/// the errors of the last.
-#[derive(Default)]
-struct Gallery {
-    budget: usize,
-    current: Vec<Option<Shown>>,
-    before: Vec<Option<Shown>>,
-}
-
-impl Gallery {
-    fn add(
-        &mut self,
-        turn: &Turn,
-        variants: usize,
-        pixels: Vec<[f32; 3]>,
-        run: &Run,
-        reference: &Reference,
-    ) {
-        if turn.round == 0 && (self.current.is_empty() || turn.budget != self.budget) {
-            let last = std::mem::replace(&mut self.current, vec![None; variants]);
-            if last.iter().all(Option::is_some) {
-                self.before = last;
-            }
-            self.budget = turn.budget;
-        }
-        if turn.budget != self.budget {
-            return;
-        }
-        let pixel = |i: usize| relmse(&pixels[i..=i], &reference.pixels[i..=i]) as f32;
-        let errors = (0..pixels.len()).map(pixel);
-        match &mut self.current[turn.variant] {
-            Some(shown) => {
-                shown.runs += 1;
-                for (mean, error) in shown.errors.iter_mut().zip(errors) {
-                    *mean += (error - *mean) / shown.runs as f32;
-                }
-            }
-            empty => {
-                *empty = Some(Shown {
-                    errors: errors.collect(),
-                    pixels,
-                    runs: 1,
-                    seconds: run.seconds,
-                    relmse_corrected: run.relmse_corrected,
-                });
-            }
-        }
-    }
-
-    fn shown(self) -> Vec<Shown> {
-        let whole = |list: Vec<Option<Shown>>| list.into_iter().collect::<Option<Vec<Shown>>>();
-        whole(self.current)
-            .filter(|list| !list.is_empty())
-            .or_else(|| whole(self.before))
-            .unwrap_or_default()
-    }
 }

@@ -2,11 +2,9 @@
 
 use super::axis::{LogAxis, Tick, TickLabel};
 use super::cells::{self, number};
-use super::style::{self, Marker};
+use super::series::{curve, legend};
 use crate::converge::run::SceneStudy;
-use svg::node::element::{
-    ClipPath, Definitions, Group, Line, Polygon, Polyline, Rectangle, SVG, TSpan, Text, Title,
-};
+use svg::node::element::{ClipPath, Definitions, Group, Line, Rectangle, SVG, TSpan, Text};
 use svg::node::{self, Node};
 
 pub struct Chart {
@@ -46,8 +44,8 @@ pub fn of(scene: &SceneStudy) -> Chart {
                 doubtful: b.within_reference_error,
                 lines: vec![
                     variant.name.clone(),
-                    format!("time {} s", cells::relative(&b.seconds)),
-                    format!("relMSE {}", cells::relative(&b.relmse_corrected)),
+                    format!("time in s: {}", cells::relative(&b.seconds)),
+                    format!("relMSE: {}", cells::relative(&b.relmse_corrected)),
                     format!(
                         "{} {}, {} seed{}",
                         b.effort,
@@ -72,12 +70,12 @@ pub fn of(scene: &SceneStudy) -> Chart {
 
 /// The plot, in pixels.
 const LEFT: f64 = 72.0;
-const TOP: f64 = 40.0;
+pub(super) const TOP: f64 = 40.0;
 const RIGHT: f64 = 620.0;
-const BOTTOM: f64 = 430.0;
+pub(super) const BOTTOM: f64 = 430.0;
 const HEIGHT: f64 = 484.0;
-const LEGEND: f64 = RIGHT + 22.0;
-const ROW: f64 = 21.0;
+pub(super) const LEGEND: f64 = RIGHT + 22.0;
+pub(super) const ROW: f64 = 21.0;
 const FONT: f64 = 12.5;
 /// Of a character of the font, on average.
 const CHARACTER: f64 = 6.6;
@@ -103,7 +101,7 @@ pub fn element(chart: &Chart, prefix: &str) -> String {
 
 fn size(chart: &Chart) -> (f64, f64) {
     let longest = chart.series.iter().map(|s| s.name.chars().count()).max();
-    let legend = 40.0 + CHARACTER * longest.unwrap_or(0) as f64;
+    let legend = 48.0 + CHARACTER * longest.unwrap_or(0) as f64;
     let rows = chart.series.len() + 2;
     (
         LEGEND + legend.max(130.0) + 10.0,
@@ -124,9 +122,9 @@ fn root(chart: &Chart) -> SVG {
         .set("font-size", FONT)
 }
 
-struct Axes {
-    x: LogAxis,
-    y: LogAxis,
+pub(super) struct Axes {
+    pub x: LogAxis,
+    pub y: LogAxis,
     /// Where the reference's own error is, if that can be seen.
     floor: Option<f64>,
 }
@@ -202,12 +200,17 @@ fn drawing(chart: &Chart, prefix: &str) -> Group {
         "middle",
     ))
     .add(
-        text(18.0, middle, "relative mean squared error", "middle")
-            .set("transform", format!("rotate(-90 18 {middle})")),
+        text(
+            18.0,
+            middle,
+            "relative mean squared error (relMSE)",
+            "middle",
+        )
+        .set("transform", format!("rotate(-90 18 {middle})")),
     )
 }
 
-fn text(x: f64, y: f64, content: &str, anchor: &str) -> Text {
+pub(super) fn text(x: f64, y: f64, content: &str, anchor: &str) -> Text {
     Text::new(content)
         .set("x", round(x))
         .set("y", round(y))
@@ -215,11 +218,11 @@ fn text(x: f64, y: f64, content: &str, anchor: &str) -> Text {
 }
 
 /// A hundredth of a pixel is enough.
-fn round(v: f64) -> f64 {
+pub(super) fn round(v: f64) -> f64 {
     (v * 100.0).round() / 100.0
 }
 
-fn line(x1: f64, y1: f64, x2: f64, y2: f64) -> Line {
+pub(super) fn line(x1: f64, y1: f64, x2: f64, y2: f64) -> Line {
     Line::new()
         .set("x1", round(x1))
         .set("y1", round(y1))
@@ -329,105 +332,6 @@ fn guide(chart: &Chart, axes: &Axes, clip: &str) -> Option<Group> {
     Some(all.add(label.set("transform", turn)))
 }
 
-fn curve(series: &Series, index: usize, axes: &Axes) -> Group {
-    let style = style::of(index);
-    let shown: Vec<&Point> = series.points.iter().filter(|p| p.error > 0.0).collect();
-    let places = shown.iter().map(|p| {
-        let (x, y) = (axes.x.place(p.seconds), axes.y.place(p.error));
-        format!("{},{}", round(x), round(y))
-    });
-    let places: Vec<String> = places.collect();
-    let path = Polyline::new()
-        .set("points", places.join(" "))
-        .set("fill", "none")
-        .set("stroke", style.color)
-        .set("stroke-width", 1.8)
-        .set("stroke-dasharray", style.dash)
-        .set("stroke-linejoin", "round");
-    let mut all = Group::new()
-        .set("class", "series")
-        .set("data-series", index)
-        .set("color", "inherit")
-        .add(path);
-    for point in shown {
-        all = all.add(mark(point, style, axes));
-    }
-    all
-}
-
-fn mark(point: &Point, style: style::Style, axes: &Axes) -> Group {
-    let (x, y) = (axes.x.place(point.seconds), axes.y.place(point.error));
-    let bar = |line: Line| line.set("stroke", style.color).set("stroke-width", 1.2);
-    let span = |axis: &LogAxis, value: f64, error: f64| {
-        [axis.place(value - error), axis.place(value + error)]
-    };
-    let mut all = Group::new()
-        .set("class", "point")
-        .set("data-x", round(x))
-        .set("data-y", round(y))
-        .set("data-tip", point.lines.join("\n"))
-        .add(Title::new(point.lines.join("\n")));
-    let [low, high] = span(&axes.y, point.error, point.error_stderr);
-    // Bars that the marker hides are left out.
-    if (low - high).abs() > 2.0 {
-        all = all.add(bar(line(x, low, x, high)));
-        for end in [low, high].into_iter().filter(|e| *e < BOTTOM) {
-            all = all.add(bar(line(x - 3.5, end, x + 3.5, end)));
-        }
-    }
-    let [low, high] = span(&axes.x, point.seconds, point.seconds_stderr);
-    if (high - low).abs() > 2.0 {
-        all = all.add(bar(line(low, y, high, y)));
-        for end in [low, high] {
-            all = all.add(bar(line(end, y - 3.5, end, y + 3.5)));
-        }
-    }
-    let fill = if point.doubtful { "none" } else { style.color };
-    all.add(
-        marker(style.marker, x, y)
-            .set("fill", fill)
-            .set("stroke", style.color),
-    )
-}
-
-fn marker(marker: Marker, x: f64, y: f64) -> Polygon {
-    const RADIUS: f64 = 4.2;
-    // A circle is a polygon, too, if it has corners enough.
-    let round_corners = || {
-        (0..24)
-            .map(|i| f64::from(i) * std::f64::consts::TAU / 24.0)
-            .map(|a| [RADIUS * a.cos(), RADIUS * a.sin()])
-            .collect()
-    };
-    let corners: Vec<[f64; 2]> = marker.corners(RADIUS).unwrap_or_else(round_corners);
-    let points = corners
-        .iter()
-        .map(|c| format!("{},{}", round(x + c[0]), round(y + c[1])));
-    Polygon::new()
-        .set("points", points.collect::<Vec<String>>().join(" "))
-        .set("stroke-width", 1.3)
-}
-
-fn legend(series: &Series, index: usize) -> Group {
-    let style = style::of(index);
-    let y = TOP + 8.0 + ROW * index as f64;
-    Group::new()
-        .set("class", "legend")
-        .set("data-series", index)
-        .add(
-            line(LEGEND, y, LEGEND + 30.0, y)
-                .set("stroke", style.color)
-                .set("stroke-width", 1.8)
-                .set("stroke-dasharray", style.dash),
-        )
-        .add(
-            marker(style.marker, LEGEND + 15.0, y)
-                .set("fill", style.color)
-                .set("stroke", style.color),
-        )
-        .add(text(LEGEND + 38.0, y + 4.0, &series.name, "start"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -456,7 +360,7 @@ mod tests {
         let text = document(&chart(&[0.1, 0.05, 0.025]), "x-");
         for part in [
             "time (s)",
-            "relative mean squared error",
+            "relative mean squared error (relMSE)",
             "slope",
             "x-plot",
             "pt &amp; more",

@@ -1,6 +1,6 @@
 //! Pictures as PNG in data URIs: what was rendered, and maps of where it is wrong.
 
-use crate::converge::run::Shown;
+use crate::converge::gallery::Shown;
 use crate::formats::srgb;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -72,8 +72,8 @@ fn lead(study: &Study) -> String {
         "Phalanx {}: {} budgets from {} to {} {unit}, {seeds} each",
         study.version,
         b.count,
-        number(b.first),
-        number(last)
+        b.first,
+        (last * 1e6).round() / 1e6
     )
 }
 

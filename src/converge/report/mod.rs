@@ -6,6 +6,7 @@ mod chart;
 mod csv;
 mod heat;
 mod html;
+mod series;
 mod style;
 
 use super::run::Study;
