@@ -140,9 +140,11 @@ fn axes(chart: &Chart) -> Axes {
     let least = points().map(|p| p.error).fold(f64::INFINITY, f64::min);
     // Far below everything it need not be seen.
     let floor = chart.floor.filter(|f| *f > 0.2 * least);
-    let x = points().flat_map(|p| [p.seconds, p.seconds + p.seconds_stderr]);
+    // Bars that reach down to 0 would stretch a logarithmic axis without end.
+    let span = |value: f64, error: f64| [(value - error).max(0.5 * value), value + error];
+    let x = points().flat_map(|p| span(p.seconds, p.seconds_stderr));
     let y = points()
-        .flat_map(|p| [p.error, p.error + p.error_stderr])
+        .flat_map(|p| span(p.error, p.error_stderr))
         .chain(floor);
     Axes {
         x: LogAxis::new(x, LEFT, RIGHT),
