@@ -27,6 +27,7 @@
 //! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
+//! | [`converge`] | error against time: which integrator and settings win, and a report of it | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
 //! [`integrate::render`] is the whole renderer in one call:
@@ -56,6 +57,7 @@
 pub mod camera;
 pub mod chain;
 pub mod cli;
+pub mod converge;
 pub mod film;
 pub mod formats;
 pub mod geometry;

@@ -16,7 +16,7 @@ use crate::scene::{Film, IntegratorKind};
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
 /// pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench` and `compare` print.
+/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare` and `converge` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
 /// picture that cannot be used; 130 and 143 stopped by SIGINT and SIGTERM, with the picture so far written.
@@ -50,6 +50,7 @@ pub enum Command {
     Inspect(InspectArgs),
     Bench(BenchArgs),
     Compare(CompareArgs),
+    Converge(Box<super::converge::args::ConvergeArgs>),
 }
 
 /// Render a scene into picture files
@@ -308,7 +309,7 @@ pub enum Lanes {
 }
 
 /// Every bootstrap path leaves a number in memory.
-const MAX_BOOTSTRAP: u64 = 1 << 32;
+pub(super) const MAX_BOOTSTRAP: u64 = 1 << 32;
 const MAX_MUTATIONS: u64 = 1 << 40;
 /// Mutations or samples per pixel where only the error counts: nobody waits for more, and the film keeps its precision.
 const ENDLESS: u64 = 1 << 20;
@@ -391,15 +392,15 @@ pub(super) fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String
     }
 }
 
-fn probability(text: &str) -> Result<f32, String> {
+pub(super) fn probability(text: &str) -> Result<f32, String> {
     number_in(text, 0.0, 1.0).map(|v| v as f32)
 }
 
-fn sigma(text: &str) -> Result<f32, String> {
+pub(super) fn sigma(text: &str) -> Result<f32, String> {
     number_in(text, 0.0, 1e6).map(|v| v as f32)
 }
 
-fn exposure(text: &str) -> Result<f32, String> {
+pub(super) fn exposure(text: &str) -> Result<f32, String> {
     number_in(text, -100.0, 100.0).map(|v| v as f32)
 }
 
@@ -433,7 +434,7 @@ fn batch(text: &str) -> Result<usize, String> {
         .map_err(|_| "it is not a whole number".into())
 }
 
-fn resolution(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
     let expected = || "expected width and height in pixels, like 640x480".to_string();
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(expected)?;
     let side = |t: &str| t.trim().parse::<u64>().map_err(|_| expected());

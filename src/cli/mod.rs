@@ -1,11 +1,13 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
 //! Everything here is a thin layer over [`scene::load`](crate::scene::load), [`integrate::render`](crate::integrate::render),
-//! [`integrate::measure`](crate::integrate::measure) and [`metrics`](crate::metrics); what it adds is messages, signals and files.
+//! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics) and [`converge::run`](crate::converge::run); what it
+//! adds is messages, signals and files.
 
 pub mod args;
 mod bench;
 mod compare;
+mod converge;
 mod cpu;
 mod input;
 mod inspect;
@@ -55,6 +57,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(_) => false,
         Command::Bench(args) => args.quiet,
         Command::Compare(args) => args.quiet,
+        Command::Converge(args) => args.quiet,
     };
     let messages = Messages::new(cli.color, quiet);
     if let Some(note) = cpu::slow_build() {
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(args, messages),
         Command::Bench(args) => bench::run(args, messages),
         Command::Compare(args) => compare::run(args, messages),
+        Command::Converge(args) => converge::run(args, messages),
     };
     match done {
         Ok(code) => code,

@@ -80,11 +80,16 @@ pub fn check_text(path: &Path) -> Result<(), Failure> {
 
 /// Writes a text file in one step; into pipes and devices directly.
 pub fn write_text(path: &Path, text: &str) -> Result<(), String> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// The same for any content.
+pub fn write_bytes(path: &Path, content: &[u8]) -> Result<(), String> {
     let written = if is_special(path) {
-        fs::write(path, text)
+        fs::write(path, content)
     } else {
         output::temporary(path).and_then(|mut file| {
-            file.write_all(text.as_bytes())?;
+            file.write_all(content)?;
             file.persist(path).map(drop).map_err(|e| e.error)
         })
     };

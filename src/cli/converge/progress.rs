@@ -1,0 +1,154 @@
+//! How a study goes: a bar where stderr is a terminal, a line every so often elsewhere.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::cli::messages::{Messages, dumb_terminal};
+use crate::cli::signals::Signals;
+use crate::cli::units;
+use crate::converge::run::{Run, Step, Watch};
+
+pub struct Progress<'a> {
+    signals: &'a Signals,
+    messages: Messages,
+    /// Of the scenes.
+    names: Vec<String>,
+    /// Of each scene's variants.
+    variants: Vec<Vec<String>>,
+    bar: Option<ProgressBar>,
+    state: Mutex<State>,
+}
+
+struct State {
+    /// In the budgets' unit, whatever that is.
+    total: f64,
+    done: f64,
+    /// What `done` took.
+    worked: Duration,
+    /// When the step under way began.
+    began: Instant,
+    step: String,
+    last_line: Instant,
+}
+
+/// Steps of the bar.
+const STEPS: f64 = 1000.0;
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+
+impl<'a> Progress<'a> {
+    pub fn new(
+        signals: &'a Signals,
+        messages: Messages,
+        names: Vec<String>,
+        variants: Vec<Vec<String>>,
+    ) -> Self {
+        let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
+        let bar = (terminal && !messages.quiet).then(|| {
+            let target = ProgressDrawTarget::stderr();
+            let bar = ProgressBar::with_draw_target(Some(STEPS as u64), target);
+            let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} %  {msg}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar
+        });
+        let now = Instant::now();
+        Self {
+            signals,
+            messages,
+            names,
+            variants,
+            bar,
+            state: Mutex::new(State {
+                total: 0.0,
+                done: 0.0,
+                worked: Duration::ZERO,
+                began: now,
+                step: String::new(),
+                last_line: now,
+            }),
+        }
+    }
+
+    /// Clears the bar, so that what is printed next stands alone.
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn name(&self, step: Step) -> String {
+        let scene = |i: usize| self.names.get(i).map_or("", String::as_str);
+        let variant = |scene: usize, i: usize| {
+            let names = self.variants.get(scene);
+            names.and_then(|n| n.get(i)).map_or("", String::as_str)
+        };
+        match step {
+            Step::Trial {
+                scene: s,
+                variant: v,
+            } => {
+                format!("{}: trial of {}", scene(s), variant(s, v))
+            }
+            Step::Reference { scene: s, part } => {
+                format!("{}: reference, part {}", scene(s), part + 1)
+            }
+            Step::Run(turn) => format!(
+                "{}: {}, budget {}, seed {}",
+                scene(turn.scene),
+                variant(turn.scene, turn.variant),
+                turn.budget + 1,
+                turn.round + 1
+            ),
+        }
+    }
+
+    fn locked(&self) -> std::sync::MutexGuard<'_, State> {
+        // Nothing between lock and release panics; a poisoned state is as good as any.
+        self.state.lock().unwrap_or_else(|p| p.into_inner())
+    }
+}
+
+impl Watch for Progress<'_> {
+    fn total(&self, amount: f64) {
+        self.locked().total = amount;
+    }
+
+    fn begins(&self, step: Step) {
+        let mut state = self.locked();
+        state.began = Instant::now();
+        state.step = self.name(step);
+        if let Some(bar) = &self.bar {
+            bar.set_message(state.step.clone());
+        }
+    }
+
+    fn ended(&self, amount: f64, _: Option<&Run>) {
+        if self.messages.quiet || self.signals.any() {
+            return;
+        }
+        let mut state = self.locked();
+        let now = Instant::now();
+        state.done += amount;
+        let taken = now.duration_since(state.began);
+        state.worked += taken;
+        let part = (state.done / state.total.max(1e-300)).clamp(1e-9, 1.0);
+        let left = state.worked.as_secs_f64() * (1.0 / part - 1.0);
+        let left = units::time(Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX));
+        if let Some(bar) = &self.bar {
+            bar.set_position((part * STEPS) as u64);
+            bar.set_message(format!("{}, {left} left", state.step));
+        } else if now - state.last_line >= LINE_INTERVAL {
+            let percent = (100.0 * part) as u32;
+            let step = &state.step;
+            self.messages
+                .say(format_args!("{percent:>3} %: {step}; {left} left"));
+            state.last_line = now;
+        }
+    }
+
+    fn stop(&self) -> bool {
+        self.signals.any()
+    }
+}

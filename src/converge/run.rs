@@ -1,0 +1,355 @@
+//! References, and the runs themselves, one at a time on all threads.
+
+use super::figures::{SceneFigures, scene_figures};
+use super::gallery::{Gallery, Shown};
+use super::plan::{Budgets, Cost, Turn, Variant, order, with_effort};
+use super::reference::{Parts, Reference, ReferenceFigures};
+use super::trial::{costs, slow_starts, trial};
+use crate::integrate::measure::Machine;
+use crate::integrate::{EndedBy, Observer, Render, RenderError, Settings, render};
+use crate::metrics::relmse;
+use crate::scene::Scene;
+use serde::Serialize;
+
+/// A scene, and what is done with it.
+pub struct Subject {
+    pub name: String,
+    pub scene: Scene,
+    pub variants: Vec<Variant>,
+    pub reference: ReferenceSource,
+}
+
+pub enum ReferenceSource {
+    Given(Reference),
+    /// Rendered with these settings, whatever effort they say.
+    Render(Settings),
+}
+
+/// What all scenes share.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub budgets: Budgets,
+    /// Runs of every variant at every budget, with the seeds `first_seed..first_seed + seeds`.
+    pub seeds: u64,
+    pub first_seed: u64,
+    /// Effort of a reference that is rendered, all parts together, in multiples of the largest budget.
+    pub reference_factor: f64,
+    /// Independent parts of such a reference, at least 2.
+    pub reference_parts: u64,
+    /// Stops by which the pictures of the report are brightened.
+    pub exposure: f32,
+    /// What the user typed, for the record.
+    pub command: String,
+}
+
+/// A finished run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// Index of the variant.
+    pub variant: usize,
+    /// Index of the budget.
+    pub budget: usize,
+    pub seed: u64,
+    /// Mutations or samples per pixel.
+    pub effort: u64,
+    /// Tree, bootstrap and render.
+    pub seconds: f64,
+    pub build_seconds: f64,
+    pub bootstrap_seconds: f64,
+    pub render_seconds: f64,
+    pub mutations: u64,
+    pub samples: u64,
+    pub rays: u64,
+    /// As measured.
+    pub relmse: f64,
+    /// Without the reference's own error.
+    pub relmse_corrected: f64,
+    /// The reference's own error is the larger part of what was measured.
+    pub within_reference_error: bool,
+}
+
+impl Run {
+    /// What it takes before the first mutation or sample.
+    pub fn start_seconds(&self) -> f64 {
+        self.build_seconds + self.bootstrap_seconds
+    }
+}
+
+/// Everything there is to report.
+#[derive(Serialize)]
+pub struct Study {
+    /// Of Phalanx.
+    pub version: &'static str,
+    pub command: String,
+    pub machine: Machine,
+    pub threads: usize,
+    pub budgets: Budgets,
+    pub seeds: u64,
+    pub first_seed: u64,
+    #[serde(skip)]
+    pub exposure: f32,
+    /// The user ended it before all was done.
+    pub stopped: bool,
+    pub scenes: Vec<SceneStudy>,
+    /// Things the user should know, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+pub struct SceneStudy {
+    #[serde(flatten)]
+    pub figures: SceneFigures,
+    pub runs: Vec<Run>,
+    /// Linear sRGB of the crop window.
+    #[serde(skip)]
+    pub reference: Vec<[f32; 3]>,
+    /// A picture of every variant at the largest budget that all of them have; empty if there is none.
+    #[serde(skip)]
+    pub shown: Vec<Shown>,
+}
+
+/// What happens next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// What does a variant cost?
+    Trial {
+        scene: usize,
+        variant: usize,
+    },
+    Reference {
+        scene: usize,
+        part: u64,
+    },
+    Run(Turn),
+}
+
+/// Told how a study goes, and asked whether to go on.
+pub trait Watch: Sync {
+    /// All that is to be done, in the budgets' unit, without trial runs.
+    fn total(&self, amount: f64) {
+        let _ = amount;
+    }
+    fn begins(&self, step: Step) {
+        let _ = step;
+    }
+    /// So much of the total has been done.
+    fn ended(&self, amount: f64, run: Option<&Run>) {
+        let _ = (amount, run);
+    }
+    /// True ends the study: the run under way is dropped, the others are reported.
+    fn stop(&self) -> bool {
+        false
+    }
+}
+
+struct Stop<'a>(&'a dyn Watch);
+
+impl Observer for Stop<'_> {
+    fn stop(&self) -> bool {
+        self.0.stop()
+    }
+}
+
+/// Runs everything; `None` if it was stopped before there was anything to report.
+///
+/// # Errors
+/// As [`render`]; and what a variant is called whose settings it will not have.
+pub fn study(
+    subjects: &[Subject],
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Option<Study>, RenderError> {
+    let counts: Vec<usize> = subjects.iter().map(|s| s.variants.len()).collect();
+    let turns = order(options.budgets.count, options.seeds, &counts);
+    let part_amount = part_amount(options);
+    let parts = subjects
+        .iter()
+        .filter(|s| matches!(s.reference, ReferenceSource::Render(_)));
+    let references = parts.count() as f64 * part_amount * options.reference_parts as f64;
+    let amounts: f64 = turns.iter().map(|t| options.budgets.get(t.budget)).sum();
+    watch.total(references + amounts);
+
+    let mut warnings = Vec::new();
+    let mut scenes = Vec::new();
+    for (index, subject) in subjects.iter().enumerate() {
+        let Some(costs) = costs(index, subject, options, watch)? else {
+            return Ok(None);
+        };
+        slow_starts(subject, options, &costs, &mut warnings);
+        let reference = match &subject.reference {
+            ReferenceSource::Given(reference) => Some(reference.clone()),
+            ReferenceSource::Render(settings) => {
+                render_reference(index, subject, settings, options, watch)?
+            }
+        };
+        let Some(reference) = reference else {
+            return Ok(None);
+        };
+        scenes.push(Scenery {
+            costs,
+            reference,
+            runs: Vec::new(),
+            gallery: Gallery::default(),
+        });
+    }
+
+    let mut threads = 0;
+    let mut stopped = false;
+    for turn in turns {
+        let (subject, scenery) = (&subjects[turn.scene], &mut scenes[turn.scene]);
+        watch.begins(Step::Run(turn));
+        let cost = &scenery.costs[turn.variant];
+        let amount = options.budgets.get(turn.budget);
+        if options.budgets.is_too_small(turn.budget, cost) {
+            watch.ended(amount, None);
+            continue;
+        }
+        let effort = options.budgets.effort(amount, cost);
+        let mut settings = with_effort(&subject.variants[turn.variant].settings, effort);
+        settings.seed = options.first_seed.wrapping_add(turn.round);
+        let Some(done) = whole(&subject.scene, &settings, watch)? else {
+            stopped = true;
+            break;
+        };
+        threads = done.stats.threads;
+        for warning in &done.warnings {
+            let warning = format!("{}: {warning}", subject.name);
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
+        let run = record(&turn, effort, &settings, &done, &scenery.reference);
+        scenery.gallery.add(
+            &turn,
+            subject.variants.len(),
+            done.pixels,
+            &run,
+            &scenery.reference,
+        );
+        watch.ended(amount, Some(&run));
+        scenery.runs.push(run);
+    }
+    let scenes = (subjects.iter().zip(scenes))
+        .map(|(subject, s)| SceneStudy {
+            figures: scene_figures(subject, options, &s.costs, &s.reference.figures, &s.runs),
+            runs: s.runs,
+            reference: s.reference.pixels,
+            shown: s.gallery.shown(),
+        })
+        .collect();
+    Ok(Some(Study {
+        version: env!("CARGO_PKG_VERSION"),
+        command: options.command.clone(),
+        machine: Machine::this(),
+        threads,
+        budgets: options.budgets,
+        seeds: options.seeds,
+        first_seed: options.first_seed,
+        exposure: options.exposure,
+        stopped,
+        scenes,
+        warnings,
+    }))
+}
+
+/// A scene under way.
+struct Scenery {
+    /// Of each variant.
+    costs: Vec<Cost>,
+    reference: Reference,
+    runs: Vec<Run>,
+    gallery: Gallery,
+}
+
+/// Renders; `None` if the user stopped it.
+pub(super) fn whole(
+    scene: &Scene,
+    settings: &Settings,
+    watch: &dyn Watch,
+) -> Result<Option<Render>, RenderError> {
+    if watch.stop() {
+        return Ok(None);
+    }
+    let done = render(scene, settings, &Stop(watch))?;
+    Ok((done.ended_by == EndedBy::Effort).then_some(done))
+}
+
+fn seconds(done: &Render) -> f64 {
+    let s = &done.stats;
+    s.build_seconds + s.bootstrap_seconds + s.render_seconds
+}
+
+fn record(
+    turn: &Turn,
+    effort: u64,
+    settings: &Settings,
+    done: &Render,
+    reference: &Reference,
+) -> Run {
+    let measured = relmse(&done.pixels, &reference.pixels);
+    let corrected = reference.figures.correct(measured);
+    Run {
+        variant: turn.variant,
+        budget: turn.budget,
+        seed: settings.seed,
+        effort,
+        seconds: seconds(done),
+        build_seconds: done.stats.build_seconds,
+        bootstrap_seconds: done.stats.bootstrap_seconds,
+        render_seconds: done.stats.render_seconds,
+        mutations: done.stats.mutations,
+        samples: done.stats.samples,
+        rays: done.stats.rays,
+        relmse: measured,
+        relmse_corrected: corrected,
+        within_reference_error: reference.figures.drowns(corrected),
+    }
+}
+
+/// Of one part of a reference, in the budgets' unit.
+fn part_amount(options: &Options) -> f64 {
+    let largest = options.budgets.get(options.budgets.count.saturating_sub(1));
+    options.reference_factor * largest / options.reference_parts as f64
+}
+
+/// Renders the parts of a reference; `None` if that was stopped.
+fn render_reference(
+    scene: usize,
+    subject: &Subject,
+    settings: &Settings,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Option<Reference>, RenderError> {
+    let amount = part_amount(options);
+    watch.begins(Step::Reference { scene, part: 0 });
+    let Some(cost) = trial(&subject.scene, settings, options, watch)? else {
+        return Ok(None);
+    };
+    let effort = options.budgets.effort(amount, &cost);
+    let mut settings = with_effort(settings, effort);
+    let mut parts = Parts::default();
+    let mut taken = 0.0;
+    for part in 0..options.reference_parts {
+        watch.begins(Step::Reference { scene, part });
+        // Seeds that no run has.
+        settings.seed = options.first_seed.wrapping_sub(1 + part);
+        let Some(done) = whole(&subject.scene, &settings, watch)? else {
+            return Ok(None);
+        };
+        taken += seconds(&done);
+        parts.add(&done.pixels);
+        watch.ended(amount, None);
+    }
+    let error = parts.error();
+    Ok(Some(Reference {
+        pixels: parts.pixels(),
+        figures: ReferenceFigures {
+            source: super::plan::name(settings.integrator).into(),
+            relmse: error.map(|e| e.0),
+            relmse_stderr: error.map(|e| e.1),
+            parts: parts.count(),
+            effort: effort * parts.count(),
+            seconds: taken,
+        },
+    }))
+}
