@@ -121,6 +121,10 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
                 differ, 0,
                 "{integrator:?}: values differ with {threads} threads, {lanes:?}, batch {batch:?}"
             );
+            assert_eq!(
+                first.variance, other.variance,
+                "{integrator:?} {threads} {lanes:?} {batch:?}"
+            );
             let figures = |r: &phalanx::integrate::Render| {
                 let s = &r.stats;
                 (
@@ -131,6 +135,8 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
                     s.b_stderr,
                     s.acceptance_large,
                     s.acceptance_small,
+                    s.relmse,
+                    s.tiles.clone(),
                 )
             };
             assert_eq!(

@@ -203,14 +203,21 @@ impl Scalar {
         self.length >= FEWEST_RECORDS && self.chains >= 2 && self.segments > self.chains
     }
 
-    /// Mean variance within segments, and the variance of their means; `None` if the scalar never changes, or too little is known.
+    /// Mean variance within segments, and the variance of their means; `None` if too little is known.
     fn variances(&self) -> Option<(f64, f64)> {
+        if !self.tells() {
+            return None;
+        }
         let m = self.segments as f64;
         let within = self.within / m;
         let between = (self.squares - self.means * self.means / m).max(0.0) / (m - 1.0);
-        // Below this it is rounding.
+        // Below this it is rounding: the scalar is a constant, of which all chains have seen everything.
         let least = 1e-12 * self.squares / m;
-        (self.tells() && within + between > least).then_some((within, between))
+        Some(if within + between > least {
+            (within, between)
+        } else {
+            (1.0, 0.0)
+        })
     }
 
     /// Split R-hat; infinite if the chains differ and none of them moves.
@@ -229,7 +236,11 @@ impl Scalar {
             (self.chain_squares - self.chain_means.powi(2) / chains).max(0.0) / (chains - 1.0);
         let variance = (n - 1.0) / n * within + between;
         let most = f64::from(EVERY) * n * self.segments as f64;
-        Some((chains * variance / spread).min(most))
+        Some(if spread > 0.0 {
+            (chains * variance / spread).min(most)
+        } else {
+            most
+        })
     }
 }
 
@@ -318,6 +329,6 @@ mod tests {
         let mut constant = Scalar::default();
         constant.add([(4.0, 4.0); 2].into_iter(), 4);
         constant.add([(4.0, 4.0); 2].into_iter(), 4);
-        assert_eq!(constant.rhat(), None);
+        assert_eq!(constant.rhat(), Some(0.75f64.sqrt()));
     }
 }

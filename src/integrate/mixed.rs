@@ -33,9 +33,10 @@ pub struct DepthStats {
 }
 
 impl DepthStats {
-    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree.
+    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree, or are too short to tell.
     pub fn mixed(&self) -> bool {
-        self.apart().is_none()
+        let told = self.share < MATTERS || self.mixing.rhat.is_some();
+        told && self.apart().is_none()
     }
 
     /// The largest R-hat that is too large, where it matters.

@@ -3,15 +3,13 @@
 //! Wanted is `mean(variance / (truth^2 + eps))` over pixels and channels, [`crate::metrics::relmse`] in expectation. The truth is not
 //! known, and the picture is no substitute: where it is noisy its own bright pixels would be found accurate, its dark ones without error.
 //! Both sums are therefore taken over windows: of 3 x 3 values where there is little noise, so that edges stay sharp, of 7 x 7 where there
-//! is more, of 15 x 15 where there is little else. In the larger ones the mean square of the picture is that of the truth once the mean variance
-//! is subtracted:
+//! is more. In the latter the mean square of the picture is that of the truth once the mean variance is subtracted:
 //!
 //! ```text
-//! error_3  = <variance>_3 / (<picture>_3^2 + eps)
-//! error_n  = <variance>_n / (max(<picture^2>_n - <variance>_n, <picture>_n^2 / 4) + eps)    for n = 7, 15
-//! noise_n  = <variance>_n / (<picture>_n^2 + eps)
-//! middle   = (0.1 * error_3 + noise_7 * error_7) / (0.1 + noise_7)
-//! error    = (middle + noise_15 * error_15) / (1 + noise_15)
+//! sharp  = <variance>_3 / (<picture>_3^2 + eps)
+//! smooth = <variance>_7 / (max(<picture^2>_7 - <variance>_7, <picture>_7^2 / 4) + eps)
+//! noise  = <variance>_7 / (<picture>_7^2 + eps)
+//! error  = (0.1 * sharp + noise * smooth) / (0.1 + noise)
 //! ```
 //!
 //! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean over renders it is within a factor of 1.3
@@ -21,9 +19,9 @@ use crate::metrics::RELATIVE_EPSILON;
 use rayon::prelude::*;
 
 /// Half widths of the windows.
-const HALVES: [usize; 3] = [1, 3, 7];
-/// Relative variance at which a window counts as much as all smaller ones.
-const NOISY: [f64; 3] = [0.0, 0.1, 1.0];
+const HALVES: [usize; 2] = [1, 3];
+/// Relative variance at which a window counts as much as the smaller one.
+const NOISY: [f64; 2] = [0.0, 0.1];
 
 /// Estimated relative mean squared error of a picture of `width` pixels a row, from itself and the squared standard error of each of its
 /// values.
@@ -48,8 +46,8 @@ const VARIANCE: usize = 2;
 /// Sums over a column of each window, `[quantity][window][3 * x + channel]`, and over all columns to the left, one entry more.
 struct Columns {
     width: usize,
-    sums: [[Vec<f64>; 3]; 3],
-    before: [[Vec<f64>; 3]; 3],
+    sums: [[Vec<f64>; 2]; 3],
+    before: [[Vec<f64>; 2]; 3],
 }
 
 impl Columns {
