@@ -60,7 +60,7 @@ fn touch(film: &SplatFilm, side: u32, layers: usize) {
                 film.add(to(layer), &mut log);
             }
             let [x, y] = [x, y].map(|v| v as f32 + 0.5);
-            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 0.0, 1);
+            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 1);
         }
         film.add(to(layer), &mut log);
     }
@@ -88,7 +88,7 @@ fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize, jud
     group.bench_function(BenchmarkId::new("side", side), |b| {
         b.iter(|| {
             for splat in logs.next().into_iter().flatten() {
-                log.push(splat, 0.0, 1 << 31);
+                log.push(splat, 1 << 31);
             }
             let scale = 1.0 / (1u64 << 32) as f64;
             film.add(Destination { scale, ..to(layer) }, &mut log);

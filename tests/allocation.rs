@@ -3,7 +3,7 @@
 use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
-use phalanx::film::{Destination, FilterTable, Half, SplatFilm};
+use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
 use phalanx::scene::load_str;
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::World;
@@ -80,7 +80,7 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
         }
         let seeds = bootstrap.seeds(1, plan.depth, CHAINS);
         let mut batch = Batch::new::<L>(&world, depth, 0, &seeds, 1, &mut workspace.paths);
-        batch.watch(&world, &[0; CHAINS], film.tiling());
+        batch.watch(&world, &[0; CHAINS], &Tiling::new(scene.film.crop));
         let mut march = |iterations| {
             batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, to);
         };

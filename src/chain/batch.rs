@@ -4,7 +4,7 @@ use super::accept::{acceptance, colour, target};
 use super::bootstrap::{Moments, regenerate};
 use super::monitor::{Monitor, View};
 use super::mutate::Kernel;
-use crate::film::{Destination, GROUPS, SplatFilm, SplatLog, Tiling};
+use crate::film::{Destination, SplatFilm, SplatLog, Tiling};
 use crate::plan::DepthPlan;
 use crate::simd::{Lanes, Row};
 use crate::transport::clock::Stage;
@@ -26,8 +26,8 @@ pub struct Batch {
     proposed: Samples,
     /// Targets of the current states.
     targets: Vec<f32>,
-    /// The rest of the current states, `[colour (3), raster (2), light vertices (bits), group of chains (bits), ..]`: colour over target,
-    /// at most 3 a channel.
+    /// The rest of the current states, `[colour (3), raster (2), light vertices (bits), ..]`: colour over target, at most 3 a
+    /// channel.
     states: Vec<Row>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
@@ -178,27 +178,15 @@ impl Batch {
         }
     }
 
-    /// Watches the chains from now on: each belongs to one of the depth's [`GROUPS`] groups, and all are monitored.
+    /// Watches the chains from now on. `groups` says which of the depth's [`GROUPS`](crate::film::GROUPS) groups each belongs to, ascending.
     pub fn watch(&mut self, world: &World, groups: &[u8], tiling: &Tiling) {
-        for (state, group) in self.states.iter_mut().zip(groups) {
-            state.0[GROUP] = f32::from_bits(u32::from(*group));
-        }
         let strategies = &world.plan.depths[self.depth].strategies;
-        self.monitor = Some(Monitor::new(self.len(), strategies, tiling));
+        self.monitor = Some(Monitor::new(groups, strategies, tiling));
     }
 
     /// What has been recorded, if the chains are watched.
     pub fn monitor(&self) -> Option<&Monitor> {
         self.monitor.as_ref()
-    }
-
-    /// Chains of each group.
-    pub fn groups(&self) -> [u64; GROUPS] {
-        let mut groups = [0; GROUPS];
-        for state in &self.states {
-            groups[state.0[GROUP].to_bits() as usize] += 1;
-        }
-        groups
     }
 
     pub fn len(&self) -> usize {
@@ -263,7 +251,7 @@ impl Batch {
                 film.add(to, log);
             }
             for (state, weight) in self.left.iter().zip(&self.left_weights) {
-                log.push(state, state.0[GROUP], *weight);
+                log.push(state, *weight);
             }
             paths.clock.count(Stage::Splat, n, 1);
             paths.clock.lap(Stage::Splat);
@@ -304,6 +292,9 @@ impl Batch {
             }
             L::store_rows(stays, &mut self.states, list);
             L::store_rows(goes, &mut self.left, list);
+            if let Some(monitor) = &mut self.monitor {
+                monitor.place::<L>(start, goes[3], goes[4]);
+            }
         }
         self.collect();
         if let Some(monitor) = &mut self.monitor {
@@ -315,6 +306,7 @@ impl Batch {
                 taken: &self.taken,
                 large: &self.large,
                 seen: &self.seen,
+                left_weights: &self.left_weights,
             };
             monitor.see(self.iteration, &view);
         }
@@ -375,18 +367,19 @@ impl Batch {
     pub fn flush(&mut self, film: &SplatFilm, to: Destination) {
         let mut log = SplatLog::default();
         log.reserve(self.len());
-        for (i, state) in self.states.iter().enumerate() {
-            let lit = self.targets[i] > 0.0;
-            let weight = if lit { self.weights[i] } else { 0 };
-            log.push(state, state.0[GROUP], weight);
+        for (weight, target) in self.weights.iter_mut().zip(&self.targets) {
+            *weight &= mask(f32::from(u8::from(*target > 0.0)));
+        }
+        for (state, weight) in self.states.iter().zip(&self.weights) {
+            log.push(state, *weight);
+        }
+        if let Some(monitor) = &mut self.monitor {
+            monitor.weigh_states(&self.states, &self.weights);
         }
         film.add(in_units(to), &mut log);
         self.weights.fill(0);
     }
 }
-
-/// Where the group of chains is in the row of a state.
-const GROUP: usize = 6;
 
 /// For weights in units of 2^-32.
 fn in_units(to: Destination) -> Destination {

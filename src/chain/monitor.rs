@@ -1,15 +1,16 @@
 //! What a batch's chains have been up to: how well they mix, how their proposals fare, and where independent samples find light.
 //!
-//! Chains are recorded every [`EVERY`]th iteration: neighbouring states are alike, and a quarter of them tells as much. Records go to up
+//! Chains are recorded every [`EVERY`]th iteration: neighbouring states are alike, and a sixteenth of them tells nearly as much. Records go to up
 //! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
 //! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
 use crate::film::Tiling;
-use crate::simd::Row;
+use crate::simd::{Lanes, Row};
 use crate::transport::Outcome;
+use std::ops::Range;
 
 /// Iterations from record to record.
-pub const EVERY: u32 = 4;
+pub const EVERY: u32 = 16;
 
 /// Segments that a run is split into.
 const SEGMENTS: usize = 4;
@@ -71,7 +72,7 @@ impl Tally {
     }
 }
 
-/// Large steps that have fallen into a tile.
+/// Recorded large steps that have fallen into a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TileMoments {
     /// Those with light.
@@ -91,8 +92,25 @@ pub struct Stay {
     pub s: u32,
 }
 
+/// The weights that a group of chains has left in each tile.
+pub struct GroupTiles {
+    pub group: u8,
+    /// Chains of the batch that belong to it.
+    pub chains: Range<usize>,
+    /// In units of 2^-24 of a mutation.
+    pub sums: Vec<u64>,
+}
+
+/// Bits that a tile does without, so that its sum has room: weights come in units of 2^-32.
+const SPARED: u32 = 8;
+/// Units of [`GroupTiles::sums`] in a mutation.
+pub const UNITS: f64 = (1u64 << (32 - SPARED)) as f64;
+
 /// What is recorded of the chains of a batch.
 pub struct Monitor {
+    groups: Vec<GroupTiles>,
+    /// Tile of the state that each chain leaves (bits); room for all lanes.
+    places: Vec<f32>,
     /// Of the depth, ascending.
     strategies: Vec<u32>,
     segments: [Segment; SEGMENTS],
@@ -108,6 +126,8 @@ pub struct Monitor {
     tallies: [Vec<Tally>; 2],
     tiling: Tiling,
     large: Vec<TileMoments>,
+    /// Of all recorded ones, with light or without.
+    large_steps: u64,
     /// Large steps with light of the latest iteration; room for all.
     lit: Vec<u32>,
 }
@@ -124,17 +144,33 @@ pub(super) struct View<'a> {
     pub large: &'a [f32],
     /// Targets of large steps, 0 for small ones.
     pub seen: &'a [f32],
+    /// Weights of the states that are left.
+    pub left_weights: &'a [u64],
 }
 
 impl Monitor {
-    pub fn new(chains: usize, strategies: &[u32], tiling: &Tiling) -> Self {
-        let all = strategies.len();
+    /// For as many chains as `groups` has members: the group of each, ascending.
+    pub fn new(groups: &[u8], strategies: &[u32], tiling: &Tiling) -> Self {
+        let (chains, all) = (groups.len(), strategies.len());
+        let mut end = 0;
+        let groups = groups.chunk_by(|a, b| a == b).map(|run| {
+            let start = end;
+            end += run.len();
+            GroupTiles {
+                group: run[0],
+                chains: start..end,
+                sums: vec![0; tiling.len()],
+            }
+        });
+        let groups = groups.collect();
         let never = Stay {
             iterations: 0,
             raster: [0.0; 2],
             s: 0,
         };
         Self {
+            groups,
+            places: vec![0.0; chains.next_multiple_of(8)],
             strategies: strategies.to_vec(),
             segments: std::array::from_fn(|_| Segment::new(chains, all)),
             full: 0,
@@ -145,6 +181,7 @@ impl Monitor {
             tallies: [vec![Tally::default(); all], vec![Tally::default(); all]],
             tiling: tiling.clone(),
             large: vec![TileMoments::default(); tiling.len()],
+            large_steps: 0,
             lit: vec![0; chains + 1],
         }
     }
@@ -155,10 +192,38 @@ impl Monitor {
             // 1 where the state is new, so that a rejection makes 2.
             *held = *held * (1.0 - taken) + 1.0;
         }
-        self.see_large(view);
+        self.weigh(view.left_weights);
         if iteration % EVERY == EVERY - 1 {
+            self.see_large(view);
             self.record(view);
         }
+    }
+
+    /// Notes where the states are that chains `start..` leave: raster positions in pixels.
+    #[inline(always)]
+    pub(super) fn place<L: Lanes>(&mut self, start: usize, x: L, y: L) {
+        let tiles = self.tiling.indices(x, y);
+        L::from_bits(tiles).store(&mut self.places[start..]);
+    }
+
+    /// Adds weights to the tiles noted.
+    fn weigh(&mut self, weights: &[u64]) {
+        for group in &mut self.groups {
+            let places = &self.places[group.chains.clone()];
+            for (place, weight) in places.iter().zip(&weights[group.chains.clone()]) {
+                if let Some(sum) = group.sums.get_mut(place.to_bits() as usize) {
+                    *sum += weight >> SPARED;
+                }
+            }
+        }
+    }
+
+    /// Adds the weights of states, one a chain, to the tiles they are in; those beyond the picture, to the nearest.
+    pub(super) fn weigh_states(&mut self, states: &[Row], weights: &[u64]) {
+        for (i, Row([_, _, _, x, y, ..])) in states.iter().enumerate() {
+            self.place(i, *x, *y);
+        }
+        self.weigh(weights);
     }
 
     fn see_large(&mut self, view: &View) {
@@ -204,6 +269,7 @@ impl Monitor {
             let kind = usize::from(view.large[i] > 0.0);
             let tally = &mut self.tallies[kind][(outcome.s - first) as usize];
             tally.proposals += 1;
+            self.large_steps += kind as u64;
             tally.accepted += f64::from(view.share[i]);
             tally.dark += u64::from(outcome.rgb == [0.0; 3]);
         }
@@ -229,6 +295,10 @@ impl Monitor {
         self.length *= 2;
     }
 
+    /// What each group has left in each tile.
+    pub fn groups(&self) -> &[GroupTiles] {
+        &self.groups
+    }
     /// Light vertices of the strategies, ascending.
     pub fn strategies(&self) -> &[u32] {
         &self.strategies
@@ -241,9 +311,9 @@ impl Monitor {
     pub fn tallies(&self) -> &[Vec<Tally>; 2] {
         &self.tallies
     }
-    /// Large steps, tile by tile: independent uniform samples.
-    pub fn large(&self) -> &[TileMoments] {
-        &self.large
+    /// Recorded large steps, tile by tile, and their number, with light or without: independent uniform samples.
+    pub fn large(&self) -> (&[TileMoments], u64) {
+        (&self.large, self.large_steps)
     }
     /// The longest stay of each chain.
     pub fn stays(&self) -> &[Stay] {
@@ -262,13 +332,14 @@ mod tests {
     use super::*;
 
     fn monitor() -> Monitor {
-        Monitor::new(1, &[3, 4, 5], &Tiling::new([0, 32, 0, 32]))
+        Monitor::new(&[0], &[3, 4, 5], &Tiling::new([0, 32, 0, 32]))
     }
 
     /// Shows an iteration in which one chain at raster position `x` of strategy `s` gets a proposal.
     fn show(monitor: &mut Monitor, iteration: u32, x: f32, s: u32, taken: bool, large: bool) {
         let mut proposed = Outcome::new([1.0; 3], [x, 0.5]);
         proposed.s = s;
+        monitor.place::<f32>(0, x, 0.5);
         let flag = |on: bool| [f32::from(u8::from(on))];
         monitor.see(
             iteration,
@@ -280,6 +351,7 @@ mod tests {
                 taken: &flag(taken),
                 large: &flag(large),
                 seen: &if large { [2.0] } else { [0.0] },
+                left_weights: &[1 << 32],
             },
         );
     }
@@ -311,17 +383,17 @@ mod tests {
             // Accepted at 0, 100, 200, 300: each state is held for 100 iterations.
             show(&mut m, i, 17.0, 4, i % 100 == 0, i % 2 == 1);
         }
-        assert_eq!(m.stays()[0].iterations, 100);
+        // Records fall on every sixteenth iteration.
+        assert!((85..=100).contains(&m.stays()[0].iterations));
         assert_eq!(m.stays()[0].raster, [17.0, 0.5]);
         assert_eq!(m.stays()[0].s, 4);
         let large = m.tallies()[1][1];
-        assert_eq!(
-            (large.proposals, large.accepted, large.dark),
-            (100, 50.0, 0)
-        );
+        assert_eq!((large.proposals, large.accepted, large.dark), (25, 12.5, 0));
         assert_eq!(m.tallies()[0], [Tally::default(); 3]);
-        assert_eq!(m.large()[0], TileMoments::default());
-        let tile = m.large()[1];
-        assert_eq!((tile.count, tile.sum, tile.squares), (200, 400.0, 800.0));
+        assert_eq!(m.groups()[0].sums[1], 400 * UNITS as u64);
+        let (tiles, steps) = m.large();
+        assert_eq!((tiles[0], steps), (TileMoments::default(), 25));
+        let tile = tiles[1];
+        assert_eq!((tile.count, tile.sum, tile.squares), (25, 50.0, 100.0));
     }
 }

@@ -75,13 +75,13 @@ fn settings(args: &BenchArgs, input: &Input) -> Settings {
     }
 }
 
-/// Two widths, whole and by stages; and every number of threads.
+/// Two widths, whole and by stages; the error estimate; and every number of threads.
 fn duration(args: &BenchArgs) -> Duration {
     let threads = match args.threads {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n as usize,
     };
-    args.seconds * (4 + thread_counts(threads).len() as u32)
+    args.seconds * (6 + thread_counts(threads).len() as u32)
 }
 
 fn text(report: &Report, input: &Input) -> String {
@@ -89,6 +89,16 @@ fn text(report: &Report, input: &Input) -> String {
     about(&mut out, report, input);
     lanes(&mut out, report);
     stages(&mut out, report);
+    let cost = &report.error_estimate;
+    heading(
+        &mut out,
+        "The render's estimate of its own error, one thread",
+    );
+    out.push_str(&format!(
+        "  time with it over time without: {:.3} ({})\n",
+        cost.median,
+        range(cost, |v| format!("{v:.3}"))
+    ));
     threads(&mut out, report);
     out
 }

@@ -1,6 +1,6 @@
 //! Where splats are added: a stripe of a layer, locked.
 
-use super::sums::{GROUPS, SplatFilm};
+use super::sums::SplatFilm;
 use crate::memory::Table;
 use crate::simd::prefetch::prefetch;
 use std::sync::MutexGuard;
@@ -14,8 +14,6 @@ pub(super) struct Held<'a> {
     /// Pixels of a stripe, as a power of two.
     shift: u32,
     stripe: u32,
-    /// Entry of the stripe where the first tile of the picture would be; wraps.
-    tiles: usize,
     pixels: Option<MutexGuard<'a, Table<i64>>>,
     pixels_of_half: Option<MutexGuard<'a, Table<i64>>>,
 }
@@ -29,7 +27,6 @@ impl<'a> Held<'a> {
             half,
             shift,
             stripe: u32::MAX,
-            tiles: 0,
             pixels: None,
             pixels_of_half: None,
         }
@@ -52,20 +49,6 @@ impl<'a> Held<'a> {
         self.stripe = stripe;
         self.pixels = Some(film.lock(self.layer, stripe as usize));
         self.pixels_of_half = (self.half).map(|_| film.lock(film.layers, stripe as usize));
-        let first = (stripe as usize) << self.shift;
-        let end = film.filter.pixels().min(first + film.stripe);
-        let before = film.tiling.rows_of(first, end).start * film.tiling.columns;
-        self.tiles = (3 * (end - first)).wrapping_sub(before * GROUPS);
-    }
-
-    /// Adds a weight to the tile it falls into, which must be of this stripe.
-    #[inline(always)]
-    pub fn add_to_tile(&mut self, raster: [f32; 2], group: usize, weight: f64) {
-        let at = self.film.tiling.index(raster) * GROUPS + group;
-        let at = self.tiles.wrapping_add(at);
-        if let Some(sum) = self.entries().get_mut(at) {
-            *sum += round(weight);
-        }
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! What a film knows of its own error.
 
-use super::sums::{GROUPS, SplatFilm, TILE_UNITS};
+use super::sums::SplatFilm;
 use rayon::prelude::*;
 
 /// How the half of all chains is summed for a layer.
@@ -27,7 +27,7 @@ impl Half {
 
 impl SplatFilm {
     /// The picture, and the squared standard error of each of its values: from the difference of two pictures by the two halves of all
-    /// chains ([`Half`]), and from the `relative_variance` of each layer's scale.
+    /// chains ([`Half`]), and from the `relative_variance` of each layer's scale. `light` is what all splats of each layer weigh.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -35,10 +35,11 @@ impl SplatFilm {
         &self,
         scales: &[f64],
         relative_variance: &[f64],
+        light: &[f64],
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert!(!self.half.is_empty());
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
-        let level = self.level(scales);
+        let level = self.level(scales, light);
         let planned: Vec<f64> = (self.half.iter())
             .map(|h| level * h.scale * h.factors()[1])
             .collect();
@@ -76,38 +77,18 @@ impl SplatFilm {
         (picture, variance)
     }
 
-    /// What brings the half, which was summed with scales known before, to the level of the picture.
-    fn level(&self, scales: &[f64]) -> f64 {
-        let (mut now, mut then) = (0.0, 0.0);
-        for layer in 0..self.layers {
-            let light: f64 = self.tile_weights(layer).iter().flatten().sum();
-            now += light * scales[layer];
-            then += light * self.half[layer].scale;
+    /// What brings the half, which was summed with scales known before, to the level of the picture. `light` holds the layers' sums of weights.
+    fn level(&self, scales: &[f64], light: &[f64]) -> f64 {
+        let total = |scale: &dyn Fn(usize) -> f64| -> f64 {
+            (light.iter().enumerate())
+                .map(|(layer, light)| light * scale(layer))
+                .sum()
+        };
+        let then = total(&|layer| self.half[layer].scale);
+        if then > 0.0 {
+            total(&|layer| scales[layer]) / then
+        } else {
+            0.0
         }
-        if then > 0.0 { now / then } else { 0.0 }
-    }
-
-    /// Sums of the weights of splats in each tile of a layer, by group of chains. A splat belongs to the tile it falls into, or is
-    /// nearest to, whatever the filter.
-    ///
-    /// # Panics
-    /// If the film is not judged.
-    pub fn tile_weights(&self, layer: usize) -> Vec<[f64; GROUPS]> {
-        assert!(layer < self.half.len());
-        let mut tiles = vec![[0.0; GROUPS]; self.tiling.len()];
-        let pixels = self.filter.pixels();
-        for stripe in 0..pixels.div_ceil(self.stripe) {
-            let first = stripe * self.stripe;
-            let end = pixels.min(first + self.stripe);
-            let from = self.tiling.rows_of(first, end).start * self.tiling.columns;
-            let sums = self.lock(layer, stripe);
-            let (sums, _) = sums.entries()[3 * (end - first)..].as_chunks::<GROUPS>();
-            for (tile, sums) in tiles[from..].iter_mut().zip(sums) {
-                for (to, sum) in tile.iter_mut().zip(sums) {
-                    *to += *sum as f64 / TILE_UNITS;
-                }
-            }
-        }
-        tiles
     }
 }

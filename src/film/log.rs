@@ -8,7 +8,7 @@ const STRIPES: usize = 64;
 /// Splats on their way to the film.
 #[derive(Default)]
 pub struct SplatLog {
-    /// `[colour over its own mean channel (3), raster position in pixels (2), group (bits), weight (u64, two words)]`
+    /// `[colour over its own mean channel (3), raster position in pixels (2), 0, weight (u64, two words)]`
     pub(super) splats: Vec<Row>,
     /// Splat and pixel, sorted by stripe; and room to sort.
     pub(super) order: Vec<(u32, u32)>,
@@ -32,15 +32,15 @@ impl SplatLog {
         self.order.len() - self.len
     }
 
-    /// Adds a splat, `[colour (3), raster (2), ..]`, of a group of chains below [`super::GROUPS`] (bits), unless its weight is 0.
+    /// Adds a splat, `[colour (3), raster (2), ..]`, unless its weight is 0.
     ///
     /// # Panics
     /// Without room.
     #[inline(always)]
-    pub fn push(&mut self, splat: &Row, group: f32, weight: u64) {
+    pub fn push(&mut self, splat: &Row, weight: u64) {
         let Row([r, g, b, x, y, ..]) = *splat;
         let [low, high] = [weight, weight >> 32].map(|w| f32::from_bits(w as u32));
-        self.splats[self.len] = Row([r, g, b, x, y, group, low, high]);
+        self.splats[self.len] = Row([r, g, b, x, y, 0.0, low, high]);
         self.len += usize::from(weight > 0);
     }
 

@@ -13,5 +13,5 @@ pub use self::filter::FilterTable;
 pub use self::judged::Half;
 pub use self::log::SplatLog;
 pub use self::samples::{Sample, SampleFilm};
-pub use self::sums::{Destination, GROUPS, SplatFilm};
-pub use self::tiles::{TILE, Tiling};
+pub use self::sums::{Destination, SplatFilm};
+pub use self::tiles::{GROUPS, TILE, Tiling};

@@ -1,9 +1,9 @@
 //! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
 
+use super::FilterTable;
 use super::held::Held;
 use super::judged::Half;
 use super::log::SplatLog;
-use super::{FilterTable, Tiling};
 use crate::memory::Table;
 use crate::simd::Row;
 use std::sync::{Mutex, MutexGuard};
@@ -16,13 +16,11 @@ use std::sync::{Mutex, MutexGuard};
 /// Threads collect splats in a [`SplatLog`] each and hand it in when it is full: no pixel is shared while chains march.
 ///
 /// A film can also know its own error ([`Self::judged`]): the splats of one half of all chains are summed once more, in one layer of their
-/// own, and the weights of [`GROUPS`] groups of chains are summed tile by tile, for each layer.
+/// own.
 pub struct SplatFilm {
     pub(super) filter: FilterTable,
-    pub(super) tiling: Tiling,
     pub(super) layers: usize,
-    /// `[layer][stripe]`, each `[pixel][channel]`, then, if judged, `[tile][group]` of the rows of tiles that the stripe touches. The half
-    /// is one more layer, without tiles.
+    /// `[layer][stripe]`, each `[pixel][channel]`. The half is one more layer.
     pub(super) stripes: Vec<Mutex<Table<i64>>>,
     /// Pixels of a stripe, a power of two.
     pub(super) stripe: usize,
@@ -32,12 +30,6 @@ pub struct SplatFilm {
     /// By layer; scales at most 1. Empty: the film is not judged.
     pub(super) half: Vec<Half>,
 }
-
-/// Independent groups of chains of each depth.
-pub const GROUPS: usize = 16;
-
-/// Units of a tile's weights in a weight of 1.
-pub(super) const TILE_UNITS: f64 = (1u64 << 24) as f64;
 
 /// Where the splats of a log go.
 #[derive(Clone, Copy, Debug)]
@@ -85,24 +77,13 @@ impl SplatFilm {
         let fraction_bits = (61 - bound.log2().ceil() as i32).clamp(0, 48);
         let pixels = filter.pixels();
         let stripe = stripe(pixels);
-        let tiling = Tiling::new(filter.crop());
-        let size = |layer: usize, first: usize| {
-            let end = pixels.min(first + stripe);
-            let rows = if layer < half.len() {
-                tiling.rows_of(first, end).len()
-            } else {
-                0
-            };
-            3 * (end - first) + rows * tiling.columns * GROUPS
-        };
         let all = layers + usize::from(!half.is_empty());
         let stripes = (0..all)
-            .flat_map(|layer| (0..pixels).step_by(stripe).map(move |first| (layer, first)))
-            .map(|(layer, first)| Mutex::new(Table::zeroed(size(layer, first))))
+            .flat_map(|_| (0..pixels).step_by(stripe))
+            .map(|first| Mutex::new(Table::zeroed(3 * stripe.min(pixels - first))))
             .collect();
         Self {
             filter,
-            tiling,
             layers,
             stripes,
             stripe,
@@ -114,11 +95,6 @@ impl SplatFilm {
 
     pub fn layers(&self) -> usize {
         self.layers
-    }
-
-    /// Its tiles.
-    pub fn tiling(&self) -> &Tiling {
-        &self.tiling
     }
 
     pub(super) fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
@@ -137,8 +113,6 @@ impl SplatFilm {
         let shift = self.stripe.trailing_zeros();
         log.sort(|raster| self.filter.nearest(raster), shift);
         let scale = to.scale * (1u64 << self.fraction_bits) as f64;
-        let tile_scale = to.scale * TILE_UNITS;
-        let judged = !self.half.is_empty();
         let half = self.half.get(to.layer).filter(|_| to.half);
         let half = half.map(|h| h.scale * h.factors()[0]);
         let mut held = Held::new(self, to.layer, half, shift);
@@ -154,14 +128,9 @@ impl SplatFilm {
                 }
             }
             let (splat, nearest) = log.order[i];
-            let Row([r, g, b, x, y, group, low, high]) = log.splats[splat as usize];
+            let Row([r, g, b, x, y, _, low, high]) = log.splats[splat as usize];
             let weight = u64::from(low.to_bits()) | u64::from(high.to_bits()) << 32;
-            let weight = weight as f64;
-            held.enter(nearest >> shift);
-            if judged && (!single || self.filter.contains([x, y])) {
-                held.add_to_tile([x, y], group.to_bits() as usize, weight * tile_scale);
-            }
-            let scale = weight * scale;
+            let scale = weight as f64 * scale;
             if single {
                 if self.filter.contains([x, y]) {
                     held.add(nearest as usize, &[1.0], [r, g, b], scale);
@@ -243,11 +212,7 @@ mod tests {
             if log.room() == 0 {
                 film.add(to, &mut log);
             }
-            log.push(
-                &Row([r, g, b, raster[0], raster[1], 0.0, 0.0, 0.0]),
-                0.0,
-                weight,
-            );
+            log.push(&Row([r, g, b, raster[0], raster[1], 0.0, 0.0, 0.0]), weight);
         }
         film.add(to, &mut log);
     }
@@ -292,7 +257,6 @@ mod tests {
             }
             log.push(
                 &Row([1.0, 2.0, 0.0, raster[0], raster[1], 0.0, 0.0, 0.0]),
-                0.0,
                 1,
             );
         }

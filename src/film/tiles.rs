@@ -1,7 +1,12 @@
 //! Tiles of the picture: where errors are told place by place.
 
+use crate::simd::{Lanes, UintLanes};
+
 /// Pixels along each side of a tile; those at the right and the bottom may be smaller.
 pub const TILE: u32 = 16;
+
+/// Independent groups, of chains of a depth or of passes over the picture, whose sums are kept apart tile by tile.
+pub const GROUPS: usize = 16;
 
 /// The tiles of a crop window, row by row from its top left.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +52,21 @@ impl Tiling {
         row * self.columns + column
     }
 
+    /// [`Self::index`] in lanes, as bits. Raster positions are finite.
+    #[inline(always)]
+    pub fn indices<L: Lanes>(&self, x: L, y: L) -> L::Uint {
+        let [x0, x1, y0, y1] = self.crop.map(|v| v as f32);
+        let tile = |v: L, low: f32, high: f32| {
+            let inside = v.max(L::splat(low)).min(L::splat(high - 1.0)) - L::splat(low);
+            (inside * L::splat(1.0 / TILE as f32)).floor()
+        };
+        // Exact: there are fewer than 2^22 tiles.
+        let index = tile(y, y0, y1).mul_add(L::splat(self.columns as f32), tile(x, x0, x1));
+        // Beside 2^23 the last bit is worth 1.
+        let beside = (index + L::splat(8_388_608.0)).to_bits();
+        beside.and(L::Uint::splat(0x7f_ffff))
+    }
+
     /// Raster positions `[x0, x1, y0, y1]` of the pixels of a tile.
     pub fn bounds(&self, tile: usize) -> [u32; 4] {
         let [x0, x1, y0, y1] = self.crop.map(|v| v as u32);
@@ -59,13 +79,6 @@ impl Tiling {
     pub fn pixels(&self, tile: usize) -> u32 {
         let [x0, x1, y0, y1] = self.bounds(tile);
         (x1 - x0) * (y1 - y0)
-    }
-
-    /// Rows of tiles that pixels `first..end` of the crop window, counted row by row, lie in.
-    pub(super) fn rows_of(&self, first: usize, end: usize) -> std::ops::Range<usize> {
-        let width = (self.crop[1] - self.crop[0]) as usize;
-        let row = |pixel: usize| pixel / width / TILE as usize;
-        row(first)..row(end - 1) + 1
     }
 }
 
@@ -90,10 +103,18 @@ mod tests {
         for (tile, n) in count.iter().enumerate() {
             assert_eq!(*n, tiling.pixels(tile));
         }
+        for raster in [
+            [5.0, 3.0],
+            [44.9, 35.9],
+            [20.99, 19.0],
+            [-7.0, 1e6],
+            [21.0, 18.9],
+        ] {
+            let lanes = tiling.indices::<f32>(raster[0], raster[1]).lane(0);
+            assert_eq!(lanes as usize, tiling.index(raster), "{raster:?}");
+        }
         // Filters reach samples beyond the window.
         assert_eq!(tiling.index([-3.0, 0.0]), 0);
         assert_eq!(tiling.index([1e9, 1e9]), 8);
-        assert_eq!(tiling.rows_of(0, 40 * 16), 0..1);
-        assert_eq!(tiling.rows_of(40 * 15, 40 * 16 + 1), 0..2);
     }
 }

@@ -8,8 +8,8 @@ use super::error::{Groups, Tiles};
 use super::mmlt::{Chains, Light};
 use super::{Run, Stats};
 use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
-use crate::chain::monitor::{Monitor, TileMoments};
-use crate::film::{GROUPS, SplatFilm, Tiling};
+use crate::chain::monitor::{Monitor, TileMoments, UNITS};
+use crate::film::{GROUPS, Tiling};
 use serde::Serialize;
 
 /// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
@@ -122,22 +122,23 @@ pub(super) fn depths(run: &Run, chains: &Chains, light: &Light) -> Vec<DepthStat
 /// Fills in what is known of errors and mixing, and warns.
 pub(super) fn judge(
     run: &Run,
-    film: &SplatFilm,
+    tiling: &Tiling,
     chains: &Chains,
     light: &Light,
     stats: &mut Stats,
     warnings: &mut Vec<String>,
 ) {
     let depths = depths(run, chains, light);
-    let sums: Vec<Vec<[f64; GROUPS]>> = (0..film.layers()).map(|l| film.tile_weights(l)).collect();
+    let all = light.scales.len();
+    let sums: Vec<Vec<[f64; GROUPS]>> = (0..all).map(|l| tile_weights(chains, l, tiling)).collect();
     let layers = sums.iter().enumerate().map(|(layer, sums)| Groups {
         sums,
         thrown: thrown(chains, layer),
         scale: light.scales[layer],
         relative_variance: light.relative_variance[layer],
     });
-    let tiles = Tiles::of(film.tiling(), layers);
-    let check = cross_check(run, film.tiling(), chains, light, &sums);
+    let tiles = Tiles::of(tiling, layers);
+    let check = cross_check(run, tiling, chains, light, &sums);
 
     let important = || depths.iter().filter(|d| d.share >= MATTERS);
     let worst = |values: Vec<f64>, than: fn(f64, f64) -> f64| values.into_iter().reduce(than);
@@ -147,8 +148,8 @@ pub(super) fn judge(
     );
     stats.ess = worst(important().filter_map(|d| d.mixing.ess).collect(), f64::min);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
-    warnings.extend(apart(&depths, &tiles, film.tiling()));
-    warnings.extend(stuck(run, film.tiling(), light, &depths, &tiles));
+    warnings.extend(apart(&depths, &tiles, tiling));
+    warnings.extend(stuck(run, tiling, light, &depths, &tiles));
     warnings.extend(missed(&check));
     stats.depths = depths;
     stats.tiles = Some(tiles);
@@ -159,11 +160,36 @@ pub(super) fn judge(
 fn thrown(chains: &Chains, layer: usize) -> [f64; GROUPS] {
     let mut thrown = [0.0; GROUPS];
     for (a, batch) in chains.iter().filter(|(a, _)| a.layer == layer) {
-        for (to, chains) in thrown.iter_mut().zip(batch.groups()) {
-            *to += chains as f64 * f64::from(batch.iterations()) * a.share;
+        for group in batch.monitor().iter().flat_map(|m| m.groups()) {
+            let steps = group.chains.len() as f64 * f64::from(batch.iterations());
+            thrown[usize::from(group.group)] += steps * a.share;
         }
     }
     thrown
+}
+
+/// Weight that each group of chains has left in each tile.
+fn tile_weights(chains: &Chains, layer: usize, tiling: &Tiling) -> Vec<[f64; GROUPS]> {
+    let mut tiles = vec![[0.0; GROUPS]; tiling.len()];
+    for (a, batch) in chains.iter().filter(|(a, _)| a.layer == layer) {
+        for group in batch.monitor().iter().flat_map(|m| m.groups()) {
+            for (tile, sum) in tiles.iter_mut().zip(&group.sums) {
+                tile[usize::from(group.group)] += *sum as f64 / UNITS * a.share;
+            }
+        }
+    }
+    tiles
+}
+
+/// What all splats of each layer weigh.
+pub(super) fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
+    let mut weights = vec![0.0; layers];
+    for (a, batch) in chains {
+        let groups = batch.monitor().map_or(&[][..], |m| m.groups());
+        let sum: u64 = groups.iter().flat_map(|g| &g.sums).sum();
+        weights[a.layer] += sum as f64 / UNITS * a.share;
+    }
+    weights
 }
 
 fn cross_check(
@@ -188,8 +214,9 @@ fn cross_check(
             let Some(monitor) = batch.monitor() else {
                 continue;
             };
-            steps += batch.counts.large;
-            for (to, from) in large.iter_mut().zip(monitor.large()) {
+            let (tiles, recorded) = monitor.large();
+            steps += recorded;
+            for (to, from) in large.iter_mut().zip(tiles) {
                 to.count += from.count;
                 to.sum += from.sum;
                 to.squares += from.squares;

@@ -16,7 +16,7 @@ use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
 use super::{EndedBy, Phase, Render, Run, Settings, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
-use crate::film::{FilterTable, Half, SplatFilm};
+use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use crate::transport::World;
 use std::time::Instant;
@@ -49,7 +49,8 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let film = film(run, &allotments, &starts);
 
     let render_start = Instant::now();
-    let mut march = March::new::<L>(run, &allotments, &starts, film.tiling());
+    let tiling = Tiling::new(run.scene.film.crop);
+    let mut march = March::new::<L>(run, &allotments, &starts, &tiling);
     let mut looks = Looks::new();
     let ended_by = march.march::<L>(&film, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
@@ -66,7 +67,9 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
     let light = Light::of(run, film.layers(), &chains);
     let (pixels, variance) = if settings.estimate_error {
-        let (pixels, variance) = film.resolve_with_error(&light.scales, &light.relative_variance);
+        let weights = mixed::weights(&chains, film.layers());
+        let (pixels, variance) =
+            film.resolve_with_error(&light.scales, &light.relative_variance, &weights);
         (pixels, Some(variance))
     } else {
         (film.resolve(&light.scales), None)
@@ -94,7 +97,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         ..Stats::default()
     };
     if settings.estimate_error {
-        mixed::judge(run, &film, &chains, &light, &mut stats, &mut warnings);
+        mixed::judge(run, &tiling, &chains, &light, &mut stats, &mut warnings);
     }
     Render {
         stats,
@@ -170,7 +173,9 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
         let light = Light::of(run, film.layers(), chains);
         let scale = f64::from(run.scene.film.scale);
         let scales: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
-        let (pixels, variance) = film.resolve_with_error(&scales, &light.relative_variance);
+        let weights = mixed::weights(chains, film.layers());
+        let (pixels, variance) =
+            film.resolve_with_error(&scales, &light.relative_variance, &weights);
         let error = relmse(&pixels, &variance, run.size().0 as usize).sqrt();
         run.observer.error(error);
         let reached = run

@@ -5,6 +5,7 @@
 //! light each depth carries. Whatever is compared takes turns in short rounds, so that a machine whose speed drifts is
 //! equally fast for both sides; figures are medians over the rounds. The stage clock runs only where stages are measured.
 
+mod judged;
 mod lanes;
 mod machine;
 mod report;
@@ -21,7 +22,7 @@ use super::{RenderError, Settings, check, mmlt, per_second, pool};
 use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
-use crate::film::{FilterTable, SplatFilm};
+use crate::film::{FilterTable, Half, SplatFilm};
 use crate::scene::Scene;
 use crate::simd::f32x8;
 use crate::transport::World;
@@ -31,6 +32,12 @@ use std::time::{Duration, Instant};
 const ROUNDS: usize = 7;
 /// Bound of the weight that measurements splat, more than an hour of any machine: the picture is thrown away.
 const MOST_WEIGHT: f64 = 1e15;
+
+/// All layers alike.
+const HALF: Half = Half {
+    scale: 1.0,
+    part: 0.5,
+};
 
 /// Why there is nothing to measure.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +52,10 @@ pub enum MeasureError {
 struct Bench<'a> {
     world: &'a World<'a>,
     film: SplatFilm,
+    /// One that knows its own error.
+    judged: SplatFilm,
+    /// `[x0, x1, y0, y1]` of the picture.
+    crop: [u32; 4],
     kernel: Kernel,
     bootstraps: Vec<Bootstrap>,
     seed: u64,
@@ -85,7 +96,9 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     let layers = mmlt::layers(world.plan.depths.len());
     let bench = Bench {
         world: &world,
-        film: SplatFilm::new(filter, layers, MOST_WEIGHT),
+        film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
+        judged: SplatFilm::judged(filter, MOST_WEIGHT, vec![HALF; layers]),
+        crop: scene.film.crop,
         kernel: Kernel::new(
             settings.seed,
             settings.large_step_probability,
@@ -97,6 +110,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         time,
     };
     let (lanes, stages, groups) = lanes::compare(&bench);
+    let error_estimate = judged::compare(&bench);
     Ok(Report {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
@@ -110,6 +124,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         lanes,
         stages,
         groups,
+        error_estimate,
         threads: threads::compare(&bench, &pool),
     })
 }

@@ -45,6 +45,8 @@ pub struct Report {
     pub stages: Vec<StageFigures>,
     /// `total`, `traversal` (closest hits and visibility), `rest` (all but that), `accept_and_splat`.
     pub groups: Vec<StageFigures>,
+    /// Time of a step with the error estimate of a render over time without, at eight lanes on one thread.
+    pub error_estimate: Spread,
     pub threads: Vec<ThreadFigures>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::Bench;
 use crate::chain::batch::{Batch, Workspace};
-use crate::film::Destination;
+use crate::film::{Destination, GROUPS, Tiling};
 use crate::integrate::schedule::{LAYERS, STRIDE};
 use crate::simd::Lanes;
 use crate::transport::clock::{Clock, Spent, Stage};
@@ -13,6 +13,9 @@ use std::time::Instant;
 pub(super) struct Work<L> {
     batches: Vec<Share>,
     workspace: Workspace,
+    /// Splats go to the film that knows its own error, those of every other turn also to its half.
+    judged: bool,
+    turn: u64,
     width: PhantomData<L>,
 }
 
@@ -63,8 +66,24 @@ impl<L: Lanes> Work<L> {
         Self {
             batches,
             workspace,
+            judged: false,
+            turn: 0,
             width: PhantomData,
         }
+    }
+
+    /// The work of one thread, its chains watched, on the film that knows its own error.
+    pub fn judged(bench: &Bench) -> Self {
+        let mut work = Self::new(bench, 0, 1);
+        let tiling = Tiling::new(bench.crop);
+        for share in &mut work.batches {
+            let groups: Vec<u8> = (0..share.batch.len())
+                .map(|i| (i * GROUPS / share.batch.len()) as u8)
+                .collect();
+            (share.batch).watch(bench.world, &groups, &tiling);
+        }
+        work.judged = true;
+        work
     }
 
     /// Turns the stage clock on or off, and sets it to zero.
@@ -103,6 +122,12 @@ impl<L: Lanes> Work<L> {
 
     fn turn(&mut self, bench: &Bench) -> u64 {
         let mut mutations = 0;
+        self.turn += 1;
+        let film = if self.judged {
+            &bench.judged
+        } else {
+            &bench.film
+        };
         for share in &mut self.batches {
             share.due += share.rate;
             if share.due < 1.0 {
@@ -114,11 +139,11 @@ impl<L: Lanes> Work<L> {
                 &bench.kernel,
                 STRIDE,
                 &mut self.workspace,
-                &bench.film,
+                film,
                 Destination {
                     layer: share.layer,
                     scale: 1.0,
-                    half: false,
+                    half: self.turn.is_multiple_of(2),
                 },
             );
             mutations += u64::from(STRIDE) * share.batch.len() as u64;
