@@ -155,7 +155,8 @@ fn ratio(
     let logs = own.filter_map(|run| {
         let same = |r: &&Run| (r.variant, r.budget, r.seed) == (robust, run.budget, run.seed);
         let other = runs.iter().find(same)?;
-        let log = (value(run) / value(other)).log10();
+        // Errors less the reference's may be negative, and have no logarithm.
+        let log = value(run).log10() - value(other).log10();
         log.is_finite().then_some(log)
     });
     Some(mean(logs.collect())?.exp10())
@@ -163,4 +164,72 @@ fn ratio(
 
 fn mean(values: Vec<f64>) -> Option<Estimate> {
     (!values.is_empty()).then(|| Estimate::mean(&values))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run that takes so long for 8 mutations a pixel.
+    fn run(variant: usize, budget: usize, seed: u64, seconds: f64, error: f64) -> Run {
+        Run {
+            variant,
+            budget,
+            seed,
+            effort: 8,
+            seconds,
+            build_seconds: 0.0,
+            bootstrap_seconds: 0.0,
+            render_seconds: seconds,
+            mutations: 0,
+            samples: 0,
+            rays: 0,
+            relmse: error,
+            relmse_corrected: error,
+            within_reference_error: false,
+        }
+    }
+
+    #[test]
+    fn switches_are_paired_by_budget_and_seed() {
+        // A machine that is ten times slower for the second seed; the third has no partner.
+        let runs = [
+            run(0, 0, 1, 1.0, 0.1),
+            run(0, 1, 1, 2.0, 0.1),
+            run(1, 1, 1, 1.0, 0.2),
+            run(1, 1, 2, 10.0, 0.1),
+            run(0, 1, 2, 20.0, 0.05),
+            run(1, 1, 3, 1e6, 1.0),
+            run(1, 0, 1, 1e-6, 1.0),
+        ];
+        let throughput = |r: &Run| r.effort as f64 / r.render_seconds;
+        let paired = ratio(&runs, 1, 0, 1, throughput).unwrap();
+        assert!((paired.value - 2.0).abs() < 1e-9);
+        assert!(paired.stderr.unwrap() < 1e-9);
+        let error = ratio(&runs, 1, 0, 1, |r| r.relmse_corrected).unwrap();
+        assert!((error.value - 2.0).abs() < 1e-9);
+        assert!(ratio(&runs, 1, 0, 1, |_| -1.0).is_none());
+        assert!(ratio(&runs, 1, 0, 1, |_| 0.0).is_none());
+        assert!(ratio(&runs, 2, 0, 0, throughput).is_none());
+    }
+
+    #[test]
+    fn pictures_of_switches_are_compared_at_equal_seeds() {
+        let of = |variant: usize, round: u64, mean: f64| Brightness {
+            variant,
+            round,
+            mean,
+        };
+        let pictures = Pictures {
+            sums: vec![vec![[2.0; 3]; 4], vec![[2.0, 2.0, 2.2]; 4]],
+            brightness: vec![of(0, 0, 0.5), of(1, 0, 0.55), of(1, 1, 1.65), of(0, 1, 1.5)],
+        };
+        let brightness = pictures.brightness(1, 0).unwrap();
+        assert!((brightness.value - 0.1).abs() < 1e-9);
+        assert!(brightness.stderr.unwrap() < 1e-9);
+        let difference = pictures.difference(1, 0).unwrap();
+        assert!((difference - 0.1 / 1.01 / 3.0).abs() < 1e-9);
+        assert_eq!(pictures.difference(2, 0), None);
+        assert_eq!(Pictures::default().brightness(1, 0), None);
+    }
 }

@@ -87,8 +87,8 @@ pub const SWITCH_COLUMNS: [(&str, &str); 5] = [
     ("what robustness costs", ""),
     ("throughput", "over the robust"),
     ("error x work", "over the robust"),
-    ("brightness", "less the robust, %"),
-    ("pixels differ", "mean, %"),
+    ("brightness", "less the robust"),
+    ("pixels differ", "mean"),
 ];
 /// What stands below it.
 pub const SWITCH_NOTE: &str = "cheap over robust, paired by seed: throughput above 1 is what robustness costs, error above 1 what it saves; \
@@ -97,8 +97,8 @@ pub const SWITCH_NOTE: &str = "cheap over robust, paired by seed: throughput abo
 /// A row of the table of switches.
 pub fn switch(figures: &SwitchFigures) -> [String; 5] {
     let brightness = figures.brightness.map(|b| match b.stderr {
-        Some(e) => format!("{:+.4} ±{:.4}", 100.0 * b.value, 100.0 * e),
-        None => format!("{:+.4}", 100.0 * b.value),
+        Some(e) => format!("{:+.4}% ±{:.4}", 100.0 * b.value, 100.0 * e),
+        None => format!("{:+.4}%", 100.0 * b.value),
     });
     let known = |text: Option<String>| text.unwrap_or(NOTHING.into());
     [
@@ -106,7 +106,7 @@ pub fn switch(figures: &SwitchFigures) -> [String; 5] {
         optional(figures.throughput.as_ref()),
         optional(figures.error.as_ref()),
         known(brightness),
-        known(figures.difference.map(|d| number(100.0 * d))),
+        known((figures.difference).map(|d| format!("{}%", number(100.0 * d)))),
     ]
 }
 
