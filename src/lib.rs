@@ -14,6 +14,7 @@
 //! |---|---|---|
 //! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, counter-based random numbers | anything below |
 //! | `memory` | tables in huge pages | what they hold |
+//! | [`switches`] | cheaper, less accurate alternatives; in a bench build only | what they stand in for |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
@@ -69,5 +70,6 @@ pub mod plan;
 pub mod scene;
 pub mod simd;
 pub mod surface;
+pub mod switches;
 pub mod trace;
 pub mod transport;

@@ -312,6 +312,7 @@ mod tests {
             target_error: None,
             estimate_error: true,
             batch: None,
+            switches: crate::switches::Switches::NONE,
         };
         let list = attributes("a.pbrt", &settings, &stats);
         let get = |name: &str| list.iter().find(|a| a.name == name).map(|a| &a.value);

@@ -17,5 +17,6 @@ pub mod gallery;
 pub mod plan;
 pub mod reference;
 pub mod report;
+pub mod robust;
 pub mod run;
 mod trial;

@@ -1,5 +1,6 @@
 //! What a film knows of its own error.
 
+use super::format::Format;
 use super::sums::SplatFilm;
 use rayon::prelude::*;
 
@@ -39,6 +40,7 @@ impl SplatFilm {
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert!(!self.half.is_empty());
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
+        let format = Format::now();
         let level = self.level(scales, light);
         let planned: Vec<f64> = (self.half.iter())
             .map(|h| level * h.scale * h.factors()[1])
@@ -54,7 +56,7 @@ impl SplatFilm {
                 let difference = self.sum(stripe, &planned, &mut room);
                 let half = self.lock(self.layers, stripe);
                 for (d, a) in difference.iter_mut().zip(half.entries()) {
-                    *d -= 2.0 * level * unit * *a as f64;
+                    *d -= 2.0 * level * unit * format.value(*a);
                 }
                 drop(half);
                 let mut squares: Vec<f64> = difference.iter().map(|d| d * d).collect();
@@ -63,7 +65,7 @@ impl SplatFilm {
                         let factor = unit * scales[layer] * relative_variance[layer].sqrt();
                         let pixels = self.lock(layer, stripe);
                         for (square, sum) in squares.iter_mut().zip(pixels.entries()) {
-                            *square += (*sum as f64 * factor).powi(2);
+                            *square += (format.value(*sum) * factor).powi(2);
                         }
                     }
                 }

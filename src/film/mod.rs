@@ -1,6 +1,7 @@
 //! The film: exact sums of filtered samples.
 
 pub mod filter;
+mod format;
 mod held;
 mod judged;
 mod log;

@@ -1,5 +1,6 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
+use super::format::Format;
 use super::{FilterTable, GROUPS, Tiling};
 use std::sync::{Mutex, MutexGuard};
 
@@ -69,6 +70,7 @@ impl SampleFilm {
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
         // What the samples in a row of one tile and group come to.
         let (mut at, mut sum) = ((0, 0, 0), 0);
+        let format = Format::now();
         for Sample {
             raster,
             colour,
@@ -81,7 +83,11 @@ impl SampleFilm {
                 let at = pixel % BLOCK * 3;
                 let sums = &mut block[at..at + 3];
                 for (sum, v) in sums.iter_mut().zip(colour) {
-                    *sum += fixed(f64::from(v) * w);
+                    let v = f64::from(v) * w;
+                    match format {
+                        Format::Fixed => *sum += fixed(v),
+                        _ => *sum = i128::from(format.add(*sum as u64, v)),
+                    }
                 }
             });
             let [r, g, b] = colour.map(f64::from);
@@ -108,7 +114,12 @@ impl SampleFilm {
     /// The picture after so many passes.
     pub fn resolve(&self, passes: u64) -> Vec<[f32; 3]> {
         let factor = over(passes) / Self::UNIT;
-        self.pixels(|sums| sums.iter().sum::<i128>() as f64 * factor)
+        match Format::now() {
+            Format::Fixed => self.pixels(|sums| sums.iter().sum::<i128>() as f64 * factor),
+            format => {
+                self.pixels(|sums| sums.iter().map(|s| unfixed(format, *s)).sum::<f64>() * factor)
+            }
+        }
     }
 
     /// The picture, and the squared standard error of each of its values, from the difference of its halves; infinite if there is but one.
@@ -120,8 +131,10 @@ impl SampleFilm {
         let (even, odd) = (passes.div_ceil(2), passes / 2);
         // The variance of the mean of all, from that of the difference of both means.
         let weight = even as f64 * odd as f64 * over(passes).powi(2);
+        let format = Format::now();
         let variance = self.pixels(|sums| {
-            let [a, b] = [sums[0] as f64 * over(even), sums[1] as f64 * over(odd)];
+            let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
+            let [a, b] = [half(sums[0], even), half(sums[1], odd)];
             let difference = (a - b) / Self::UNIT;
             if odd > 0 {
                 weight * difference * difference
@@ -166,6 +179,16 @@ impl SampleFilm {
 /// `as` saturates: 2^67 times the largest picture value there is.
 fn fixed(value: f64) -> i128 {
     (value * SampleFilm::UNIT) as i128
+}
+
+/// What an entry holds, in units.
+#[inline(always)]
+fn unfixed(format: Format, entry: i128) -> f64 {
+    match format {
+        Format::Fixed => entry as f64,
+        // Radiance as it is.
+        _ => format.value(entry as i64) * SampleFilm::UNIT,
+    }
 }
 
 fn over(n: u64) -> f64 {

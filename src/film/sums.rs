@@ -1,6 +1,7 @@
 //! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
 
 use super::FilterTable;
+use super::format::Format;
 use super::held::Held;
 use super::judged::Half;
 use super::log::SplatLog;
@@ -115,6 +116,8 @@ impl SplatFilm {
         let scale = to.scale * (1u64 << self.fraction_bits) as f64;
         let half = self.half.get(to.layer).filter(|_| to.half);
         let half = half.map(|h| h.scale * h.factors()[0]);
+        // Asked once a log, and handed down rather than held: a constant where there is no choice.
+        let format = Format::now();
         let mut held = Held::new(self, to.layer, half, shift);
         held.enter(log.order[0].1 >> shift);
         let single = self.filter.is_single();
@@ -133,11 +136,11 @@ impl SplatFilm {
             let scale = weight as f64 * scale;
             if single {
                 if self.filter.contains([x, y]) {
-                    held.add(nearest as usize, &[1.0], [r, g, b], scale);
+                    held.add(format, nearest as usize, &[1.0], [r, g, b], scale);
                 }
             } else {
                 self.filter.rows([x, y], |first, weights, row| {
-                    held.add_across(first, weights, [r, g, b], row * scale);
+                    held.add_across(format, first, weights, [r, g, b], row * scale);
                 });
             }
         }
@@ -168,10 +171,11 @@ impl SplatFilm {
         let sums = &mut room[..3 * size];
         sums.fill(0.0);
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
+        let format = Format::now();
         for (layer, scale) in scales[..self.layers].iter().enumerate() {
             let pixels = self.lock(layer, stripe);
             for (to, sum) in sums.iter_mut().zip(pixels.entries()) {
-                *to += *sum as f64 * unit * scale;
+                *to += format.value(*sum) * unit * scale;
             }
         }
         sums

@@ -12,6 +12,7 @@ pub use self::mixed::{CrossCheck, DepthStats};
 
 use crate::scene::{Film, IntegratorKind, Scene};
 use crate::simd::f32x8;
+use crate::switches::{self, Switches};
 use crate::transport::World;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -46,6 +47,8 @@ pub struct Settings {
     pub estimate_error: bool,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
     pub batch: Option<usize>,
+    /// Cheaper alternatives that are on; none unless this is a bench build.
+    pub switches: Switches,
 }
 
 /// Lanes of the kernels.
@@ -84,6 +87,7 @@ impl Settings {
             target_error: None,
             estimate_error: true,
             batch: None,
+            switches: Switches::NONE,
         }
     }
 }
@@ -220,6 +224,7 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
+    let _switches = switches::hold(settings.switches);
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;

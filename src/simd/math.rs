@@ -2,7 +2,8 @@
 //! bits. Coefficients of `ln`, `exp`, `atan` and `asin` are those of the Cephes library (Moshier 1992, `single/`); sine and cosine are
 //! its kernels behind an exact reduction of turns.
 
-use super::{Lanes, Mask, UintLanes};
+use super::{Lanes, Mask, UintLanes, cheap};
+use crate::switches::{self, Switch};
 
 /// `(sin 2 pi u, cos 2 pi u)` for `u` in `[-1, 2]`; absolute error below 1.5e-7.
 #[inline(always)]
@@ -25,6 +26,9 @@ pub fn sin_cos_turns<L: Lanes>(u: L) -> (L, L) {
 #[inline(always)]
 fn sin_cos_eighth<L: Lanes>(u: L) -> (L, L) {
     let x = u * L::splat(std::f32::consts::TAU);
+    if switches::on(Switch::CheapMath) {
+        return cheap::sin_cos(x);
+    }
     let x2 = x * x;
     let s = L::splat(-1.951_529_6e-4)
         .mul_add(x2, L::splat(8.332_161e-3))
@@ -67,6 +71,9 @@ pub fn ln<L: Lanes>(x: L) -> L {
             .add(L::Uint::splat(0x3f35_04f3)),
     );
     let z = mantissa - L::one();
+    if switches::on(Switch::CheapMath) {
+        return exponent.mul_add(L::splat(std::f32::consts::LN_2), cheap::ln_1p(z));
+    }
     let p = L::splat(7.037_683_6e-2)
         .mul_add(z, L::splat(-1.151_461e-1))
         .mul_add(z, L::splat(1.167_699_9e-1))
@@ -92,13 +99,17 @@ pub fn exp<L: Lanes>(x: L) -> L {
         .floor();
     let r = n.mul_add(L::splat(-0.693_359_4), x);
     let r = n.mul_add(L::splat(2.121_944_4e-4), r);
-    let p = L::splat(1.987_569_1e-4)
-        .mul_add(r, L::splat(1.398_2e-3))
-        .mul_add(r, L::splat(8.333_452e-3))
-        .mul_add(r, L::splat(4.166_579_6e-2))
-        .mul_add(r, L::splat(1.666_666_6e-1))
-        .mul_add(r, L::splat(0.5));
-    let y = (p * r).mul_add(r, r) + L::one();
+    let y = if switches::on(Switch::CheapMath) {
+        cheap::exp(r)
+    } else {
+        let p = L::splat(1.987_569_1e-4)
+            .mul_add(r, L::splat(1.398_2e-3))
+            .mul_add(r, L::splat(8.333_452e-3))
+            .mul_add(r, L::splat(4.166_579_6e-2))
+            .mul_add(r, L::splat(1.666_666_6e-1))
+            .mul_add(r, L::splat(0.5));
+        (p * r).mul_add(r, r) + L::one()
+    };
     // 2^n by its bits; n + 127 is in [1, 254].
     let scale = L::from_bits(float_to_uint(n + L::splat(127.0)).shl::<23>());
     y * scale
@@ -113,12 +124,16 @@ pub fn atan2<L: Lanes>(y: L, x: L) -> L {
     // atan on [0, 1]: fold above tan(pi / 8).
     let fold = ratio.gt(L::splat(0.414_213_57));
     let z = L::select(fold, (ratio - L::one()) / (ratio + L::one()), ratio);
-    let z2 = z * z;
-    let p = L::splat(8.053_744_6e-2)
-        .mul_add(z2, L::splat(-1.387_768_5e-1))
-        .mul_add(z2, L::splat(1.997_771e-1))
-        .mul_add(z2, L::splat(-3.333_295e-1));
-    let a = (p * z2).mul_add(z, z);
+    let a = if switches::on(Switch::CheapMath) {
+        cheap::atan(z)
+    } else {
+        let z2 = z * z;
+        let p = L::splat(8.053_744_6e-2)
+            .mul_add(z2, L::splat(-1.387_768_5e-1))
+            .mul_add(z2, L::splat(1.997_771e-1))
+            .mul_add(z2, L::splat(-3.333_295e-1));
+        (p * z2).mul_add(z, z)
+    };
     let a = L::select(fold, a + L::splat(std::f32::consts::FRAC_PI_4), a);
     let a = L::select(ay.gt(ax), L::splat(std::f32::consts::FRAC_PI_2) - a, a);
     let a = L::select(x.lt(L::zero()), L::splat(std::f32::consts::PI) - a, a);

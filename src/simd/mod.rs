@@ -7,6 +7,7 @@
 //! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no faster than scalar loads,
 //!    and a record is one cache line where eight arrays are eight.
 
+mod cheap;
 mod eight;
 pub mod math;
 mod one;

@@ -3,7 +3,8 @@
 //! Any number can be had in any order, so lane width, batch size, threads, sharding and resuming cannot change a result.
 //! The hash is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3), section 4.2).
 
-use super::{Lanes, UintLanes};
+use super::{Lanes, UintLanes, cheap};
+use crate::switches::{self, Switch};
 
 /// What a number is used for. No two uses share a counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +45,16 @@ impl Stream {
     /// Four words for counter (`x`, `y`, `block`): typically chain, iteration, and dimension / 4.
     #[inline(always)]
     pub fn words<L: Lanes>(&self, x: L::Uint, y: L::Uint, block: u32) -> [L::Uint; 4] {
-        pcg4d::<L>([
+        let counter = [
             x,
             y.xor(L::Uint::splat(self.salt)),
             L::Uint::splat(block),
             L::Uint::splat(self.key),
-        ])
+        ];
+        if switches::on(Switch::CheapRandom) {
+            return cheap::words::<L>(counter);
+        }
+        pcg4d::<L>(counter)
     }
 
     /// Four floats in `[0, 1)`.

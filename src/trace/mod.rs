@@ -11,6 +11,7 @@
 
 mod build;
 mod bvh8;
+mod fast;
 mod node;
 pub mod offset;
 mod packet;
@@ -27,6 +28,7 @@ use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
 use crate::simd::{Lanes, Row};
+use crate::switches::{self, Switch};
 
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
@@ -197,9 +199,14 @@ impl Tracer {
         list: &[u32],
         hits: &mut [Row],
     ) {
-        self.trace::<L, false>(coherence, rays, list, |packet, ray, best| {
+        let store = |packet: &[u32], ray: &Ray<L>, best: &Best<L>| {
             best.store(ray, rays, packet, hits);
-        });
+        };
+        if switches::on(Switch::FastTriangles) {
+            self.trace::<L, false, true>(coherence, rays, list, store);
+        } else {
+            self.trace::<L, false, false>(coherence, rays, list, store);
+        }
     }
 
     /// Whether anything lies strictly between `origin` and `origin + tmax * direction`, both ends excluded by their
@@ -216,16 +223,21 @@ impl Tracer {
         list: &[u32],
         blocked: &mut [u32],
     ) {
-        self.trace::<L, true>(coherence, rays, list, |packet, ray, best| {
+        let store = |packet: &[u32], ray: &Ray<L>, best: &Best<L>| {
             let hit = best.blocked(ray);
             for (lane, &i) in packet.iter().enumerate() {
                 blocked[i as usize] = hit >> lane & 1;
             }
-        });
+        };
+        if switches::on(Switch::FastTriangles) {
+            self.trace::<L, true, true>(coherence, rays, list, store);
+        } else {
+            self.trace::<L, true, false>(coherence, rays, list, store);
+        }
     }
 
     #[inline(always)]
-    fn trace<L: Lanes, const ANY: bool>(
+    fn trace<L: Lanes, const ANY: bool, const FAST: bool>(
         &self,
         coherence: Coherence,
         rays: &[Row],
@@ -239,7 +251,7 @@ impl Tracer {
                 let ray = Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
                 match self.way(coherence, &ray) {
-                    Way::Together(few) => packet::traverse::<L, ANY>(
+                    Way::Together(few) => packet::traverse::<L, ANY, FAST>(
                         &trees,
                         &ray,
                         &mut best,
@@ -248,9 +260,11 @@ impl Tracer {
                         few,
                     ),
                     Way::Apart if trees.in_turns => {
-                        single::traverse::<L, ANY, true>(&trees, &ray, &mut best, walks)
+                        single::traverse::<L, ANY, FAST, true>(&trees, &ray, &mut best, walks)
                     }
-                    Way::Apart => single::traverse::<L, ANY, false>(&trees, &ray, &mut best, walks),
+                    Way::Apart => {
+                        single::traverse::<L, ANY, FAST, false>(&trees, &ray, &mut best, walks)
+                    }
                 }
                 store(packet, &ray, &best);
             }

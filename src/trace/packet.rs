@@ -4,6 +4,7 @@
 //! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
 
 use super::Trees;
+use super::fast;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
 use super::single::{self, Stored, Walks};
@@ -99,12 +100,12 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`.
+/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`; with `FAST`, triangles are tested by [`fast`].
 ///
 /// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
 /// traversal, Wald et al. 2014).
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
@@ -113,19 +114,21 @@ pub fn traverse<L: Lanes, const ANY: bool>(
     few: u32,
 ) {
     match ray.agreement() {
-        Some(agreement) => descend::<L, ANY, true>(trees, ray, &agreement, best, stack, walks, few),
+        Some(agreement) => {
+            descend::<L, ANY, FAST, true>(trees, ray, &agreement, best, stack, walks, few);
+        }
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, false>(trees, ray, &any, best, stack, walks, few);
+            descend::<L, ANY, FAST, false>(trees, ray, &any, best, stack, walks, few);
         }
     }
 }
 
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
+fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     agreement: &Agreement,
@@ -149,9 +152,9 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
         {
             let stored = stored.get_or_insert_with(|| Stored::new(ray));
             *best = if trees.in_turns {
-                single::leave::<L, ANY, true>(trees, ray, stored, bits, wide, *best, walks)
+                single::leave::<L, ANY, FAST, true>(trees, ray, stored, bits, wide, *best, walks)
             } else {
-                single::leave::<L, ANY, false>(trees, ray, stored, bits, wide, *best, walks)
+                single::leave::<L, ANY, FAST, false>(trees, ray, stored, bits, wide, *best, walks)
             };
         } else if !current.child.is_leaf() {
             let node: &Node = &trees.nodes[current.child.index()];
@@ -203,7 +206,7 @@ fn descend<L: Lanes, const ANY: bool, const AGREE: bool>(
             let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
                 let index = || trees.triangles.index(position);
-                test_triangle::<L, ANY, AGREE>(ray, &group, place + i, best, index);
+                test_triangle::<L, ANY, FAST, AGREE>(ray, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -250,7 +253,7 @@ fn enter<L: Lanes, const AGREE: bool>(
 }
 
 #[inline(always)]
-fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
+fn test_triangle<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
     ray: &Ray<L>,
     group: &Ordered,
     place: usize,
@@ -259,6 +262,13 @@ fn test_triangle<L: Lanes, const ANY: bool, const AGREE: bool>(
 ) {
     let p = group.one(place);
     let p = if AGREE { p } else { permuted(p, ray) };
+    if FAST {
+        let (found, b) = fast::meet::<L, ANY>(&ray.own, &p, best.t, ray.pad);
+        if found.mask.any() {
+            record::<L, ANY>(best, found.mask, found.t, index(), || b);
+        }
+        return;
+    }
     let (mask, weights) = covers(&ray.own, &p);
     if mask.any() {
         let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);

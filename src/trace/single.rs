@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Trees;
 use super::bvh8::Node8;
+use super::fast;
 use super::node::Child;
 use super::packet::Best;
 use super::ray::{Ray, Sheared};
@@ -124,12 +125,12 @@ impl Stored {
 }
 
 /// Follows the rays of a packet, each on its own; `best` may hold hits found before. With `ANY`, lanes that hit something
-/// end with a negative `best.t`.
+/// end with a negative `best.t`; with `FAST`, triangles are tested by [`fast`].
 ///
 /// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap with the work of the
 /// others: for trees that do not fit the caches.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
     trees: &Trees,
     rays: &Ray<L>,
     best: &mut Best<L>,
@@ -137,12 +138,12 @@ pub fn traverse<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
 ) {
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
-    follow::<L, ANY, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
+    follow::<L, ANY, FAST, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
 }
 
 /// Follows the rays of the lanes in `live` through the wide tree below `start`.
 #[inline(always)]
-fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+fn follow<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
     trees: &Trees,
     rays: &Ray<L>,
     stored: &Stored,
@@ -166,7 +167,7 @@ fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
         while going != 0 {
             for lane in bits(going) {
                 let Walk { cursor, ray, stack } = &mut walks[lane];
-                if cursor.step::<L, ANY>(trees, ray, stack, (rays, lane)) {
+                if cursor.step::<L, ANY, FAST>(trees, ray, stack, (rays, lane)) {
                     cursor.announce(trees);
                 } else {
                     going &= !(1 << lane);
@@ -179,7 +180,7 @@ fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
         for lane in bits(live) {
             let ray = stored.splat(lane);
             let mut cursor = begin(lane, &found);
-            while cursor.step::<L, ANY>(trees, &ray, stack, (rays, lane)) {}
+            while cursor.step::<L, ANY, FAST>(trees, &ray, stack, (rays, lane)) {}
             found.set(lane, &cursor.best);
         }
     }
@@ -188,7 +189,7 @@ fn follow<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
 
 /// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep their registers.
 #[inline(never)]
-pub fn leave<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
+pub fn leave<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
     trees: &Trees,
     rays: &Ray<L>,
     stored: &Stored,
@@ -197,7 +198,7 @@ pub fn leave<L: Lanes, const ANY: bool, const INTERLEAVE: bool>(
     mut best: Best<L>,
     walks: &mut Walks,
 ) -> Best<L> {
-    follow::<L, ANY, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
+    follow::<L, ANY, FAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
     best
 }
 
@@ -304,7 +305,7 @@ impl Cursor {
 
     /// Visits one node or leaf; false if that was the last.
     #[inline(always)]
-    fn step<L: Lanes, const ANY: bool>(
+    fn step<L: Lanes, const ANY: bool, const FAST: bool>(
         &mut self,
         trees: &Trees,
         ray: &Splat,
@@ -331,7 +332,7 @@ impl Cursor {
                 }
             }
         } else {
-            test_group::<ANY>(trees, ray, self.current.range(), &mut self.best);
+            test_group::<ANY, FAST>(trees, ray, self.current.range(), &mut self.best);
         }
         if ANY && self.best.t < 0.0 {
             return false;
@@ -414,7 +415,7 @@ fn enter(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
 }
 
 #[inline(always)]
-fn test_group<const ANY: bool>(
+fn test_group<const ANY: bool, const FAST: bool>(
     trees: &Trees,
     ray: &Splat,
     range: Range<usize>,
@@ -422,13 +423,32 @@ fn test_group<const ANY: bool>(
 ) {
     let group = trees.triangles.group(range.start, range.len());
     let p = group.ordered(ray.order).all();
+    if FAST {
+        let (found, b) = fast::meet::<f32x8, ANY>(&ray.own, &p, f32x8::splat(best.t), ray.pad);
+        let mask = Mask::bits(found.mask) & group.lanes();
+        record_all::<ANY>(trees, range, mask, found.t, || b, best);
+        return;
+    }
     let (mask, weights) = covers(&ray.own, &p);
     let covered = Mask::bits(mask) & group.lanes();
     if covered == 0 {
         return;
     }
     let found = hit::<f32x8, ANY>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
-    let mut mask = Mask::bits(found.mask) & covered;
+    let mask = Mask::bits(found.mask) & covered;
+    record_all::<ANY>(trees, range, mask, found.t, || barycentrics(weights), best);
+}
+
+/// Records the hits of a group.
+#[inline(always)]
+fn record_all<const ANY: bool>(
+    trees: &Trees,
+    range: Range<usize>,
+    mut mask: u32,
+    t: f32x8,
+    barycentrics: impl FnOnce() -> [f32x8; 2],
+    best: &mut Best<f32>,
+) {
     if mask == 0 {
         return;
     }
@@ -436,8 +456,8 @@ fn test_group<const ANY: bool>(
         best.t = -1.0;
         return;
     }
-    let t = found.t.to_array();
-    let b = barycentrics(weights).map(|b| b.to_array());
+    let t = t.to_array();
+    let b = barycentrics().map(|b| b.to_array());
     while mask != 0 {
         let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
         mask &= mask - 1;

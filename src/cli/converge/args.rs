@@ -9,8 +9,12 @@ use crate::cli::args::{
     Integrator, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
+#[cfg(feature = "switches")]
+use crate::converge::robust::SWITCH;
 use crate::integrate::Width;
 use crate::scene::IntegratorKind;
+#[cfg(feature = "switches")]
+use crate::switches::{Switch, Switches};
 
 /// Run integrators and settings against each other, and draw their error against time
 ///
@@ -101,6 +105,18 @@ pub struct ConvergeArgs {
         help_heading = "Variants"
     )]
     pub sigma: Vec<f32>,
+
+    /// Cheaper alternatives to robust numerics, one variant each beside the robust one: fast-triangles, film-f64, film-f32, cheap-math,
+    /// cheap-random
+    #[cfg(feature = "switches")]
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        value_parser = switch,
+        help_heading = "Variants"
+    )]
+    pub switch: Vec<Switch>,
 
     /// Number of budgets; each is twice the one before
     #[arg(
@@ -252,6 +268,14 @@ fn first_seconds(text: &str) -> Result<f64, String> {
     number_in(text, 1e-3, 36_000.0)
 }
 
+#[cfg(feature = "switches")]
+fn switch(text: &str) -> Result<Switch, String> {
+    Switch::named(text).ok_or_else(|| {
+        let names = Switch::ALL.map(Switch::name);
+        format!("not one of {}", names.join(", "))
+    })
+}
+
 fn reference_error(text: &str) -> Result<f64, String> {
     number_in(text, 0.0, 1e6)
 }
@@ -291,6 +315,13 @@ impl ConvergeArgs {
         fn text<T: ToString>(value: T) -> String {
             value.to_string()
         }
+        #[cfg(feature = "switches")]
+        let switches: Vec<Option<Switch>> = match self.switch.as_slice() {
+            [] => Vec::new(),
+            some => std::iter::once(None)
+                .chain(some.iter().copied().map(Some))
+                .collect(),
+        };
         vec![
             (
                 "--lanes",
@@ -331,6 +362,17 @@ impl ConvergeArgs {
             (
                 "--sigma",
                 Axis::new("sigma", metropolis, &self.sigma, text, |s, v| s.sigma = v),
+            ),
+            #[cfg(feature = "switches")]
+            (
+                "--switch",
+                Axis::new(
+                    SWITCH,
+                    any,
+                    &switches,
+                    |s| text(s.map_or("none", Switch::name)),
+                    |s, v| s.switches = v.map_or(Switches::NONE, Switches::only),
+                ),
             ),
         ]
     }

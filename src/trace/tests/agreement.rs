@@ -114,12 +114,12 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
                     let ray = Ray::<f32x8>::load(rays, packet, &tracer.extent);
                     let trees = tracer.trees();
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, false>(
+                    packet::traverse::<f32x8, false, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     best.store(&ray, rays, packet, hits);
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, true>(
+                    packet::traverse::<f32x8, true, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     for (lane, &i) in packet.iter().enumerate() {
