@@ -152,7 +152,7 @@ fn figures_are_a_json_object() {
     let folder = Folder::new();
     folder
         .run(&format!(
-            "render {TINY} --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3"
+            "render {TINY} --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
         ))
         .succeeds();
     let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
@@ -286,6 +286,63 @@ fn time_ends_a_render_and_takes_the_place_of_its_budget() {
 }
 
 #[test]
+fn a_render_ends_when_it_is_accurate_enough_and_says_so() {
+    for integrator in ["mmlt", "pt"] {
+        let folder = Folder::new();
+        let ran = folder
+            .run(&format!(
+                "render --resolution 32x32 --bootstrap 5000 --integrator {integrator} --target-error 0.3 --time 60 -o a.exr --stats s.json --error-layers"
+            ))
+            .succeeds();
+        let text = ran.stderr();
+        let last = text.lines().last().unwrap();
+        assert!(last.contains("relative error "), "{last}");
+        assert!(last.ends_with("; ended by --target-error"), "{last}");
+        let json = fs::read_to_string(folder.path().join("s.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+        let error = json["relative_error"].as_f64().unwrap();
+        assert!(error > 0.0 && error <= 0.3, "{error}");
+        let image =
+            exr::prelude::read_all_flat_layers_from_file(folder.path().join("a.exr")).unwrap();
+        let channels = &image.layer_data[0].channel_data.list;
+        let errors = channels
+            .iter()
+            .filter(|c| c.name.to_string().starts_with("stderr."));
+        let errors: Vec<f32> = errors
+            .flat_map(|c| c.sample_data.values_as_f32().collect::<Vec<_>>())
+            .collect();
+        assert_eq!(errors.len(), 3 * folder.exr("a.exr").pixels.len());
+        assert!(errors.iter().all(|e| e.is_finite() && *e >= 0.0));
+        assert!(errors.iter().any(|e| *e > 0.0));
+    }
+}
+
+#[test]
+fn errors_need_not_be_estimated() {
+    let folder = Folder::new();
+    let ran = folder
+        .run(&format!(
+            "render {TINY} --no-estimate -o a.pfm --stats s.json"
+        ))
+        .succeeds();
+    assert!(!ran.stderr().contains("relative error"), "{}", ran.stderr());
+    let json = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json["relmse"].is_null() && json["tiles"].is_null());
+    folder.run(&format!("render {TINY} -o b.pfm")).succeeds();
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(
+        read("a.pfm"),
+        read("b.pfm"),
+        "the estimate changes the picture"
+    );
+    let message = folder
+        .run("render --no-estimate --target-error 0.1")
+        .fails(2);
+    assert!(message.contains("cannot be used with"), "{message}");
+}
+
+#[test]
 fn quiet_says_nothing() {
     let folder = Folder::new();
     let ran = folder.run(&format!("render {TINY} --quiet")).succeeds();
@@ -298,7 +355,7 @@ fn quiet_says_nothing() {
 fn bad_flags_are_named() {
     let folder = Folder::new();
     let cases = "--lanes=4 --threads=-1 --threads=100000 --seed=-1 --mutations=0 --mutations=1e6 --spp=0 --time=0 --time=nan \
-        --time=-3 --max-depth=4096 --max-depth=-1 --chains=0 --chains=99999999999 --bootstrap=0 --large-step=1.5 \
+        --time=-3 --target-error=0 --target-error=nan --target-error=-1 --max-depth=4096 --max-depth=-1 --chains=0 --chains=99999999999 --bootstrap=0 --large-step=1.5 \
         --large-step=nan --large-step=-0.1 --sigma=inf --sigma=-1 --sigma=nan --resolution=0x10 --resolution=10 \
         --resolution=100000x100000 --crop=0,1,0 --crop=0.5,0.5,0,1 --crop=0,nan,0,1 --crop=-1,1,0,1 --exposure=inf \
         --integrator=bdpt --color=red";

@@ -269,6 +269,14 @@ pub fn render(
     stats.total_seconds = start.elapsed().as_secs_f64();
     stats.rays_per_second = per_second(stats.rays, stats.render_seconds + stats.bootstrap_seconds);
     stats.peak_rss_bytes = peak_rss_bytes();
+    let dark = settings.target_error.is_some() && stats.b * f64::from(scale) < DARK;
+    if dark && stats.b > 0.0 {
+        render.warnings.push(format!(
+            "the picture is dark (mean radiance {:.2e}): channels below 0.1 are judged by absolute error, so its relative error means \
+             little; the film's scale can brighten it",
+            stats.b * f64::from(scale)
+        ));
+    }
     if stats.rejected_nonfinite > 0 {
         render.warnings.push(format!(
             "{} contributions were not finite or negative and were left out",
@@ -277,6 +285,9 @@ pub fn render(
     }
     Ok(render)
 }
+
+/// Mean radiance below which the epsilon of relative errors rules the picture.
+const DARK: f64 = 0.02;
 
 /// Worker threads; 0 means one per core.
 fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {

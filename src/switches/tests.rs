@@ -71,7 +71,7 @@ mod with_the_feature {
             if log.room() == 0 {
                 film.add(to, &mut log);
             }
-            log.push(&Row([1.0, 1.0, 1.0, 0.5, 0.5, 0.0, 0.0, 0.0]), 0.0, 1);
+            log.push(&Row([1.0, 1.0, 1.0, 0.5, 0.5, 0.0, 0.0, 0.0]), 1);
         }
         film.add(to, &mut log);
         film.resolve(&[1.0])[0][1]
