@@ -93,6 +93,7 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
             // Neither of them a multiple of any batch.
             bootstrap: 3001,
             chains: 700,
+            error_layers: true,
             ..Settings::of(scene)
         };
         let first = run(scene, &plain);

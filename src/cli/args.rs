@@ -355,6 +355,7 @@ impl RenderArgs {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
         s.target_error = self.target_error;
         s.estimate_error = !self.no_estimate;
+        s.error_layers = self.error_layers;
         if self.target_error.is_some() && self.time.is_none() {
             s.mutations_per_pixel = ENDLESS;
             s.samples_per_pixel = ENDLESS;

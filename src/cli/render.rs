@@ -311,6 +311,7 @@ mod tests {
             time: None,
             target_error: None,
             estimate_error: true,
+            error_layers: false,
             batch: None,
             switches: crate::switches::Switches::NONE,
         };

@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use super::sums::SplatFilm;
-use rayon::prelude::*;
+use std::ops::Range;
 
 /// How the half of all chains is summed for a layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,69 +26,70 @@ impl Half {
     }
 }
 
+/// What is known of each layer when its sums become radiance.
+#[derive(Clone, Copy, Debug)]
+pub struct Scales<'a> {
+    /// Factors of the sums.
+    pub radiance: &'a [f64],
+    /// Their squared relative standard errors.
+    pub relative_variance: &'a [f64],
+    /// What all splats weigh.
+    pub light: &'a [f64],
+}
+
 impl SplatFilm {
-    /// The picture, and the squared standard error of each of its values: from the difference of two pictures by the two halves of all
-    /// chains ([`Half`]), and from the `relative_variance` of each layer's scale. `light` is what all splats of each layer weigh.
+    /// Pixels of the picture, and the squared standard error of each of their values: from the difference of two pictures by the two halves of
+    /// all chains ([`Half`]), and from the relative variance of each layer's scale.
     ///
     /// # Panics
     /// If the film is not judged.
     pub fn resolve_with_error(
         &self,
-        scales: &[f64],
-        relative_variance: &[f64],
-        light: &[f64],
+        pixels: Range<usize>,
+        scales: &Scales,
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert!(!self.half.is_empty());
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
         let format = Format::now();
-        let level = self.level(scales, light);
+        let level = self.level(scales);
         let planned: Vec<f64> = (self.half.iter())
             .map(|h| level * h.scale * h.factors()[1])
             .collect();
-        let mut picture = vec![[0.0; 3]; self.filter.pixels()];
-        let mut variance = picture.clone();
-        (picture.par_chunks_mut(self.stripe))
-            .zip(variance.par_chunks_mut(self.stripe))
-            .enumerate()
-            .for_each(|(stripe, (picture, variance))| {
-                let mut room = vec![0.0; 3 * self.stripe];
-                // By the scales that were known when the half was summed.
-                let difference = self.sum(stripe, &planned, &mut room);
-                let half = self.lock(self.layers, stripe);
-                for (d, a) in difference.iter_mut().zip(half.entries()) {
-                    *d -= 2.0 * level * unit * format.value(*a);
-                }
-                drop(half);
-                let mut squares: Vec<f64> = difference.iter().map(|d| d * d).collect();
-                for layer in 0..self.layers {
-                    if relative_variance[layer] > 0.0 {
-                        let factor = unit * scales[layer] * relative_variance[layer].sqrt();
-                        let pixels = self.lock(layer, stripe);
-                        for (square, sum) in squares.iter_mut().zip(pixels.entries()) {
-                            *square += (format.value(*sum) * factor).powi(2);
-                        }
-                    }
-                }
-                let store = |to: &mut [[f32; 3]], from: &[f64]| {
-                    let pairs = to.as_flattened_mut().iter_mut().zip(from);
-                    pairs.for_each(|(to, from)| *to = *from as f32);
-                };
-                store(variance, &squares);
-                store(picture, self.sum(stripe, scales, &mut room));
-            });
-        (picture, variance)
+        // By the scales that were known when the half was summed.
+        let mut squares = vec![0.0; 3 * pixels.len()];
+        self.sum(pixels.clone(), &planned, &mut squares);
+        self.each(self.layers, pixels.clone(), &mut squares, |d, half| {
+            *d -= 2.0 * level * unit * format.value(half);
+        });
+        squares.iter_mut().for_each(|d| *d *= *d);
+        for layer in 0..self.layers {
+            let relative = scales.relative_variance[layer];
+            if relative > 0.0 {
+                let factor = unit * scales.radiance[layer] * relative.sqrt();
+                self.each(layer, pixels.clone(), &mut squares, |square, sum| {
+                    *square += (format.value(sum) * factor).powi(2);
+                });
+            }
+        }
+        let narrow = |values: &[f64]| -> Vec<[f32; 3]> {
+            let (values, _) = values.as_chunks::<3>();
+            values.iter().map(|v| v.map(|v| v as f32)).collect()
+        };
+        let variance = narrow(&squares);
+        self.sum(pixels, scales.radiance, &mut squares);
+        (narrow(&squares), variance)
     }
 
-    /// What brings the half, which was summed with scales known before, to the level of the picture. `light` holds the layers' sums of weights.
-    fn level(&self, scales: &[f64], light: &[f64]) -> f64 {
+    /// What brings the half, which was summed with scales known before, to the level of the picture.
+    fn level(&self, scales: &Scales) -> f64 {
         let total = |scale: &dyn Fn(usize) -> f64| -> f64 {
-            (light.iter().enumerate())
+            (scales.light.iter().enumerate())
                 .map(|(layer, light)| light * scale(layer))
                 .sum()
         };
         let then = total(&|layer| self.half[layer].scale);
         if then > 0.0 {
-            total(&|layer| scales[layer]) / then
+            total(&|layer| scales.radiance[layer]) / then
         } else {
             0.0
         }

@@ -11,7 +11,7 @@ mod sums;
 mod tiles;
 
 pub use self::filter::FilterTable;
-pub use self::judged::Half;
+pub use self::judged::{Half, Scales};
 pub use self::log::SplatLog;
 pub use self::samples::{Sample, SampleFilm};
 pub use self::sums::{Destination, SplatFilm};

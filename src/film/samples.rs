@@ -2,6 +2,7 @@
 
 use super::format::Format;
 use super::{FilterTable, GROUPS, Tiling};
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard};
 
 /// Film for radiance samples of any finite size: 128-bit fixed point with 60 fractional bits.
@@ -114,25 +115,28 @@ impl SampleFilm {
     /// The picture after so many passes.
     pub fn resolve(&self, passes: u64) -> Vec<[f32; 3]> {
         let factor = over(passes) / Self::UNIT;
-        match Format::now() {
-            Format::Fixed => self.pixels(|sums| sums.iter().sum::<i128>() as f64 * factor),
-            format => {
-                self.pixels(|sums| sums.iter().map(|s| unfixed(format, *s)).sum::<f64>() * factor)
-            }
-        }
+        let format = Format::now();
+        self.pixels(0..self.filter.pixels(), |sums| {
+            self::sum(format, sums) * factor
+        })
     }
 
-    /// The picture, and the squared standard error of each of its values, from the difference of its halves; infinite if there is but one.
+    /// Pixels of the picture, and the squared standard error of each of their values, from the difference of the halves; infinite if there is
+    /// but one.
     ///
     /// # Panics
     /// If the film is not judged.
-    pub fn resolve_with_error(&self, passes: u64) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
+    pub fn resolve_with_error(
+        &self,
+        pixels: Range<usize>,
+        passes: u64,
+    ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert_eq!(self.halves.len(), 2);
         let (even, odd) = (passes.div_ceil(2), passes / 2);
         // The variance of the mean of all, from that of the difference of both means.
         let weight = even as f64 * odd as f64 * over(passes).powi(2);
         let format = Format::now();
-        let variance = self.pixels(|sums| {
+        let variance = self.pixels(pixels.clone(), |sums| {
             let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
             let [a, b] = [half(sums[0], even), half(sums[1], odd)];
             let difference = (a - b) / Self::UNIT;
@@ -142,16 +146,21 @@ impl SampleFilm {
                 f64::INFINITY
             }
         });
-        (self.resolve(passes), variance)
+        let factor = over(passes) / Self::UNIT;
+        let picture = self.pixels(pixels, |sums| self::sum(format, sums) * factor);
+        (picture, variance)
     }
 
-    /// A picture of values made of each sum by half.
-    fn pixels(&self, value: impl Fn(&[i128]) -> f64) -> Vec<[f32; 3]> {
-        let mut pixels = Vec::with_capacity(self.filter.pixels());
-        for block in 0..self.filter.pixels().div_ceil(BLOCK) {
+    /// Pixels of values made of each sum by half.
+    fn pixels(&self, pixels: Range<usize>, value: impl Fn(&[i128]) -> f64) -> Vec<[f32; 3]> {
+        let mut made = Vec::with_capacity(pixels.len());
+        let mut next = pixels.start;
+        while next < pixels.end {
+            let block = next / BLOCK;
+            let end = pixels.end.min((block + 1) * BLOCK);
             let halves: Vec<_> = self.halves.iter().map(|half| lock(&half[block])).collect();
-            for at in (0..halves[0].len()).step_by(3) {
-                pixels.push(std::array::from_fn(|c| {
+            for at in (next..end).map(|pixel| pixel % BLOCK * 3) {
+                made.push(std::array::from_fn(|c| {
                     let mut sums = [0; 2];
                     for (sum, half) in sums.iter_mut().zip(&halves) {
                         *sum = half[at + c];
@@ -159,8 +168,9 @@ impl SampleFilm {
                     value(&sums[..halves.len()]) as f32
                 }));
             }
+            next = end;
         }
-        pixels
+        made
     }
 
     /// Sums of the mean channel of all samples in each tile, by group: pass modulo [`GROUPS`].
@@ -179,6 +189,14 @@ impl SampleFilm {
 /// `as` saturates: 2^67 times the largest picture value there is.
 fn fixed(value: f64) -> i128 {
     (value * SampleFilm::UNIT) as i128
+}
+
+/// What both halves hold, in units.
+fn sum(format: Format, halves: &[i128]) -> f64 {
+    match format {
+        Format::Fixed => halves.iter().sum::<i128>() as f64,
+        format => halves.iter().map(|s| unfixed(format, *s)).sum(),
+    }
 }
 
 /// What an entry holds, in units.

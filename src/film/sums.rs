@@ -7,6 +7,7 @@ use super::judged::Half;
 use super::log::SplatLog;
 use crate::memory::Table;
 use crate::simd::Row;
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard};
 
 /// Film for splats of bounded size: layers of 64-bit fixed-point pixels.
@@ -150,35 +151,54 @@ impl SplatFilm {
 
     /// The picture: each layer times its scale, summed in order.
     pub fn resolve(&self, scales: &[f64]) -> Vec<[f32; 3]> {
-        let mut pixels = Vec::with_capacity(self.filter.pixels());
-        let mut sums = vec![0.0; 3 * self.stripe];
-        for stripe in 0..self.filter.pixels().div_ceil(self.stripe) {
-            let sums = self.sum(stripe, scales, &mut sums);
-            let (whole, _) = sums.as_chunks::<3>();
-            pixels.extend(whole.iter().map(|sum| sum.map(|v| v as f32)));
+        let n = self.filter.pixels();
+        let mut picture = Vec::with_capacity(n);
+        let mut room = vec![0.0; 3 * self.stripe];
+        for first in (0..n).step_by(self.stripe) {
+            let pixels = first..n.min(first + self.stripe);
+            let sums = &mut room[..3 * pixels.len()];
+            self.sum(pixels, scales, sums);
+            let (sums, _) = sums.as_chunks::<3>();
+            picture.extend(sums.iter().map(|sum| sum.map(|v| v as f32)));
         }
-        pixels
+        picture
     }
 
-    /// Sums of a stripe: each layer times its scale.
-    pub(super) fn sum<'a>(
-        &self,
-        stripe: usize,
-        scales: &[f64],
-        room: &'a mut [f64],
-    ) -> &'a mut [f64] {
-        let size = self.stripe.min(self.filter.pixels() - stripe * self.stripe);
-        let sums = &mut room[..3 * size];
+    /// Sums of pixels into `sums`, three a pixel: each layer times its scale.
+    pub(super) fn sum(&self, pixels: Range<usize>, scales: &[f64], sums: &mut [f64]) {
         sums.fill(0.0);
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
         let format = Format::now();
         for (layer, scale) in scales[..self.layers].iter().enumerate() {
-            let pixels = self.lock(layer, stripe);
-            for (to, sum) in sums.iter_mut().zip(pixels.entries()) {
-                *to += format.value(*sum) * unit * scale;
-            }
+            self.each(layer, pixels.clone(), sums, |to, sum| {
+                *to += format.value(sum) * unit * scale;
+            });
         }
-        sums
+    }
+
+    /// Calls `visit` with each of `values`, three a pixel, and what the layer holds of it.
+    pub(super) fn each(
+        &self,
+        layer: usize,
+        pixels: Range<usize>,
+        values: &mut [f64],
+        visit: impl Fn(&mut f64, i64),
+    ) {
+        let mut next = pixels.start;
+        let mut values = values.chunks_exact_mut(3);
+        while next < pixels.end {
+            let stripe = next / self.stripe;
+            let end = pixels.end.min((stripe + 1) * self.stripe);
+            let held = self.lock(layer, stripe);
+            let from = 3 * (next - stripe * self.stripe);
+            let sums = held.entries()[from..from + 3 * (end - next)].chunks_exact(3);
+            for (sums, values) in sums.zip(&mut values) {
+                for (value, sum) in values.iter_mut().zip(sums) {
+                    visit(value, *sum);
+                }
+            }
+            next = end;
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
 use super::{EndedBy, Phase, Render, Run, Settings, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
-use crate::film::{FilterTable, Half, SplatFilm, Tiling};
+use crate::film::{FilterTable, Half, Scales, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use crate::transport::World;
 use std::time::Instant;
@@ -66,14 +66,14 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
     let light = Light::of(run, film.layers(), &chains);
-    let (pixels, variance) = if settings.estimate_error {
-        let weights = mixed::weights(&chains, film.layers());
-        let (pixels, variance) =
-            film.resolve_with_error(&light.scales, &light.relative_variance, &weights);
-        (pixels, Some(variance))
-    } else {
-        (film.resolve(&light.scales), None)
-    };
+    let pixels = film.resolve(&light.scales);
+    let variance = (settings.estimate_error && settings.error_layers).then(|| {
+        let light = light.with(&chains, 1.0);
+        film.resolve_with_error(0..pixels.len(), &light.of_film()).1
+    });
+    let relmse = (settings.estimate_error && mutations > 0)
+        .then(|| relmse_of(run, &film, &light.with(&chains, run.scene.film.scale)));
+    drop(film);
     let render_seconds = render_start.elapsed().as_secs_f64();
     let (acceptance_large, acceptance_small) = counts.acceptance();
     let mut warnings = Vec::new();
@@ -94,6 +94,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         b: light.estimates.iter().map(Estimate::mean).sum(),
         b_stderr: (light.estimates.iter().map(Estimate::error2).sum::<f64>()).sqrt(),
         rejected_nonfinite: counts.rejected,
+        relmse,
         ..Stats::default()
     };
     if settings.estimate_error {
@@ -143,6 +144,44 @@ impl Light {
     }
 }
 
+/// [`Light`] as the film takes it.
+struct Bright<'a> {
+    light: &'a Light,
+    scales: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl Light {
+    /// With all radiance multiplied by `factor`.
+    fn with(&self, chains: &Chains, factor: f32) -> Bright<'_> {
+        Bright {
+            light: self,
+            scales: self.scales.iter().map(|s| s * f64::from(factor)).collect(),
+            weights: mixed::weights(chains, self.scales.len()),
+        }
+    }
+}
+
+impl Bright<'_> {
+    fn of_film(&self) -> Scales<'_> {
+        Scales {
+            radiance: &self.scales,
+            relative_variance: &self.light.relative_variance,
+            light: &self.weights,
+        }
+    }
+}
+
+/// Estimated relMSE of the picture so far.
+fn relmse_of(run: &Run, film: &SplatFilm, bright: &Bright) -> f64 {
+    let (width, height) = run.size();
+    let width = width as usize;
+    relmse(width, height as usize, |rows| {
+        let pixels = rows.start * width..rows.end * width;
+        film.resolve_with_error(pixels, &bright.of_film())
+    })
+}
+
 fn film(run: &Run, allotments: &[Allotment], starts: &[Start]) -> SplatFilm {
     let layers = layers(run.world.plan.depths.len());
     let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
@@ -171,12 +210,8 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
     }
     let seen = looks.look(|| {
         let light = Light::of(run, film.layers(), chains);
-        let scale = f64::from(run.scene.film.scale);
-        let scales: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
-        let weights = mixed::weights(chains, film.layers());
-        let (pixels, variance) =
-            film.resolve_with_error(&scales, &light.relative_variance, &weights);
-        let error = relmse(&pixels, &variance, run.size().0 as usize).sqrt();
+        let bright = light.with(chains, run.scene.film.scale);
+        let error = relmse_of(run, film, &bright).sqrt();
         run.observer.error(error);
         let reached = run
             .settings

@@ -45,6 +45,8 @@ pub struct Settings {
     pub target_error: Option<f64>,
     /// Estimate the picture's error. It costs a few per cent of time and memory.
     pub estimate_error: bool,
+    /// Return the squared standard error of every pixel, too.
+    pub error_layers: bool,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
     pub batch: Option<usize>,
     /// Cheaper alternatives that are on; none unless this is a bench build.
@@ -86,6 +88,7 @@ impl Settings {
             time: None,
             target_error: None,
             estimate_error: true,
+            error_layers: false,
             batch: None,
             switches: Switches::NONE,
         }
@@ -185,8 +188,8 @@ pub struct Render {
     pub stats: Stats,
     /// Things the user should know, a sentence each.
     pub warnings: Vec<String>,
-    /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` if
-    /// errors are not estimated.
+    /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` unless
+    /// [`Settings::error_layers`] asks for them.
     pub variance: Option<Vec<[f32; 3]>>,
     pub ended_by: EndedBy,
 }
@@ -247,14 +250,10 @@ pub fn render(
         *v *= scale;
     }
     if let Some(variance) = &mut render.variance {
-        variance
-            .iter_mut()
-            .flatten()
-            .for_each(|v| *v *= scale * scale);
-        let relmse = error::relmse(&render.pixels, variance, render.width as usize);
-        render.stats.relmse = Some(relmse);
-        render.stats.relative_error = Some(relmse.sqrt());
+        let values = variance.iter_mut().flatten();
+        values.for_each(|v| *v *= scale * scale);
     }
+    render.stats.relative_error = render.stats.relmse.map(f64::sqrt);
     if let Some(tiles) = &mut render.stats.tiles {
         tiles.scale(f64::from(scale));
     }

@@ -74,12 +74,12 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         }
     }
     let (width, height) = run.size();
-    let (pixels, variance) = if settings.estimate_error {
-        let (pixels, variance) = sums.resolve_with_error(done);
-        (pixels, Some(variance).filter(|_| done >= 2))
-    } else {
-        (sums.resolve(done), None)
-    };
+    let pixels = sums.resolve(done);
+    // One pass is compared with nothing.
+    let judged = settings.estimate_error && done >= 2;
+    let variance =
+        (judged && settings.error_layers).then(|| sums.resolve_with_error(0..pixels.len(), done).1);
+    let relmse = judged.then(|| relmse_of(run, &sums, done));
     let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
     let groups = sums.tile_sums();
     let tiles = settings.estimate_error.then(|| {
@@ -104,6 +104,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             b: mean / (3.0 * pixels.len().max(1) as f64),
             b_stderr: whole(&groups, done) / pixels.len().max(1) as f64,
             tiles,
+            relmse,
             rejected_nonfinite: rejected,
             ..Stats::default()
         },
@@ -144,17 +145,7 @@ fn good_enough(run: &Run, sums: &SampleFilm, passes: u64, looks: &mut Looks) -> 
         return false;
     }
     let seen = looks.look(|| {
-        let (mut pixels, mut variance) = sums.resolve_with_error(passes);
-        let scale = run.scene.film.scale;
-        pixels
-            .as_flattened_mut()
-            .iter_mut()
-            .for_each(|v| *v *= scale);
-        variance
-            .as_flattened_mut()
-            .iter_mut()
-            .for_each(|v| *v *= scale * scale);
-        let error = relmse(&pixels, &variance, run.size().0 as usize).sqrt();
+        let error = relmse_of(run, sums, passes).sqrt();
         run.observer.error(error);
         run.settings
             .target_error
@@ -211,4 +202,24 @@ fn fill<L: Lanes>(stream: &Stream, grid: &Grid, samples: &mut Samples, begin: u6
             *u = ((low + cell + f64::from(*u) - grid.origin[axis]) / grid.size[axis]) as f32;
         }
     }
+}
+
+/// Estimated relMSE of the picture so far.
+fn relmse_of(run: &Run, sums: &SampleFilm, passes: u64) -> f64 {
+    let (width, height) = run.size();
+    let width = width as usize;
+    let scale = run.scene.film.scale;
+    relmse(width, height as usize, |rows| {
+        let pixels = rows.start * width..rows.end * width;
+        let (mut picture, mut variance) = sums.resolve_with_error(pixels, passes);
+        let values = |pixels: &mut Vec<[f32; 3]>, factor: f32| {
+            pixels
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|v| *v *= factor);
+        };
+        values(&mut picture, scale);
+        values(&mut variance, scale * scale);
+        (picture, variance)
+    })
 }

@@ -96,7 +96,7 @@ mod with_the_feature {
         };
         film.add(std::iter::once(sample(0, 16_777_216.0)));
         film.add((1..=n).map(|pass| sample(pass, 1.0)));
-        f64::from(film.resolve_with_error(1).0[0][0])
+        f64::from(film.resolve_with_error(0..1, 1).0[0][0])
     }
 
     #[test]

@@ -17,25 +17,38 @@
 
 use crate::metrics::RELATIVE_EPSILON;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Half widths of the windows.
 const HALVES: [usize; 2] = [1, 3];
 /// Relative variance at which a window counts as much as the smaller one.
 const NOISY: [f64; 2] = [0.0, 0.1];
 
-/// Estimated relative mean squared error of a picture of `width` pixels a row, from itself and the squared standard error of each of its
-/// values.
-pub fn relmse(picture: &[[f32; 3]], variance: &[[f32; 3]], width: usize) -> f64 {
-    let height = picture.len() / width.max(1);
-    let sums: Vec<f64> = (0..height)
+/// Rows of a picture that are judged at a time.
+const BAND: usize = 32;
+
+/// Estimated relative mean squared error of a picture of `width` by `height` pixels. `resolve` gives rows of it, and the squared standard
+/// error of each of their values: the whole is never held.
+pub fn relmse(
+    width: usize,
+    height: usize,
+    resolve: impl Fn(Range<usize>) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) + Sync,
+) -> f64 {
+    let margin = HALVES[HALVES.len() - 1];
+    let sums: Vec<f64> = (0..height.div_ceil(BAND))
         .into_par_iter()
-        .map_init(
-            || Columns::new(width),
-            |columns, row| columns.relmse(picture, variance, row),
-        )
+        .map(|band| {
+            let (from, to) = (band * BAND, height.min((band + 1) * BAND));
+            let first = from.saturating_sub(margin);
+            let (picture, variance) = resolve(first..height.min(to + margin));
+            let mut columns = Columns::new(width);
+            (from..to)
+                .map(|row| columns.relmse(&picture, &variance, row - first))
+                .sum()
+        })
         .collect();
     // In the order of rows: the sum does not depend on threads.
-    sums.iter().sum::<f64>() / (3 * picture.len()).max(1) as f64
+    sums.iter().sum::<f64>() / (3 * width * height).max(1) as f64
 }
 
 /// What is summed over windows.
@@ -206,7 +219,11 @@ mod tests {
             }
         }
         let n = (width * height) as f64;
-        (exact / n, relmse(&picture, &variance, width))
+        let rows = |r: Range<usize>| {
+            let at = r.start * width..r.end * width;
+            (picture[at.clone()].to_vec(), variance[at].to_vec())
+        };
+        (exact / n, relmse(width, height, rows))
     }
 
     #[test]
@@ -220,8 +237,8 @@ mod tests {
 
     #[test]
     fn small_pictures_are_all_border() {
-        assert_eq!(relmse(&[], &[], 0), 0.0);
-        let one = relmse(&[[2.0; 3]], &[[1.0; 3]], 1);
+        assert_eq!(relmse(0, 0, |_| unreachable!()), 0.0);
+        let one = relmse(1, 1, |_| (vec![[2.0; 3]], vec![[1.0; 3]]));
         assert!((0.2..0.4).contains(&one), "{one}");
     }
 }
