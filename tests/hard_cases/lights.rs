@@ -85,7 +85,7 @@ fn spheres_shrink_to_points() {
     }
 }
 
-/// Row 25: the same for panels, down to a billionth of the scene, where the square of their normal nearly leaves `f32`. The panel is in the
+/// Row 25: the same for panels, down to some billionths of the scene, where the square of their normal nearly leaves `f32`. The panel is in the
 /// middle of the scene, so that its corners have all their digits.
 #[test]
 fn panels_shrink_to_points() {
@@ -111,7 +111,7 @@ fn panels_shrink_to_points() {
     // At this size the panel is a point but for 1e-6 of its light.
     let truth = render(1e-3, IntegratorKind::Pt);
     assert!(truth.whole(1).mean > 0.01);
-    for side in [1e-4, 1e-6, 4e-9] {
+    for side in [1e-4, 1e-6, 1e-8] {
         for kind in BOTH {
             let what = format!("side {side:e}, {kind:?}");
             render(side, kind)
@@ -137,7 +137,6 @@ fn lights_without_area_shine_on_nothing() {
         for shape in [
             "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 0 1] \"point P\" [0 0 0 .1 0 0 .2 0 0]",
             "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 1e-12 0 0 0 1e-12 0]",
-            "Shape \"disk\" \"float radius\" [0]",
         ] {
             let scene = lit(&light(shape));
             assert!(!scene.warnings.is_empty(), "{shape}: no warning");
