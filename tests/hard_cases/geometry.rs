@@ -254,6 +254,38 @@ fn broken_triangles_are_dropped_and_counted() {
     }
 }
 
+/// Row 21: normals and texture coordinates that are not finite are told and left out: the mesh is as if it had none.
+#[test]
+fn broken_normals_are_left_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let ply = |name: &str, properties: &str, rest: &str| {
+        let mut text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n{properties}\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        );
+        for p in ["-3 0.001 -2", "-3 0.001 3", "3 0.001 3", "3 0.001 -2"] {
+            writeln!(text, "{p} {rest}").unwrap();
+        }
+        text += "4 0 1 2 3\n";
+        std::fs::write(dir.path().join(name), text).unwrap();
+    };
+    ply("plain.ply", "", "");
+    let properties = ["nx", "ny", "nz", "u", "v"].map(|p| format!("property float {p}\n"));
+    ply("odd.ply", &properties.concat(), "0 1e39 0 -1e39 0");
+    let [plain, odd] = ["plain", "odd"].map(|name| {
+        let mesh = format!("Shape \"plymesh\" \"string filename\" \"{name}.ply\"\n");
+        let text = head(12, 9, 3, CAMERA) + &lamp("[8 8 8]") + &stage(GREY) + &mesh;
+        load_str(&text, "test.pbrt", dir.path()).unwrap()
+    });
+    assert_eq!(odd.warnings.len(), 2, "{:?}", odd.warnings);
+    assert!(odd.warnings[0].contains("4 normals") && odd.warnings[1].contains("4 texture"));
+    for kind in BOTH {
+        let [a, b] = [&plain, &odd].map(|s| run(s, &settings(s, kind, 16)));
+        assert_eq!(b.stats.rejected_nonfinite, 0);
+        assert!(a.pixels == b.pixels, "{kind:?}");
+    }
+}
+
 /// Row 21: a floor of needles, a millionth as wide as they are long, is a floor.
 #[test]
 fn needles_make_a_floor() {
@@ -294,16 +326,17 @@ fn needles_make_a_floor() {
 
 // --- Grazing angles ---
 
-/// Row 22: a white plain under a constant sky shows the sky's radiance, from straight above and from a ten-millionth of a radian over
-/// it: paths from the camera graze it, and light subpaths end in a camera that does. Glossy plains are the same by both integrators.
+/// Row 22: a plain under a constant sky shows its albedo, from straight above and from a hundred-thousandth of a radian over it: paths from the
+/// camera graze it, and light subpaths end in a camera that does. Glossy plains are the same by both integrators. (At some 3e-6 radians the
+/// camera itself lies in the plain, as far as `f32` can tell. What scatters at smaller angles is in `tests/bsdf.rs` and `trace`.)
 #[test]
 fn plains_seen_at_grazing_angles() {
-    for angle in [1.0, 0.1, 1e-2, 1e-3, 1e-5, 1e-7f64] {
+    for angle in [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-5f64] {
         let (sin, cos) = angle.sin_cos();
-        // All of the window falls on the plain.
-        let half = 0.1 * angle;
+        // All of the window falls on the plain: as much of it at every angle, so that light subpaths meet it as often.
+        let half = 0.1 * sin;
         let view = format!(
-            "LookAt {} {sin} 0  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]",
+            "LookAt {} {sin} 0  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -{half} {half}]",
             -cos
         );
         let plain = |material: &str| {
@@ -314,11 +347,11 @@ fn plains_seen_at_grazing_angles() {
                     + "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-2 0 -2 -2 0 2 2 0 2 2 0 -2]\n"),
             )
         };
-        let white = plain("\"matte\" \"rgb Kd\" [1 1 1]");
+        let grey = plain("\"matte\" \"rgb Kd\" [.5 .5 .5]");
         for kind in BOTH {
-            let runs = Runs::new(&white, &settings(&white, kind, 512), 24);
+            let runs = Runs::new(&grey, &settings(&grey, kind, 512), 24);
             runs.whole(1)
-                .expect_among(COMPARISONS, 1.0, &format!("{angle:e}, {kind:?}"));
+                .expect_among(COMPARISONS, 0.5, &format!("{angle:e}, {kind:?}"));
         }
         let glossy = plain("\"metal\" \"float roughness\" [.3] \"bool remaproughness\" \"false\"");
         let name = format!("glossy, {angle:e}");

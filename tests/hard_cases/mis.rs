@@ -9,8 +9,9 @@ use super::common::scenes;
 use super::common::stats::{Mean, Random};
 use super::support::stage::{CAMERA, GREY, stage};
 use super::support::{
-    BOTH, Runs, expect_integrators_agree_among, head, scene, settings, standard_errors,
+    BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings, standard_errors,
 };
+use phalanx::scene::IntegratorKind;
 use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Paths, World};
@@ -219,6 +220,14 @@ fn constant_fields_are_flat() {
                      Integrator \"mlt\" \"integer maxdepth\" [{depth}]\nWorldBegin\n{world}"
                 );
                 let scene = scene(&text);
+                // All of the light falls on the region that the brightness is the mean of.
+                let render = run(&scene, &settings(&scene, IntegratorKind::Mmlt, 32));
+                let (b, error) = (render.stats.b, render.stats.b_stderr);
+                let reach = standard_errors(COMPARISONS, 1e4) * error + 1e-5;
+                assert!(
+                    (b - truth).abs() <= reach,
+                    "{field} {filter} {crop}: {b} +- {error}"
+                );
                 for kind in BOTH {
                     let runs = Runs::new(&scene, &settings(&scene, kind, 32), 24);
                     let name = format!("{field} {filter} {crop} {kind:?}");

@@ -48,6 +48,9 @@ fn scenes_far_away_and_of_any_size() {
         (0.0, 0.03),
         (0.0, 1e3),
         (0.0, 1e6),
+        // Squares and cubes of these lengths leave `f32`.
+        (0.0, 1e-16),
+        (0.0, 1e16),
         (1e6, 100.0),
     ];
     for (d, s) in places {

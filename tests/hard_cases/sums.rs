@@ -10,6 +10,7 @@ use phalanx::chain::bootstrap::regenerate;
 use phalanx::integrate::Settings;
 use phalanx::scene::{IntegratorKind, LightKind, MaterialKind, Param, Scene};
 use phalanx::transport::World;
+use phalanx::transport::mis::Partial;
 
 // --- Not finite ---
 
@@ -188,6 +189,48 @@ fn long_paths() {
         let runs = Runs::new(&scene, &settings, 12);
         runs.whole(0)
             .expect_among(COMPARISONS, truth, &format!("{kind:?} to depth {depth}"));
+    }
+}
+
+/// Row 26: sums that overflow saturate. What a later density of 0 takes out of a weight must not leave `0 * inf` behind, and whatever goes into
+/// a weight, it ends between 0 and 1.
+#[test]
+fn weights_saturate() {
+    let start = |d_vcm: f32, d_vc: f32| Partial { d_vcm, d_vc };
+    // A grazing hit after a long way: the sum over earlier strategies is beyond `f32`. None of them can make this bounce.
+    let grazing = start(1.0, 1e30)
+        .arrive(1.0, 1e-30)
+        .scatter(1.0, 0.5, 0.0, false);
+    // From the density of the bounce alone: 1 / (1 + 1 / 0.5).
+    assert!((grazing.weight_hit(1.0, 0.0) - 1.0 / 3.0).abs() < 1e-6);
+    let all = [
+        0.0f32,
+        1e-45,
+        1e-30,
+        1.0,
+        1e18,
+        1e30,
+        f32::MAX,
+        f32::INFINITY,
+        f32::NAN,
+    ];
+    for a in all {
+        for b in all {
+            for c in all {
+                for d in all {
+                    let p = start(a, b).arrive(c, d).scatter(d, c, a, false);
+                    for p in [p, start(a, b), start(a, b).scatter(c, d, a, true)] {
+                        for w in [
+                            p.weight_hit(c, d),
+                            p.weight_direct(a, b, c, d, a, true),
+                            p.weight_camera(c, d),
+                        ] {
+                            assert!((0.0..=1.0).contains(&w), "{a} {b} {c} {d}: {w}");
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 
