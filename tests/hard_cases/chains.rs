@@ -365,7 +365,7 @@ pub fn open_box() -> String {
 #[test]
 fn caustics_in_mirrors() {
     let view = "LookAt 0 1 3  0 .8 -2  0 1 0\nCamera \"perspective\" \"float fov\" [20]";
-    let text = head(12, 12, 6, view)
+    let text = head(20, 20, 6, view)
         + "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [20 18 14]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\n\
            Translate 0 3 1.5\nShape \"sphere\" \"float radius\" [.4]\nAttributeEnd\n\
            Material \"mirror\" \"rgb Kr\" [.9 .9 .9]\n\
@@ -376,7 +376,7 @@ fn caustics_in_mirrors() {
     let scene = scene(&text);
     // Enough paths at the start that no depth is missed, or starts from one path alone, of which no error could be told.
     let change = |s: &mut Settings| {
-        (s.samples_per_pixel, s.mutations_per_pixel) = (600, 600);
+        (s.samples_per_pixel, s.mutations_per_pixel) = (300, 200);
         (s.bootstrap, s.chains) = (50_000, 512);
     };
     let [pt, mmlt] = both(&scene, &change, 24);
@@ -385,26 +385,29 @@ fn caustics_in_mirrors() {
         a.expect_same_among(COMPARISONS, &b, &what);
     }
 
-    // The error that a render states of its only tile is that which renders have.
-    let mut settings = settings(&scene, IntegratorKind::Mmlt, 600);
+    // The errors that a render states of its tiles are those which renders have.
+    let mut settings = settings(&scene, IntegratorKind::Mmlt, 200);
     change(&mut settings);
-    let (mut means, mut stated) = (vec![], 0.0);
+    let (mut means, mut stated) = (vec![vec![]; 4], [0.0; 4]);
     for seed in 1..=48 {
-        let tiles = run(
+        let render = run(
             &scene,
             &Settings {
                 seed,
                 ..settings.clone()
             },
-        )
-        .stats
-        .tiles
-        .unwrap();
-        means.push(tiles.mean[0]);
-        stated += tiles.stderr.unwrap()[0].powi(2) / 48.0;
+        );
+        let tiles = render.stats.tiles.unwrap();
+        let errors = tiles.stderr.unwrap();
+        for i in 0..4 {
+            means[i].push(tiles.mean[i]);
+            stated[i] += errors[i].powi(2) / 48.0;
+        }
     }
-    let scatter = Estimate::of(&means).error * 48f64.sqrt();
-    println!("scatter {scatter:.5}, stated {:.5}", stated.sqrt());
-    // Of 48 values a standard deviation is known to a tenth: six of these.
-    assert!((0.4..1.6).contains(&(stated.sqrt() / scatter)));
+    for (means, stated) in means.iter().zip(stated) {
+        let scatter = Estimate::of(means).error * 48f64.sqrt();
+        println!("scatter {scatter:.5}, stated {:.5}", stated.sqrt());
+        // Of 48 values a standard deviation is known to a tenth: six of these.
+        assert!((0.4..1.6).contains(&(stated.sqrt() / scatter)));
+    }
 }

@@ -333,11 +333,12 @@ fn needles_make_a_floor() {
 fn plains_seen_at_grazing_angles() {
     for angle in [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-5f64] {
         let (sin, cos) = angle.sin_cos();
-        // All of the window falls on the plain: as much of it at every angle, so that light subpaths meet it as often.
-        let half = 0.1 * sin;
+        // The window shows most of the plain at every angle: light subpaths meet it as often as camera subpaths do.
+        let half = 1.9 * sin;
         let view = format!(
-            "LookAt {} {sin} 0  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -{half} {half}]",
-            -cos
+            "LookAt {} {} 0  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-1.9 1.9 -{half} {half}]",
+            -3.0 * cos,
+            3.0 * sin
         );
         let plain = |material: &str| {
             scene(
