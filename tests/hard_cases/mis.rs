@@ -170,7 +170,7 @@ fn sun_and_constant_sky() {
                   AttributeBegin\nTranslate -1 .5 1\nShape \"sphere\" \"float radius\" [.5]\nAttributeEnd\n";
     let text = head(24, 20, 3, view) + lights + &stage(GREY) + glossy;
     let name = "sun and sky";
-    expect_integrators_agree_among(COMPARISONS, &scene(&text), 128, 24, [4, 4], name);
+    expect_integrators_agree_among(COMPARISONS, &scene(&text), 512, 24, [2, 2], name);
 }
 
 // --- Borders ---

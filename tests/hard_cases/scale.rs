@@ -2,7 +2,7 @@
 
 use super::COMPARISONS;
 use super::support::stage::{GREY, lamp, stage};
-use super::support::{Runs, head, run, scene, settings};
+use super::support::{BOTH, Runs, head, run, scene, settings};
 use phalanx::scene::{IntegratorKind, Scene};
 
 /// The stage with everything in it moved by `d` and scaled by `s`: the picture must be the same.
@@ -73,5 +73,26 @@ fn scenes_far_away_and_of_any_size() {
         mmlt(&scene)
             .whole(1)
             .expect_same_among(COMPARISONS, &mmlt_plain.whole(1), &what);
+    }
+}
+
+/// Row 18: rays leave the surfaces they come from. A plain under a constant sky has its albedo's radiance, however it lies: points on it are
+/// rounded to one side or the other, and a path that met the plain again would darken it.
+#[test]
+fn plains_do_not_shade_themselves() {
+    for axis in ["1 2 3", "3 -1 1", "-1 1 5"] {
+        let view = format!(
+            "LookAt 0 2 3  0 0 0  0 1 0\nRotate 35 {axis}\nTranslate 70 -50 90\nCamera \"perspective\" \"float fov\" [20]"
+        );
+        let plain = format!(
+            "LightSource \"infinite\" \"rgb L\" [1 1 1]\nTranslate -70 50 -90\nRotate -35 {axis}\nMaterial \"matte\" \"rgb Kd\" [.5 .5 .5]\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -3 -3 0 3 3 0 3 3 0 -3]\n"
+        );
+        let scene = scene(&(head(8, 8, 3, &view) + &plain));
+        for kind in BOTH {
+            let runs = Runs::new(&scene, &settings(&scene, kind, 256), 24);
+            runs.whole(1)
+                .expect_among(COMPARISONS, 0.5, &format!("{axis}, {kind:?}"));
+        }
     }
 }
