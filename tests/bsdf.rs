@@ -223,7 +223,7 @@ fn samples_and_evaluations_are_consistent() {
                         let h = unit(add(wide(wo[i]), wide(wi)));
                         let c = dot(h, wide(wi)).abs().min(1.0);
                         let f = |c: f64| bsdf::dielectric(c, 1.0 / 1.5).0;
-                        relative += (shaken(f, c) / f(c)) as f32;
+                        relative += (bsdf::shaken(f, c) / f(c)) as f32;
                     }
                     let near = |a: f32, b: f32, what: &str| {
                         let slack = relative * a.abs().max(b.abs());
@@ -447,58 +447,6 @@ fn grazing_angles_give_numbers() {
     }
 }
 
-/// Largest change of `f` if its argument moves by a few ulps of 1: what rounding of the cosine may do.
-fn shaken(f: impl Fn(f64) -> f64, x: f64) -> f64 {
-    let d = 4.0 * EPSILON;
-    [-d, -d / 8.0, d / 8.0, d]
-        .into_iter()
-        .map(|d| (f((x + d).clamp(0.0, 1.0)) - f(x)).abs())
-        .fold(0.0, f64::max)
-}
-
-#[test]
-fn fresnel_of_dielectrics() {
-    let floor = 8.0 * EPSILON;
-    for step in 0..=360 {
-        let eta = 0.4 + 0.01 * f64::from(step);
-        // 1 itself and its neighbours too.
-        for eta in [
-            eta as f32,
-            if step == 60 { 1.0 } else { eta as f32 },
-            1.0001,
-            0.9999,
-        ] {
-            let eta64 = f64::from(eta);
-            let critical = (1.0 - eta64 * eta64).max(0.0).sqrt();
-            let sweep = (0..=100).map(|i| f64::from(i) / 100.0);
-            let near = [1e-3, 1e-5, 1e-6, 1e-7];
-            let close = near
-                .iter()
-                .flat_map(|d| [critical - d, critical + d, *d, 1.0 - d]);
-            for c in sweep.chain(close).filter(|c| (0.0..=1.0).contains(c)) {
-                let c = c as f32;
-                let got = fresnel::dielectric::<f32>(c, eta);
-                let (want, cos_t) = bsdf::dielectric(c.into(), eta64);
-                let slack = shaken(|x| bsdf::dielectric(x, eta64).0, c.into());
-                assert!(
-                    (f64::from(got.reflectance) - want).abs() <= slack + floor,
-                    "eta {eta}, cos {c}: {} is {want}",
-                    got.reflectance
-                );
-                assert!((0.0..=1.0).contains(&got.reflectance));
-                // cos_t^2 is right to ulps, whatever its root is.
-                let square = f64::from(got.cos_t).powi(2) - cos_t * cos_t;
-                let scale = 1.0 + (1.0 / eta64).powi(2);
-                assert!(
-                    square.abs() <= floor * scale,
-                    "eta {eta}, cos {c}: {}",
-                    got.cos_t
-                );
-            }
-        }
-    }
-}
-
 #[test]
 fn fresnel_of_conductors() {
     use phalanx::simd::Vec3;
@@ -531,7 +479,7 @@ fn fresnel_of_conductors() {
                 let a2 = (modulus + re).max(0.0) / 2.0;
                 let lost = (a2 + 4.0 * EPSILON * modulus).sqrt() - a2.sqrt();
                 let cancelled = 8.0 * c64 * lost / (modulus + c64 * c64).max(1e-300);
-                let slack = shaken(f, c.into()) + by_index + cancelled + 32.0 * EPSILON;
+                let slack = bsdf::shaken(f, c.into()) + by_index + cancelled + 32.0 * EPSILON;
                 assert!(
                     (f64::from(got) - want).abs() <= slack && (0.0..=1.0 + 1e-6).contains(&got),
                     "eta {eta}, k {k}, cos {c}: {got} is {want} +- {slack:e}"

@@ -3,7 +3,7 @@
 mod common;
 
 use common::stats::{FALSE_ALARM, Random, assert_follows, normal_quantile};
-use phalanx::chain::mutate::{Kernel, ONE_MINUS_EPSILON, normals, wrap};
+use phalanx::chain::mutate::{Kernel, ONE_MINUS_EPSILON, normals};
 use phalanx::simd::rng::{Purpose, Stream, unit_float};
 use phalanx::simd::{Lanes, UintLanes, f32x8};
 use phalanx::transport::samples::Samples;
@@ -141,40 +141,6 @@ fn both_widths_draw_the_same_numbers() {
 }
 
 #[test]
-fn wrapping_stays_below_one() {
-    let around = |x: f32| -> Vec<f32> {
-        let (mut up, mut down) = (x, x);
-        let mut out = vec![x];
-        for _ in 0..100 {
-            (up, down) = (up.next_up(), down.next_down());
-            out.extend([up, down]);
-        }
-        out
-    };
-    let mut values: Vec<f32> = [-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 2.0, 3.0]
-        .into_iter()
-        .flat_map(around)
-        .collect();
-    for exponent in 0..149 {
-        let tiny = 2f32.powi(-exponent);
-        values.extend([tiny, -tiny, 1.0 - tiny, 1.0 + tiny, tiny - 1.0]);
-    }
-    for v in values {
-        let w = wrap::<f32>(v);
-        assert!((0.0..1.0).contains(&w), "{v:e} to {w:e}");
-        // Equal modulo 1, to an ulp of 1.
-        let apart = (f64::from(v) - f64::from(w)).rem_euclid(1.0);
-        let apart = apart.min(1.0 - apart);
-        assert!(apart <= f64::from(f32::EPSILON), "{v:e} to {w:e}");
-        assert_eq!(
-            wrap::<f32x8>(f32x8::splat(v)).lane(3).to_bits(),
-            w.to_bits()
-        );
-    }
-    assert!(wrap::<f32>(-1e-30) == ONE_MINUS_EPSILON);
-}
-
-#[test]
 fn normals_are_normal() {
     let stream = Stream::new(7, Purpose::Mutation);
     let n = 500_000u32;
@@ -299,44 +265,6 @@ fn one_long_chain_visits_everything_alike() {
         }
     }
     assert_follows(&cells, &[count / 64.0; 64], FALSE_ALARM, "a long chain");
-}
-
-#[test]
-fn proposals_of_chains_are_uncorrelated() {
-    // All chains start from one state, as chains from one bootstrap sample do.
-    let (chains, dimensions, steps) = (16, 6, 4000);
-    let kernel = Kernel::new(3, 0.3, 0.01);
-    let ids: Vec<u32> = (0..chains as u32).collect();
-    let mut start = Samples::new(dimensions, chains);
-    for d in 0..dimensions {
-        start.row_mut(d).fill(0.5);
-    }
-    let mut proposed = start.clone();
-    let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
-    let mut series = vec![vec![]; chains];
-    let mut kinds = vec![vec![]; chains];
-    for i in 0..steps {
-        kernel.propose::<f32x8>(&ids, i, &start, &mut proposed, &mut large, &mut decide);
-        for c in 0..chains {
-            for d in 0..dimensions {
-                // Its sign has mean 0 and variance 1 for both kinds of step.
-                let u = proposed.row(d)[c];
-                series[c].push(if u > 0.5 { 1.0 } else { -1.0f64 });
-            }
-            kinds[c].push(if large[c] > 0.0 { 0.7 } else { -0.3 } / 0.21f64.sqrt());
-            kinds[c].push((f64::from(decide[c]) - 0.5) * 12f64.sqrt());
-        }
-    }
-    let sigmas = normal_quantile(FALSE_ALARM / (chains * chains) as f64);
-    for a in 0..chains {
-        for b in 0..a {
-            for all in [&series, &kinds] {
-                let r: f64 = all[a].iter().zip(&all[b]).map(|(x, y)| x * y).sum();
-                let r = r / (all[a].len() as f64).sqrt();
-                assert!(r.abs() < sigmas, "chains {a} and {b}: {r:.2} sigmas");
-            }
-        }
-    }
 }
 
 #[test]

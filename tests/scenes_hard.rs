@@ -52,14 +52,6 @@ fn distant_light() {
     );
 }
 
-#[test]
-fn sun_and_constant_sky() {
-    agree(
-        "LightSource \"distant\" \"rgb L\" [2 2 1] \"point from\" [1 2 2] \"point to\" [0 0 0]\nLightSource \"infinite\" \"rgb L\" [.2 .3 .5]\n",
-        "sun and sky",
-    );
-}
-
 /// An image with one bright texel, turned.
 #[test]
 fn infinite_image() {

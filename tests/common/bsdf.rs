@@ -69,6 +69,15 @@ pub fn ggx_brdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
     ggx_d(h, ax, ay) * g / (4.0 * wo[2] * wi[2])
 }
 
+/// Largest change of `f` if its argument moves by a few ulps of 1: what rounding of the cosine may do.
+pub fn shaken(f: impl Fn(f64) -> f64, x: f64) -> f64 {
+    let d = 4.0 * f64::from(f32::EPSILON);
+    [-d, -d / 8.0, d / 8.0, d]
+        .into_iter()
+        .map(|d| (f((x + d).clamp(0.0, 1.0)) - f(x)).abs())
+        .fold(0.0, f64::max)
+}
+
 /// `f(wo, wi)`, density of `wi` given `wo`, and the reverse; delta BSDFs are 0.
 pub struct Value {
     pub f: V,

@@ -5,9 +5,14 @@
 //! difference exceeds so many standard errors that chance alone does so once in five million ([`FALSE_ALARM`]): with the few
 //! hundred comparisons there are, the whole suite raises a false alarm less than once in ten thousand changes of seed. For many runs that is
 //! 5.2 standard errors; with few, the scatter itself is uncertain, and Student's distribution asks for more ([`reach`]). Seeds are fixed.
+//!
+//! A suite that counts its comparisons can hand the number to [`standard_errors`], and then all of them together raise a false alarm
+//! once in a million changes of seed ([`SUITE_FALSE_ALARM`]).
 
 // Each test file uses its own part of this.
 #![allow(dead_code)]
+
+pub mod stage;
 
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Render, Settings, Silent, render};
@@ -17,6 +22,9 @@ use std::path::Path;
 
 /// Probability that a comparison of two equal things fails.
 pub const FALSE_ALARM: f64 = 2e-7;
+
+/// Probability that any comparison of a suite that counts them fails.
+pub const SUITE_FALSE_ALARM: f64 = 1e-6;
 
 /// Differences of this part of a value are put down to `f32`.
 pub const ROUNDING: f64 = 2e-5;
@@ -183,6 +191,18 @@ impl Estimate {
     /// Fails unless this is `truth` but for chance.
     #[track_caller]
     pub fn expect(&self, truth: f64, what: &str) {
+        self.expect_within(truth, reach(self.freedom), what);
+    }
+
+    /// The same, as one of so many comparisons of a suite.
+    #[track_caller]
+    pub fn expect_among(&self, comparisons: usize, truth: f64, what: &str) {
+        self.expect_within(truth, standard_errors(comparisons, self.freedom), what);
+    }
+
+    /// Fails unless this is `truth` within so many standard errors.
+    #[track_caller]
+    fn expect_within(&self, truth: f64, errors: f64, what: &str) {
         let off = self.mean - truth;
         println!(
             "{what}: {:.6} +- {:.6}, expected {truth:.6}: {:+.2} standard errors",
@@ -190,7 +210,7 @@ impl Estimate {
             self.error,
             off / self.error.max(f64::MIN_POSITIVE)
         );
-        let bound = reach(self.freedom) * self.error + ROUNDING * truth.abs();
+        let bound = errors * self.error + ROUNDING * truth.abs();
         assert!(
             off.abs() <= bound,
             "{what}: {} +- {} is not {truth}",
@@ -202,6 +222,19 @@ impl Estimate {
     /// Fails unless this and `other` are the same but for chance (Welch's test).
     #[track_caller]
     pub fn expect_same(&self, other: &Estimate, what: &str) {
+        self.expect_same_within(other, reach, what);
+    }
+
+    /// The same, as one of so many comparisons of a suite.
+    #[track_caller]
+    pub fn expect_same_among(&self, comparisons: usize, other: &Estimate, what: &str) {
+        let errors = |freedom| standard_errors(comparisons, freedom);
+        self.expect_same_within(other, errors, what);
+    }
+
+    /// Fails unless both differ by at most `errors(degrees of freedom)` standard errors.
+    #[track_caller]
+    fn expect_same_within(&self, other: &Estimate, errors: impl Fn(f64) -> f64, what: &str) {
         let off = self.mean - other.mean;
         let (a, b) = (self.error.powi(2), other.error.powi(2));
         let error = (a + b).sqrt();
@@ -218,7 +251,7 @@ impl Estimate {
         } else {
             self.freedom
         };
-        let bound = reach(freedom) * error + ROUNDING * self.mean.abs();
+        let bound = errors(freedom) * error + ROUNDING * self.mean.abs();
         assert!(
             off.abs() <= bound,
             "{what}: {} +- {} is not {} +- {}",
@@ -233,13 +266,27 @@ impl Estimate {
 /// How many standard errors chance exceeds with probability [`FALSE_ALARM`] (two-sided), if the error was measured with so many degrees of
 /// freedom: Student's distribution, whose density with `x = sqrt(f) tan(angle)` is `cos(angle)^(f - 1)`.
 pub fn reach(freedom: f64) -> f64 {
+    quantile(FALSE_ALARM, freedom)
+}
+
+/// How far equal things may be apart, in standard errors, so that chance exceeds it in any of so many comparisons with probability
+/// [`SUITE_FALSE_ALARM`] at most (Bonferroni's bound): 6.1 for a thousand comparisons of well-known errors, 9.9 if the errors
+/// have 23 degrees of freedom.
+pub fn standard_errors(comparisons: usize, freedom: f64) -> f64 {
+    quantile(SUITE_FALSE_ALARM / comparisons as f64, freedom)
+}
+
+/// What the absolute value of a variable of Student's distribution exceeds with probability `rate`.
+fn quantile(rate: f64, freedom: f64) -> f64 {
+    // The grid below resolves no narrower density, and there the distribution is normal.
+    let freedom = freedom.min(1e4);
     let mass = |from: f64| {
         let n = 4000;
         let h = (FRAC_PI_2 - from) / f64::from(n);
         let at = |i: i32| (from + (f64::from(i) + 0.5) * h).cos().powf(freedom - 1.0);
         h * (0..n).map(at).sum::<f64>()
     };
-    let wanted = FALSE_ALARM * mass(0.0);
+    let wanted = rate * mass(0.0);
     let (mut low, mut high) = (0.0, FRAC_PI_2);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -261,6 +308,32 @@ pub fn expect_integrators_agree(
     grid: [u32; 2],
     name: &str,
 ) {
+    agree(scene, effort, seeds, grid, reach, name);
+}
+
+/// The same, its comparisons among so many of a suite.
+#[track_caller]
+pub fn expect_integrators_agree_among(
+    comparisons: usize,
+    scene: &Scene,
+    effort: u64,
+    seeds: u64,
+    grid: [u32; 2],
+    name: &str,
+) {
+    let errors = |freedom| standard_errors(comparisons, freedom);
+    agree(scene, effort, seeds, grid, errors, name);
+}
+
+#[track_caller]
+fn agree(
+    scene: &Scene,
+    effort: u64,
+    seeds: u64,
+    grid: [u32; 2],
+    errors: impl Fn(f64) -> f64,
+    name: &str,
+) {
     let [pt, mmlt] = BOTH.map(|kind| {
         let runs = Runs::new(scene, &settings(scene, kind, effort), seeds);
         runs.show(&format!("{name}-{kind:?}"));
@@ -268,12 +341,13 @@ pub fn expect_integrators_agree(
     });
     for c in 0..3 {
         let (a, b) = (mmlt.whole(c), pt.whole(c));
-        a.expect_same(&b, &format!("{name}, channel {c}"));
+        a.expect_same_within(&b, &errors, &format!("{name}, channel {c}"));
     }
     let [columns, rows] = grid;
     let regions = mmlt.grid(columns, rows);
     for (i, (a, b)) in regions.iter().zip(pt.grid(columns, rows)).enumerate() {
-        a.expect_same(&b, &format!("{name}, region {}, channel {}", i / 3, i % 3));
+        let what = format!("{name}, region {}, channel {}", i / 3, i % 3);
+        a.expect_same_within(&b, &errors, &what);
     }
 }
 

@@ -1,0 +1,179 @@
+//! Rows 1, 25 and 28: no light, tiny lights, lights of one colour.
+//!
+//! `tests/cli.rs` says what the program prints of a scene without light, and that it ends well (row 1); `tests/chains.rs` walls a light in.
+
+use super::COMPARISONS;
+use super::support::stage::{CAMERA, GREY, lamp, stage};
+use super::support::{BOTH, Runs, head, run, scene, settings};
+use phalanx::scene::IntegratorKind;
+
+// --- None ---
+
+/// Row 1: no bootstrap path carries light. The picture is black and whole, and a warning says why.
+#[test]
+fn pictures_without_light_are_black_and_say_so() {
+    // Above the wall, which would see it.
+    let up = lamp("[8 8 8]")
+        .replace("Rotate 90", "Rotate -90")
+        .replace(" 2.5 ", " 3.5 ");
+    let no_bounce = "Material \"matte\" \"rgb Kd\" [0 0 0]\nAttributeBegin\nTranslate 0 0 9\n"
+        .to_string()
+        + &lamp("[8 8 8]")
+        + "AttributeEnd\n"
+        + &stage([0.0; 3]);
+    let scenes = [
+        ("no lights", stage(GREY)),
+        ("nothing at all", String::new()),
+        ("a light that faces away", up + &stage(GREY)),
+        ("a light of power 0", lamp("[0 0 0]") + &stage(GREY)),
+        (
+            "an infinite light of power 0",
+            "LightSource \"infinite\" \"rgb L\" [0 0 0]\n".to_string() + &stage(GREY),
+        ),
+        (
+            "a point light of power 0",
+            "LightSource \"point\" \"rgb I\" [0 0 0]\n".to_string() + &stage(GREY),
+        ),
+        ("nothing reflects", no_bounce),
+    ];
+    for (what, world) in scenes {
+        let scene = scene(&(head(16, 12, 3, CAMERA) + &world));
+        for kind in BOTH {
+            let render = run(&scene, &settings(&scene, kind, 8));
+            assert!(
+                render.pixels.iter().flatten().all(|v| *v == 0.0),
+                "{what}, {kind:?}: not black"
+            );
+            assert_eq!(render.pixels.len(), 16 * 12);
+            if kind == IntegratorKind::Mmlt {
+                assert!(!render.warnings.is_empty(), "{what}: no warning");
+                println!("{what}: {}", render.warnings.join("; "));
+            }
+        }
+    }
+}
+
+// --- Tiny ---
+
+/// Row 25: tiny lights. A sphere of radius `r` and radiance `I / (pi r^2)` lights what it does not touch exactly as a point of intensity
+/// `I` does: from a hundredth of the scene to a millionth, with a radiance of up to 4e10.
+#[test]
+fn spheres_shrink_to_points() {
+    let at = "AttributeBegin\nTranslate .7 2.2 1\n";
+    let i = 4.0;
+    let render = |light: &str, kind| {
+        let scene = scene(&(head(12, 9, 3, CAMERA) + at + light + "AttributeEnd\n" + &stage(GREY)));
+        Runs::new(&scene, &settings(&scene, kind, 192), 24)
+    };
+    let point = format!("LightSource \"point\" \"rgb I\" [{i} {i} {i}]\n");
+    let truth = render(&point, IntegratorKind::Pt);
+    // Its own shadow takes less than 1e-5 of what is reflected.
+    for r in [1e-2, 1e-4, 1e-6, 3e-6] {
+        let l = i / (std::f64::consts::PI * r * r);
+        let sphere = format!(
+            "AreaLightSource \"diffuse\" \"rgb L\" [{l} {l} {l}]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\nShape \"sphere\" \"float radius\" [{r}]\n"
+        );
+        for kind in BOTH {
+            let runs = render(&sphere, kind);
+            for (j, (a, b)) in runs.grid(2, 2).iter().zip(truth.grid(2, 2)).enumerate() {
+                if j % 3 == 1 {
+                    let what = format!("radius {r:e}, {kind:?}, region {}", j / 3);
+                    a.expect_same_among(COMPARISONS, &b, &what);
+                }
+            }
+        }
+    }
+}
+
+/// Row 25: the same for panels, down to some billionths of the scene, where the square of their normal nearly leaves `f32`. The panel is in the
+/// middle of the scene, so that its corners have all their digits.
+#[test]
+fn panels_shrink_to_points() {
+    let power = 2.0;
+    let render = |side: f64, kind| {
+        let l = power / (side * side);
+        let h = side / 2.0;
+        let text = head(
+            8,
+            8,
+            2,
+            "LookAt 0 0 4  0 -.9 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]",
+        ) + &format!(
+            "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l} {l} {l}]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-{h} 0 -{h} {h} 0 -{h} {h} 0 {h} -{h} 0 {h}]\nAttributeEnd\n\
+                 Material \"matte\" \"rgb Kd\" [.7 .7 .7]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-2 -1 -2 -2 -1 2 2 -1 2 2 -1 -2]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-2 1 -2 2 1 -2 2 1 2 -2 1 2]\n"
+        );
+        let scene = scene(&text);
+        Runs::new(&scene, &settings(&scene, kind, 192), 24)
+    };
+    // At this size the panel is a point but for 1e-6 of its light.
+    let truth = render(1e-3, IntegratorKind::Pt);
+    assert!(truth.whole(1).mean > 0.01);
+    for side in [1e-4, 1e-6, 1e-8] {
+        for kind in BOTH {
+            let what = format!("side {side:e}, {kind:?}");
+            render(side, kind)
+                .whole(1)
+                .expect_same_among(COMPARISONS, &truth.whole(1), &what);
+        }
+    }
+}
+
+/// Row 25: lights without area are dropped, and the rest of the picture is as it was.
+#[test]
+fn lights_without_area_shine_on_nothing() {
+    let light = |shape: &str| {
+        format!(
+            "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1e9 1e9 1e9]\nTranslate 0 1 1\n{shape}\nAttributeEnd\n"
+        )
+    };
+    let lit =
+        |extra: &str| scene(&(head(12, 9, 3, CAMERA) + &lamp("[8 8 8]") + extra + &stage(GREY)));
+    let plain = lit("");
+    for kind in BOTH {
+        let truth = run(&plain, &settings(&plain, kind, 16)).pixels;
+        for shape in [
+            "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 0 1] \"point P\" [0 0 0 .1 0 0 .2 0 0]",
+            "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 1e-12 0 0 0 1e-12 0]",
+        ] {
+            let scene = lit(&light(shape));
+            assert!(!scene.warnings.is_empty(), "{shape}: no warning");
+            let pixels = run(&scene, &settings(&scene, kind, 16)).pixels;
+            assert!(pixels == truth, "{kind:?}: {shape}");
+        }
+    }
+}
+
+// --- Colour ---
+
+/// Row 28: saturated colour. Blue light alone: the same blue channel as under white light, and no more noise in it.
+#[test]
+fn saturated_light_is_no_noisier() {
+    let lit = |l: &str| scene(&(head(16, 12, 4, CAMERA) + &lamp(l) + &stage(GREY)));
+    let [blue, white] = ["[0 0 8]", "[8 8 8]"].map(|l| {
+        let scene = lit(l);
+        Runs::new(&scene, &settings(&scene, IntegratorKind::Mmlt, 64), 32)
+    });
+    for c in 0..2 {
+        assert_eq!(blue.whole(c).mean, 0.0);
+    }
+    blue.whole(2)
+        .expect_same_among(COMPARISONS, &white.whole(2), "blue channel");
+    let noise = |runs: &Runs| {
+        let (columns, rows) = (16, 12);
+        let cells = runs.grid(columns, rows);
+        let error2: f64 = cells
+            .iter()
+            .skip(2)
+            .step_by(3)
+            .map(|e| e.error.powi(2))
+            .sum();
+        error2.sqrt()
+    };
+    let ratio = noise(&blue) / noise(&white);
+    println!("noise of the blue channel, blue over white light: {ratio:.4}");
+    // 192 pixels of 32 runs each measure a standard deviation to a percent or two.
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
