@@ -72,7 +72,7 @@ impl Tally {
     }
 }
 
-/// Recorded large steps that have fallen into a tile.
+/// Large steps that have fallen into a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TileMoments {
     /// Those with light.
@@ -126,8 +126,6 @@ pub struct Monitor {
     tallies: [Vec<Tally>; 2],
     tiling: Tiling,
     large: Vec<TileMoments>,
-    /// Of all recorded ones, with light or without.
-    large_steps: u64,
     /// Large steps with light of the latest iteration; room for all.
     lit: Vec<u32>,
 }
@@ -181,7 +179,6 @@ impl Monitor {
             tallies: [vec![Tally::default(); all], vec![Tally::default(); all]],
             tiling: tiling.clone(),
             large: vec![TileMoments::default(); tiling.len()],
-            large_steps: 0,
             lit: vec![0; chains + 1],
         }
     }
@@ -193,8 +190,9 @@ impl Monitor {
             *held = *held * (1.0 - taken) + 1.0;
         }
         self.weigh(view.left_weights);
+        // All of them: light that chains miss is found by few.
+        self.see_large(view);
         if iteration % EVERY == EVERY - 1 {
-            self.see_large(view);
             self.record(view);
         }
     }
@@ -269,7 +267,6 @@ impl Monitor {
             let kind = usize::from(view.large[i] > 0.0);
             let tally = &mut self.tallies[kind][(outcome.s - first) as usize];
             tally.proposals += 1;
-            self.large_steps += kind as u64;
             tally.accepted += f64::from(view.share[i]);
             tally.dark += u64::from(outcome.rgb == [0.0; 3]);
         }
@@ -311,9 +308,9 @@ impl Monitor {
     pub fn tallies(&self) -> &[Vec<Tally>; 2] {
         &self.tallies
     }
-    /// Recorded large steps, tile by tile, and their number, with light or without: independent uniform samples.
-    pub fn large(&self) -> (&[TileMoments], u64) {
-        (&self.large, self.large_steps)
+    /// Large steps, tile by tile: independent uniform samples.
+    pub fn large(&self) -> &[TileMoments] {
+        &self.large
     }
     /// The longest stay of each chain.
     pub fn stays(&self) -> &[Stay] {
@@ -391,9 +388,8 @@ mod tests {
         assert_eq!((large.proposals, large.accepted, large.dark), (25, 12.5, 0));
         assert_eq!(m.tallies()[0], [Tally::default(); 3]);
         assert_eq!(m.groups()[0].sums[1], 400 * UNITS as u64);
-        let (tiles, steps) = m.large();
-        assert_eq!((tiles[0], steps), (TileMoments::default(), 25));
-        let tile = tiles[1];
-        assert_eq!((tile.count, tile.sum, tile.squares), (25, 50.0, 100.0));
+        assert_eq!(m.large()[0], TileMoments::default());
+        let tile = m.large()[1];
+        assert_eq!((tile.count, tile.sum, tile.squares), (200, 400.0, 800.0));
     }
 }

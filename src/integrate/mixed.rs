@@ -214,9 +214,8 @@ fn cross_check(
             let Some(monitor) = batch.monitor() else {
                 continue;
             };
-            let (tiles, recorded) = monitor.large();
-            steps += recorded;
-            for (to, from) in large.iter_mut().zip(tiles) {
+            steps += batch.counts.large;
+            for (to, from) in large.iter_mut().zip(monitor.large()) {
                 to.count += from.count;
                 to.sum += from.sum;
                 to.squares += from.squares;
