@@ -6,6 +6,7 @@
 
 use super::error::{Groups, Tiles};
 use super::mmlt::{Chains, Light};
+use super::schedule::layer_of;
 use super::{Run, Stats};
 use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
 use crate::chain::monitor::{Monitor, TileMoments, UNITS};
@@ -13,7 +14,7 @@ use crate::film::{GROUPS, Tiling};
 use serde::Serialize;
 
 /// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
-pub const MIXED: f64 = 1.1;
+const MIXED: f64 = 1.1;
 /// Part of all light below which a depth or a strategy is not worth a warning: its own error is in the estimate.
 const MATTERS: f64 = 0.05;
 
@@ -131,14 +132,20 @@ pub(super) fn judge(
     let depths = depths(run, chains, light);
     let all = light.scales.len();
     let sums: Vec<Vec<[f64; GROUPS]>> = (0..all).map(|l| tile_weights(chains, l, tiling)).collect();
-    let layers = sums.iter().enumerate().map(|(layer, sums)| Groups {
+    let layer = |(layer, sums)| Groups {
         sums,
         thrown: thrown(chains, layer),
         scale: light.scales[layer],
         relative_variance: light.relative_variance[layer],
-    });
-    let tiles = Tiles::of(tiling, layers);
-    let check = cross_check(run, tiling, chains, light, &sums);
+    };
+    let layers: Vec<Groups> = sums
+        .iter()
+        .map(Vec::as_slice)
+        .enumerate()
+        .map(layer)
+        .collect();
+    let tiles = Tiles::of(tiling, &layers);
+    let check = cross_check(run, tiling, chains, &layers);
 
     let important = || depths.iter().filter(|d| d.share >= MATTERS);
     let worst = |values: Vec<f64>, than: fn(f64, f64) -> f64| values.into_iter().reduce(than);
@@ -149,7 +156,7 @@ pub(super) fn judge(
     stats.ess = worst(important().filter_map(|d| d.mixing.ess).collect(), f64::min);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
     warnings.extend(apart(&depths, &tiles, tiling));
-    warnings.extend(stuck(run, tiling, light, &depths, &tiles));
+    warnings.extend(stuck(tiling, light, &depths, &tiles));
     warnings.extend(missed(&check));
     stats.depths = depths;
     stats.tiles = Some(tiles);
@@ -192,16 +199,10 @@ pub(super) fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
     weights
 }
 
-fn cross_check(
-    run: &Run,
-    tiling: &Tiling,
-    chains: &Chains,
-    light: &Light,
-    sums: &[Vec<[f64; GROUPS]>],
-) -> CrossCheck {
+fn cross_check(run: &Run, tiling: &Tiling, chains: &Chains, layers: &[Groups]) -> CrossCheck {
     let mut check = CrossCheck::default();
     let area = run.world.camera.region.area();
-    for (layer, sums) in sums.iter().enumerate() {
+    for (layer, groups) in layers.iter().enumerate() {
         let mut large = vec![TileMoments::default(); tiling.len()];
         let own = || chains.iter().filter(|(a, _)| a.layer == layer);
         let depth = own().next().map(|(a, _)| a.depth);
@@ -224,13 +225,7 @@ fn cross_check(
         let (Some(depth), true) = (depth, steps > 1) else {
             continue;
         };
-        let groups = Groups {
-            sums,
-            thrown: thrown(chains, layer),
-            scale: light.scales[layer],
-            relative_variance: light.relative_variance[layer],
-        };
-        let by_chains = Tiles::of(tiling, std::iter::once(groups));
+        let by_chains = Tiles::of(tiling, std::slice::from_ref(groups));
         let n = steps as f64;
         for (tile, moments) in large.iter().enumerate().filter(|(_, m)| m.count >= ENOUGH) {
             check.compared += 1;
@@ -289,22 +284,10 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
 }
 
 /// Chains that stayed in one state for so long that it shows: a pixel gets more from it than from all else.
-fn stuck(
-    run: &Run,
-    tiling: &Tiling,
-    light: &Light,
-    depths: &[DepthStats],
-    tiles: &Tiles,
-) -> Option<String> {
+fn stuck(tiling: &Tiling, light: &Light, depths: &[DepthStats], tiles: &Tiles) -> Option<String> {
     let mut spots: Vec<(f64, u32, &Stuck)> = Vec::new();
     for d in depths {
-        let layer = (run
-            .world
-            .plan
-            .depths
-            .iter()
-            .position(|p| p.depth == d.depth))?
-        .min(light.scales.len() - 1);
+        let layer = layer_of(d.depth as usize);
         for stuck in &d.mixing.stuck {
             let around = tiles.mean[tiling.index([stuck.x, stuck.y])];
             let excess = f64::from(stuck.iterations) * light.scales[layer] / around;

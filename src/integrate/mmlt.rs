@@ -12,7 +12,7 @@
 //! section 16.4.3, uses the first alone).
 
 use super::error::{Looks, relmse};
-use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
+use super::schedule::{Allotment, LAYERS, March, Start, allot, density, layer_of};
 use super::{EndedBy, Phase, Render, Run, Settings, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
@@ -68,11 +68,10 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let light = Light::of(run, film.layers(), &chains);
     let pixels = film.resolve(&light.scales);
     let variance = (settings.estimate_error && settings.error_layers).then(|| {
-        let light = light.with(&chains, 1.0);
-        film.resolve_with_error(0..pixels.len(), &light.of_film()).1
+        let scales = light.of_film(&light.scales);
+        film.resolve_with_error(0..pixels.len(), &scales).1
     });
-    let relmse = (settings.estimate_error && mutations > 0)
-        .then(|| relmse_of(run, &film, &light.with(&chains, run.scene.film.scale)));
+    let relmse = (settings.estimate_error && mutations > 0).then(|| relmse_of(run, &film, &light));
     drop(film);
     let render_seconds = render_start.elapsed().as_secs_f64();
     let (acceptance_large, acceptance_small) = counts.acceptance();
@@ -121,6 +120,8 @@ pub(super) struct Light {
     /// By layer of the film: what turns its sums into radiance, and the squared relative standard error of that.
     pub scales: Vec<f64>,
     pub relative_variance: Vec<f64>,
+    /// What all splats of each layer weigh; 0 if errors are not estimated.
+    weights: Vec<f64>,
 }
 
 impl Light {
@@ -130,7 +131,7 @@ impl Light {
         let scale = |layer| layer_scale(chains, &estimates, layer) * area;
         let relative = |layer: usize| {
             let depths = estimates.iter().enumerate();
-            let of_layer = depths.filter(|(depth, _)| (*depth).min(LAYERS - 1) == layer);
+            let of_layer = depths.filter(|(depth, _)| layer_of(*depth) == layer);
             let (b, error2) = of_layer.fold((0.0, 0.0), |(b, error2), (_, e)| {
                 (b + e.mean(), error2 + e.error2())
             });
@@ -139,46 +140,30 @@ impl Light {
         Self {
             scales: (0..layers).map(scale).collect(),
             relative_variance: (0..layers).map(relative).collect(),
+            weights: mixed::weights(chains, layers),
             estimates,
         }
     }
-}
 
-/// [`Light`] as the film takes it.
-struct Bright<'a> {
-    light: &'a Light,
-    scales: Vec<f64>,
-    weights: Vec<f64>,
-}
-
-impl Light {
-    /// With all radiance multiplied by `factor`.
-    fn with(&self, chains: &Chains, factor: f32) -> Bright<'_> {
-        Bright {
-            light: self,
-            scales: self.scales.iter().map(|s| s * f64::from(factor)).collect(),
-            weights: mixed::weights(chains, self.scales.len()),
-        }
-    }
-}
-
-impl Bright<'_> {
-    fn of_film(&self) -> Scales<'_> {
+    /// As the film takes it, with `radiance` in place of the scales.
+    fn of_film<'a>(&'a self, radiance: &'a [f64]) -> Scales<'a> {
         Scales {
-            radiance: &self.scales,
-            relative_variance: &self.light.relative_variance,
+            radiance,
+            relative_variance: &self.relative_variance,
             light: &self.weights,
         }
     }
 }
 
-/// Estimated relMSE of the picture so far.
-fn relmse_of(run: &Run, film: &SplatFilm, bright: &Bright) -> f64 {
+/// Estimated relMSE of the picture so far, as it will be written.
+fn relmse_of(run: &Run, film: &SplatFilm, light: &Light) -> f64 {
     let (width, height) = run.size();
     let width = width as usize;
+    let scale = f64::from(run.scene.film.scale);
+    let radiance: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
     relmse(width, height as usize, |rows| {
         let pixels = rows.start * width..rows.end * width;
-        film.resolve_with_error(pixels, &bright.of_film())
+        film.resolve_with_error(pixels, &light.of_film(&radiance))
     })
 }
 
@@ -210,8 +195,7 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
     }
     let seen = looks.look(|| {
         let light = Light::of(run, film.layers(), chains);
-        let bright = light.with(chains, run.scene.film.scale);
-        let error = relmse_of(run, film, &bright).sqrt();
+        let error = relmse_of(run, film, &light).sqrt();
         run.observer.error(error);
         let reached = run
             .settings

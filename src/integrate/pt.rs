@@ -90,7 +90,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             scale: 1.0 / done.max(1) as f64,
             relative_variance: 0.0,
         };
-        Tiles::of(sums.tiling(), std::iter::once(layer))
+        Tiles::of(sums.tiling(), &[layer])
     });
     let render_seconds = start.elapsed().as_secs_f64();
     let samples = done * per_pass;

@@ -16,6 +16,11 @@ use std::time::{Duration, Instant};
 /// Depths with a film layer of their own; deeper ones share the last.
 pub(super) const LAYERS: usize = 16;
 
+/// The layer of a depth.
+pub(super) fn layer_of(depth: usize) -> usize {
+    depth.min(LAYERS - 1)
+}
+
 /// Chains that a layer has at least, if the settings ask for as many: with fewer, lanes stay empty.
 const FEWEST: usize = 512;
 /// The same for each depth of a shared layer.
@@ -51,7 +56,7 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
     let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
         .filter(|(_, boot)| boot.estimate.mean() > 0.0)
         .map(|(depth, boot)| {
-            let layer = depth.min(LAYERS - 1);
+            let layer = layer_of(depth);
             let fewest = if layer < LAYERS - 1 {
                 FEWEST
             } else {

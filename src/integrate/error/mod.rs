@@ -44,7 +44,7 @@ impl Tiles {
     }
 
     /// Tiles of a sum of independent layers.
-    pub(super) fn of<'a>(tiling: &Tiling, layers: impl Iterator<Item = Groups<'a>>) -> Self {
+    pub(super) fn of(tiling: &Tiling, layers: &[Groups]) -> Self {
         let n = tiling.len();
         let (mut mean, mut variance) = (vec![0.0; n], vec![0.0; n]);
         let mut fewest = GROUPS;

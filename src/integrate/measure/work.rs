@@ -3,7 +3,7 @@
 use super::Bench;
 use crate::chain::batch::{Batch, Workspace};
 use crate::film::{Destination, GROUPS, Tiling};
-use crate::integrate::schedule::{LAYERS, STRIDE};
+use crate::integrate::schedule::{STRIDE, layer_of};
 use crate::simd::Lanes;
 use crate::transport::clock::{Clock, Spent, Stage};
 use std::marker::PhantomData;
@@ -58,7 +58,7 @@ impl<L: Lanes> Work<L> {
                     rate: light(i) / most,
                     // Rounds what is due, in the long run, to the nearest visit.
                     due: 0.5,
-                    layer: i.min(LAYERS - 1),
+                    layer: layer_of(i),
                     batch: Batch::new::<L>(bench.world, i, first, seeds, bench.seed, paths),
                 }
             })
