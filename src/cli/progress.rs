@@ -68,16 +68,25 @@ const LINE_INTERVAL: Duration = Duration::from_secs(1);
 /// What a bootstrap still gets after a signal: without all of it no picture has its brightness. Most take less.
 const GRACE: Duration = Duration::from_secs(2);
 
+/// A bar of so many steps, where stderr is a terminal that can show one.
+pub(super) fn bar(steps: u64, template: &str, messages: Messages) -> Option<ProgressBar> {
+    let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
+    (terminal && !messages.quiet).then(|| {
+        let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
+        let style = ProgressStyle::with_template(template);
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar
+    })
+}
+
 impl<'a> Progress<'a> {
     pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings) -> Self {
         let integrator = settings.integrator;
-        let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
-        let bar = (terminal && !messages.quiet).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{prefix:9} [{bar:30}] {percent:>3} %  {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar
-        });
+        let bar = bar(
+            STEPS,
+            "{prefix:9} [{bar:30}] {percent:>3} %  {msg}",
+            messages,
+        );
         let now = Instant::now();
         Self {
             signals,

@@ -1,12 +1,12 @@
 //! How a study goes: a bar where stderr is a terminal, a line every so often elsewhere.
 
-use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
-use crate::cli::messages::{Messages, dumb_terminal};
+use crate::cli::messages::Messages;
+use crate::cli::progress::bar;
 use crate::cli::signals::Signals;
 use crate::cli::units;
 use crate::converge::run::{Run, Step, Watch};
@@ -45,14 +45,7 @@ impl<'a> Progress<'a> {
         names: Vec<String>,
         variants: Vec<Vec<String>>,
     ) -> Self {
-        let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
-        let bar = (terminal && !messages.quiet).then(|| {
-            let target = ProgressDrawTarget::stderr();
-            let bar = ProgressBar::with_draw_target(Some(STEPS as u64), target);
-            let style = ProgressStyle::with_template("[{bar:30}] {percent:>3} %  {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-            bar
-        });
+        let bar = bar(STEPS as u64, "[{bar:30}] {percent:>3} %  {msg}", messages);
         let now = Instant::now();
         Self {
             signals,
