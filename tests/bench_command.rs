@@ -1,27 +1,16 @@
 //! `phalanx bench` as a user meets it: tables, JSON, messages and exit codes.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use command::{refused, run, text};
+
 /// The shortest measurement that means anything.
 const TINY: &str = "bench --seconds 0.05 --bootstrap 5000 --threads 2";
-
-fn run(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_phalanx"))
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .env_remove("NO_COLOR")
-        .stdin(Stdio::null())
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 #[track_caller]
 fn json(text: &str) -> Value {
@@ -43,17 +32,6 @@ fn spread(json: &Value, path: &str) {
     let [least, median, most] =
         ["min", "median", "max"].map(|name| positive(json, &format!("{path}/{name}")));
     assert!(least <= median && median <= most, "{path}");
-}
-
-/// Ends with code 2, one error line and nothing on stdout.
-#[track_caller]
-fn refused(output: &Output) -> String {
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    let errors = stderr.lines().filter(|l| l.starts_with("error: "));
-    assert_eq!(errors.count(), 1, "{stderr}");
-    assert!(output.stdout.is_empty() && !stderr.contains("panicked"));
-    stderr
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! `phalanx converge` as a user meets it: files, figures, messages and exit codes.
 
+#[path = "support/command.rs"]
+mod command;
+
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
@@ -7,42 +10,15 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use command::{command, refused, run, text};
+
 /// Work that is the same on any machine: two variants, two budgets, two seeds.
 const TINY: &str = "converge --resolution 16x16 --bootstrap 500 --first-effort 4 --budgets 2 --seeds 2 --reference-factor 8";
-
-fn command(folder: &Path, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_phalanx"));
-    command
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .env_remove("NO_COLOR")
-        .stdin(Stdio::null());
-    command
-}
-
-fn run(folder: &Path, arguments: &str) -> Output {
-    command(folder, arguments).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 #[track_caller]
 fn succeeds(output: &Output) -> String {
     let stderr = text(&output.stderr);
     assert!(output.status.success(), "{stderr}");
-    stderr
-}
-
-/// Ends with code 2, one error line and nothing on stdout.
-#[track_caller]
-fn refused(output: &Output) -> String {
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    let errors = stderr.lines().filter(|l| l.starts_with("error: "));
-    assert_eq!(errors.count(), 1, "{stderr}");
-    assert!(output.stdout.is_empty() && !stderr.contains("panicked"));
     stderr
 }
 
