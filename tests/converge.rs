@@ -58,7 +58,6 @@ fn a_report_is_a_folder() {
         "slope",
         "s to 1e-2",
         "gain",
-        "extrapolated",
     ] {
         assert!(tables.contains(word), "{word}: {tables}");
     }
