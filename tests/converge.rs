@@ -51,14 +51,7 @@ fn a_report_is_a_folder() {
     let output = run(folder.path(), &format!("{TINY} -o report/of/mine"));
     assert!(succeeds(&output).contains("wrote report/of/mine/index.html"));
     let tables = text(&output.stdout);
-    for word in [
-        "cornell.pbrt",
-        "pt",
-        "mmlt",
-        "slope",
-        "s to 1e-2",
-        "gain",
-    ] {
+    for word in ["cornell.pbrt", "pt", "mmlt", "slope", "s to 1e-2", "gain"] {
         assert!(tables.contains(word), "{word}: {tables}");
     }
     let report = folder.path().join("report/of/mine");
