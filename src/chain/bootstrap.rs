@@ -16,7 +16,7 @@ use crate::transport::{Paths, World};
 use rayon::prelude::*;
 
 /// Paths evaluated at a time.
-const CHUNK: u64 = 1024;
+pub const CHUNK: u64 = 1024;
 
 /// Sums of independent uniform samples of a target.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -169,6 +169,17 @@ fn fill<L: Lanes>(
 const OFFSET_BLOCK: u32 = u32::MAX;
 
 impl Bootstrap {
+    /// No path yet of `count`.
+    pub fn new(count: u64) -> Self {
+        Self {
+            estimate: Estimate::default(),
+            values: Vec::new(),
+            wanted: count,
+            rejected: 0,
+            rays: 0,
+        }
+    }
+
     /// Evaluates `count` uniform paths of one depth. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
     pub fn run<L: Lanes>(
         world: &World,
@@ -177,13 +188,42 @@ impl Bootstrap {
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Self {
+        let mut bootstrap = Self::new(count);
+        bootstrap.extend::<L>(world, depth, seed, count, cancelled);
+        bootstrap.settle();
+        bootstrap
+    }
+
+    /// Paths evaluated.
+    pub fn len(&self) -> u64 {
+        self.values.len() as u64
+    }
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Cancelled before all samples were made.
+    pub fn is_short(&self) -> bool {
+        self.len() < self.wanted
+    }
+
+    /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all). `cancelled` is asked between chunks.
+    pub fn extend<L: Lanes>(
+        &mut self,
+        world: &World,
+        depth: &DepthPlan,
+        seed: u64,
+        until: u64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) {
         let stream = Stream::new(seed, Purpose::Bootstrap);
+        let until = until.min(self.wanted);
         let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
             if cancelled() {
                 return (Vec::new(), 0, 0);
             }
             let first = chunk * CHUNK;
-            let n = (count - first).min(CHUNK) as usize;
+            let n = (until - first).min(CHUNK) as usize;
             let rays = paths.rays;
             fill::<L>(&stream, depth, samples, n, |i| first + i as u64);
             world.evaluate_multiplexed::<L>(depth, samples, n, paths);
@@ -191,7 +231,7 @@ impl Bootstrap {
             let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
             (values, rejected, paths.rays - rays)
         };
-        let chunks: Vec<(Vec<f32>, u64, u64)> = (0..count.div_ceil(CHUNK))
+        let chunks: Vec<(Vec<f32>, u64, u64)> = (self.len() / CHUNK..until.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
                 || {
@@ -203,34 +243,25 @@ impl Bootstrap {
                 work,
             )
             .collect();
-        let mut bootstrap = Self {
-            estimate: Estimate::default(),
-            values: Vec::new(),
-            wanted: count,
-            rejected: 0,
-            rays: 0,
-        };
         // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left out has lost its place, and counts
         // as if it had not been made.
         let whole = chunks
             .into_iter()
             .take_while(|(values, ..)| !values.is_empty());
         for (values, rejected, rays) in whole {
-            // Chunk by chunk: the order of the sum does not depend on threads.
+            // Chunk by chunk: the order of the sum does not depend on threads or rounds.
             let mut part = Moments::default();
             values.iter().for_each(|v| part.add(*v));
-            bootstrap.estimate.bootstrap.merge(&part);
-            bootstrap.values.extend(values);
-            bootstrap.rejected += rejected;
-            bootstrap.rays += rays;
+            self.estimate.bootstrap.merge(&part);
+            self.values.extend(values);
+            self.rejected += rejected;
+            self.rays += rays;
         }
-        bootstrap.estimate.replica_error2 = replica_error2(&bootstrap.values);
-        bootstrap
     }
 
-    /// Cancelled before all samples were made.
-    pub fn is_short(&self) -> bool {
-        (self.values.len() as u64) < self.wanted
+    /// Completes the estimate after the last path.
+    pub fn settle(&mut self) {
+        self.estimate.replica_error2 = replica_error2(&self.values);
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so

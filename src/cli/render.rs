@@ -56,7 +56,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     if let Some(code) = signals.exit_code() {
         let nothing = render.stats.mutations == 0 && render.stats.samples == 0;
-        if nothing || progress.abandoned() {
+        if nothing {
             messages.warning("stopped before anything was rendered; no picture is written");
             return Ok(code);
         }

@@ -1,5 +1,6 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
+mod bootstraps;
 mod error;
 pub mod measure;
 mod mixed;
@@ -98,6 +99,8 @@ impl Settings {
 /// What a render is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
+    /// The tree that rays are traced through: 0 of 1, then 1 of 1.
+    Build,
     /// Bootstrap paths.
     Bootstrap,
     /// Mutations or samples.
@@ -231,7 +234,9 @@ pub fn render(
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
+    observer.progress(Phase::Build, 0, 1);
     let world = World::new(scene, settings.max_depth);
+    observer.progress(Phase::Build, 1, 1);
     let run = Run {
         scene,
         world: &world,
@@ -295,6 +300,9 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
         .build()
         .map_err(|source| RenderError::Threads { threads, source })
 }
+
+/// Length of a round of work: progress and stops are prompt, the barrier costs little.
+const ROUND: Duration = Duration::from_millis(250);
 
 /// What an integrator works on.
 struct Run<'a> {

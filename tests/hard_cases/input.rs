@@ -1,7 +1,6 @@
-//! Rows 32 and 33: hostile users and files.
+//! Row 33: hostile files.
 //!
-//! Row 32, stops at any moment: `tests/cli.rs`, module `signals`, has renders interrupted by SIGINT and SIGTERM, and pictures whole or
-//! absent. Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; here the program meets them.
+//! Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; here the program meets them.
 
 use std::fs;
 use std::path::Path;

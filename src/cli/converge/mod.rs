@@ -39,6 +39,7 @@ pub fn run(args: &ConvergeArgs, messages: Messages) -> Result<ExitCode, Failure>
     prepare_folder(&args.output)?;
     let options = options(args);
     messages.say(announcement(args, &subjects, &options));
+    signals.hold();
 
     let progress = Progress::new(
         &signals,
