@@ -122,8 +122,8 @@ impl Estimate {
 /// The bootstrap of one depth.
 pub struct Bootstrap {
     pub estimate: Estimate,
-    /// Target of every sample.
-    values: Vec<f32>,
+    /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
+    values: Vec<Vec<f32>>,
     /// Samples asked for.
     wanted: u64,
     pub rejected: u64,
@@ -196,10 +196,10 @@ impl Bootstrap {
 
     /// Paths evaluated.
     pub fn len(&self) -> u64 {
-        self.values.len() as u64
+        self.estimate.bootstrap.count
     }
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.len() == 0
     }
 
     /// Cancelled before all samples were made.
@@ -253,15 +253,20 @@ impl Bootstrap {
             let mut part = Moments::default();
             values.iter().for_each(|v| part.add(*v));
             self.estimate.bootstrap.merge(&part);
-            self.values.extend(values);
+            self.values.push(values);
             self.rejected += rejected;
             self.rays += rays;
         }
     }
 
+    /// Target of every path, in order.
+    fn all(&self) -> impl Iterator<Item = f32> {
+        self.values.iter().flatten().copied()
+    }
+
     /// Completes the estimate after the last path.
     pub fn settle(&mut self) {
-        self.estimate.replica_error2 = replica_error2(&self.values);
+        self.estimate.replica_error2 = replica_error2(self.len(), self.all());
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
@@ -270,11 +275,11 @@ impl Bootstrap {
         let stream = Stream::new(seed, Purpose::Seeding);
         let [word, ..] = stream.words::<f32>(depth, 0, 0);
         let offset = f64::from(unit_float::<f32>(word));
-        let total: f64 = self.values.iter().map(|v| f64::from(*v)).sum();
+        let total: f64 = self.all().map(f64::from).sum();
         let mut seeds = Vec::with_capacity(n);
         let mut running = 0.0;
         let mut last = 0;
-        for (i, &value) in self.values.iter().enumerate() {
+        for (i, value) in self.all().enumerate() {
             if value <= 0.0 {
                 continue;
             }
@@ -292,16 +297,17 @@ impl Bootstrap {
     }
 }
 
-/// Squared standard error of the mean of all values, from the scatter of the replicas' means.
-fn replica_error2(values: &[f32]) -> f64 {
-    let n = values.len();
-    if n < 8 * REPLICAS {
+/// Squared standard error of the mean of all `n` values, from the scatter of the replicas' means.
+fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
+    if n < 8 * REPLICAS as u64 {
         return 0.0;
     }
-    let means: [f64; REPLICAS] = std::array::from_fn(|r| {
-        let set = values.iter().skip(r).step_by(REPLICAS);
-        set.map(|v| f64::from(*v)).sum::<f64>() / (n - r).div_ceil(REPLICAS) as f64
-    });
+    let mut sums = [0.0; REPLICAS];
+    for (i, value) in values.enumerate() {
+        sums[i % REPLICAS] += f64::from(value);
+    }
+    let means: [f64; REPLICAS] =
+        std::array::from_fn(|r| sums[r] / (n - r as u64).div_ceil(REPLICAS as u64) as f64);
     let mean = means.iter().sum::<f64>() / REPLICAS as f64;
     let spread: f64 = means.iter().map(|m| (m - mean).powi(2)).sum();
     spread / (REPLICAS * (REPLICAS - 1)) as f64

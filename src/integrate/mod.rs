@@ -5,13 +5,15 @@ mod error;
 pub mod measure;
 mod mixed;
 mod mmlt;
+mod needs;
 mod pt;
 mod schedule;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::mixed::{CrossCheck, DepthStats};
+pub use self::needs::{Need, Needs};
 
-use crate::scene::{Film, IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::switches::{self, Switches};
 use crate::transport::World;
@@ -209,18 +211,6 @@ pub enum RenderError {
     },
 }
 
-/// Memory that the film of a render takes, in bytes, the finished picture included.
-pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
-    let per_pixel = match settings.integrator {
-        IntegratorKind::Mmlt => {
-            let layers = mmlt::layers(settings.max_depth as usize + 1);
-            (layers + usize::from(settings.estimate_error)) * size_of::<[i64; 3]>()
-        }
-        IntegratorKind::Pt => (1 + usize::from(settings.estimate_error)) * size_of::<[i128; 3]>(),
-    };
-    film.crop_pixels() * (per_pixel + size_of::<[f32; 3]>()) as u64
-}
-
 /// Renders a scene.
 ///
 /// # Errors
@@ -331,7 +321,11 @@ impl Run<'_> {
     }
 }
 
-fn check(settings: &Settings) -> Result<(), RenderError> {
+/// Whether a render can start with these settings, in enough memory.
+///
+/// # Errors
+/// Settings out of range.
+pub fn check(settings: &Settings) -> Result<(), RenderError> {
     let fail = |what: String| Err(RenderError::Settings(what));
     let s = settings;
     if s.max_depth >= crate::chain::batch::MAX_DEPTHS {

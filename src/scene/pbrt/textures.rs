@@ -8,6 +8,7 @@ use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::{ParamSet, Type, Values};
+use crate::scene::budget::Budget;
 use crate::scene::image::{self, Encoding, Image};
 use crate::scene::spectrum::luminance;
 use crate::scene::{Material, Param, Rgb, Texture, UvMapping, Wrap};
@@ -29,6 +30,7 @@ pub(super) struct Tables {
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
     loaded: HashMap<(PathBuf, String, Channels), u32>,
+    budget: Rc<Budget>,
 }
 
 /// What becomes of an image's channels.
@@ -42,6 +44,13 @@ pub(super) enum Channels {
 }
 
 impl Tables {
+    pub fn new(budget: Rc<Budget>) -> Self {
+        Self {
+            budget,
+            ..Self::default()
+        }
+    }
+
     fn push(&mut self, texture: Texture) -> Param {
         self.textures.push(texture);
         // The count of texture directives in a text of bounded size fits.
@@ -59,6 +68,9 @@ impl Tables {
         if let Some(&index) = self.loaded.get(&key) {
             return Ok(index);
         }
+        let bytes = image::bytes_needed(&path)?;
+        let taken = self.budget.take(bytes);
+        taken.map_err(|e| format!("{}: {e}", path.display()))?;
         let mut image = image::read_image(&path, encoding)?;
         for texel in image.texels.iter_mut() {
             match channels {
