@@ -5,11 +5,15 @@
 //!    [`World::evaluate_multiplexed`](crate::transport::World::evaluate_multiplexed).
 //! 2. [`Recorder::reference`] computes from the vertices alone, in `f64`, the contribution, the density under every strategy and the MIS weight
 //!    ([`mod@reference`]); it shares no BSDF, density or weight with the renderer ([`bsdf`], [`sky`], [`lights`]).
-//! 3. [`Recorder::sensitivity`] says how far these move if the vertices move by what `f32` makes of positions.
+//! 3. [`Recorder::retrace`] walks the path once more in `f64`, from the same primary samples along the same primitives, so that the whole of what
+//!    `f32` does to a path can be told from what it does to the last formula.
+//! 4. [`Recorder::sensitivity`] says how far these move if the vertices move by what `f32` makes of positions.
 //!
 //! Vertices are in internal space (see [`crate::scene`]), contributions in linear sRGB.
 
 pub mod bsdf;
+pub mod compare;
+mod exact;
 mod join;
 mod kernel;
 pub mod lights;

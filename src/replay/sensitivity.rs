@@ -1,6 +1,7 @@
 //! How far a path's worth moves if its vertices do: the conditioning that any comparison of `f32` with `f64` has to allow for.
 
 use super::Recorder;
+use super::compare::relative;
 use super::path::{End, Path};
 use super::reference::Reference;
 use super::vector::*;
@@ -11,12 +12,14 @@ const POSITION_ERROR: f64 = 1e-6;
 const NORMAL_ERROR: f64 = 1e-6;
 
 /// Largest changes under small movements of the vertices.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Sensitivity {
     /// Of [`Reference::value`].
     pub value: f64,
     /// Of the MIS weight of the path's own strategy.
     pub weight: f64,
+    /// Of the densities at each surface vertex, forth and back, relative.
+    pub densities: Vec<[f64; 2]>,
 }
 
 impl Recorder<'_> {
@@ -37,7 +40,10 @@ impl Recorder<'_> {
         pairs: usize,
         factor: f64,
     ) -> Sensitivity {
-        let mut worst = Sensitivity::default();
+        let mut worst = Sensitivity {
+            densities: vec![[0.0; 2]; still.joints.len()],
+            ..Sensitivity::default()
+        };
         let mut random = Directions(seed);
         for _ in 0..pairs {
             let start = random.0;
@@ -66,6 +72,11 @@ impl Recorder<'_> {
                 let weight = change(reference.weight(path.s), still.weight(path.s));
                 worst.value = worst.value.max(value);
                 worst.weight = worst.weight.max(weight);
+                let joints = reference.joints.iter().zip(&still.joints);
+                for (worst, (now, then)) in worst.densities.iter_mut().zip(joints) {
+                    worst[0] = worst[0].max(relative(now.forth, then.forth));
+                    worst[1] = worst[1].max(relative(now.back, then.back));
+                }
             }
         }
         worst
