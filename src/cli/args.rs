@@ -6,17 +6,20 @@ use std::time::Duration;
 
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::Failure;
 pub use super::compare::args::CompareArgs;
+pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::integrate::{Settings, Width};
-use crate::scene::{Film, IntegratorKind};
+use crate::scene::{Film, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
 ///
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
 /// pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare` and `converge` print.
+/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`, `converge` and
+/// `replay` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
 /// picture that cannot be used; 130 and 143 stopped by SIGINT and SIGTERM, with the picture so far written.
@@ -51,6 +54,7 @@ pub enum Command {
     Bench(BenchArgs),
     Compare(CompareArgs),
     Converge(Box<super::converge::args::ConvergeArgs>),
+    Replay(Box<ReplayArgs>),
 }
 
 /// Render a scene into picture files
@@ -98,6 +102,75 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub error_layers: bool,
 
+    #[command(flatten)]
+    pub picture: PictureArgs,
+
+    /// Algorithm
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub integrator: Option<Integrator>,
+
+    #[command(flatten)]
+    pub chains: ChainArgs,
+
+    /// Samples per pixel (pt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=u64::from(u32::MAX)),
+        help_heading = "Effort"
+    )]
+    pub spp: Option<u64>,
+
+    /// Render for SECONDS, bootstrap included
+    ///
+    /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
+    /// ends the render.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
+    pub time: Option<Duration>,
+
+    /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own estimate
+    ///
+    /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or --spp as well, whichever ends first ends the
+    /// render. Never reached while Markov chains that matter have not mixed (split R-hat above 1.1).
+    ///
+    /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 / (truth^2 + 0.01).
+    #[arg(long, value_name = "E", value_parser = target_error, help_heading = "Effort")]
+    pub target_error: Option<f64>,
+
+    /// Do not estimate the picture's error: slightly faster, in less memory
+    #[arg(
+        long,
+        conflicts_with_all = ["target_error", "error_layers"],
+        help_heading = "Effort"
+    )]
+    pub no_estimate: bool,
+
+    /// Worker threads; 0 is one per core
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = value_parser!(u32).range(0..=1024),
+        help_heading = "Effort"
+    )]
+    pub threads: u32,
+
+    /// SIMD width: paths that one instruction advances
+    ///
+    /// The picture is the same; 1 is for comparison.
+    #[arg(long, value_name = "N", default_value = "8", help_heading = "Effort")]
+    pub lanes: Lanes,
+
+    /// Print nothing but warnings and errors
+    #[arg(short, long, help_heading = "Messages")]
+    pub quiet: bool,
+}
+
+// Not doc comments: clap would take them for the command's description.
+
+// Which picture. Shared by the commands that must see the same one.
+#[derive(Clone, Debug, Args)]
+pub struct PictureArgs {
     /// Size of the full picture in pixels
     ///
     /// The framing stays as it is: where the shape of the picture changes, the shorter side shows what it showed before. A
@@ -116,11 +189,11 @@ pub struct RenderArgs {
         help_heading = "Picture"
     )]
     pub crop: Option<[f32; 4]>,
+}
 
-    /// Algorithm
-    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
-    pub integrator: Option<Integrator>,
-
+// Which chains, and how they mutate. Shared by the commands that must make the same ones.
+#[derive(Clone, Debug, Args)]
+pub struct ChainArgs {
     /// Most scattering events on a path
     #[arg(
         long,
@@ -175,59 +248,6 @@ pub struct RenderArgs {
         help_heading = "Effort"
     )]
     pub mutations: Option<u64>,
-
-    /// Samples per pixel (pt)
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u64).range(1..=u64::from(u32::MAX)),
-        help_heading = "Effort"
-    )]
-    pub spp: Option<u64>,
-
-    /// Render for SECONDS, bootstrap included
-    ///
-    /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
-    /// ends the render.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
-    pub time: Option<Duration>,
-
-    /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own estimate
-    ///
-    /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or --spp as well, whichever ends first ends the
-    /// render. Never reached while Markov chains that matter have not mixed (split R-hat above 1.1).
-    ///
-    /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 / (truth^2 + 0.01).
-    #[arg(long, value_name = "E", value_parser = target_error, help_heading = "Effort")]
-    pub target_error: Option<f64>,
-
-    /// Do not estimate the picture's error: slightly faster, in less memory
-    #[arg(
-        long,
-        conflicts_with_all = ["target_error", "error_layers"],
-        help_heading = "Effort"
-    )]
-    pub no_estimate: bool,
-
-    /// Worker threads; 0 is one per core
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        value_parser = value_parser!(u32).range(0..=1024),
-        help_heading = "Effort"
-    )]
-    pub threads: u32,
-
-    /// SIMD width: paths that one instruction advances
-    ///
-    /// The picture is the same; 1 is for comparison.
-    #[arg(long, value_name = "N", default_value = "8", help_heading = "Effort")]
-    pub lanes: Lanes,
-
-    /// Print nothing but warnings and errors
-    #[arg(short, long, help_heading = "Messages")]
-    pub quiet: bool,
 }
 
 /// Print what a scene holds and how it would be rendered
@@ -335,7 +355,6 @@ impl RenderArgs {
             Some(Integrator::Pt) => s.integrator = IntegratorKind::Pt,
             None => {}
         }
-        s.seed = self.seed;
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
             Lanes::One => Width::One,
@@ -360,8 +379,40 @@ impl RenderArgs {
             s.mutations_per_pixel = ENDLESS;
             s.samples_per_pixel = ENDLESS;
         }
-        set(&mut s.mutations_per_pixel, self.mutations);
+        self.chains.apply(s);
         set(&mut s.samples_per_pixel, self.spp);
+    }
+
+    /// Flags given that mean nothing to an integrator.
+    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
+        match integrator {
+            IntegratorKind::Mmlt => self.spp.iter().map(|_| "--spp").collect(),
+            IntegratorKind::Pt => self.chains.given(),
+        }
+    }
+}
+
+impl PictureArgs {
+    /// Applies the flags to a scene.
+    pub(super) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let flag = |name, e| Failure::Input(format!("{name}: {e}"));
+        if let Some((width, height)) = self.resolution {
+            let set = scene.set_resolution(width, height);
+            set.map_err(|e| flag("--resolution", e))?;
+        }
+        if let Some(crop) = self.crop {
+            scene.film.set_crop(crop).map_err(|e| flag("--crop", e))?;
+        }
+        Ok(())
+    }
+}
+
+impl ChainArgs {
+    /// Applies the flags to what the scene says.
+    pub fn apply(&self, s: &mut Settings) {
+        let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
+        s.seed = self.seed;
+        set(&mut s.mutations_per_pixel, self.mutations);
         set(&mut s.chains, self.chains);
         set(&mut s.bootstrap, self.bootstrap);
         s.max_depth = self.max_depth.unwrap_or(s.max_depth);
@@ -369,18 +420,15 @@ impl RenderArgs {
         s.sigma = self.sigma.unwrap_or(s.sigma);
     }
 
-    /// Flags given that mean nothing to an integrator.
-    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
-        let flags = match integrator {
-            IntegratorKind::Mmlt => vec![("--spp", self.spp.is_some())],
-            IntegratorKind::Pt => vec![
-                ("--mutations", self.mutations.is_some()),
-                ("--chains", self.chains.is_some()),
-                ("--bootstrap", self.bootstrap.is_some()),
-                ("--large-step", self.large_step.is_some()),
-                ("--sigma", self.sigma.is_some()),
-            ],
-        };
+    /// Flags given that only chains know.
+    pub fn given(&self) -> Vec<&'static str> {
+        let flags = [
+            ("--mutations", self.mutations.is_some()),
+            ("--chains", self.chains.is_some()),
+            ("--bootstrap", self.bootstrap.is_some()),
+            ("--large-step", self.large_step.is_some()),
+            ("--sigma", self.sigma.is_some()),
+        ];
         flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
     }
 }

@@ -5,10 +5,12 @@ pub mod measure;
 mod mixed;
 mod mmlt;
 mod pt;
+mod revisit;
 mod schedule;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::mixed::{CrossCheck, DepthStats};
+pub use self::revisit::{Visit, Whose, revisit};
 
 use crate::scene::{Film, IntegratorKind, Scene};
 use crate::simd::f32x8;

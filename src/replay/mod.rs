@@ -19,6 +19,7 @@ mod kernel;
 pub mod lights;
 pub mod path;
 pub mod reference;
+pub mod report;
 pub mod sensitivity;
 pub mod sky;
 pub mod vector;
@@ -27,6 +28,7 @@ pub mod warp;
 
 pub use self::path::{End, Path, Vertex};
 pub use self::reference::{Joint, Reference};
+pub use self::report::Report;
 pub use self::sensitivity::Sensitivity;
 pub use self::walk::{Fate, Walk};
 

@@ -199,12 +199,10 @@ impl Errors {
 /// Whether rounding of the vertices explains an error: `moved` gives the error, the figure that it is of, and how far that moves, for so
 /// many pairs of movements and a factor. More movements, and further ones, if a few have found nothing.
 fn explained(plan: &DepthPlan, mut moved: impl FnMut(usize, f64) -> (f64, f64, f64)) -> bool {
-    [(3, 1.0), (30, 1.0)]
-        .into_iter()
-        .any(|(pairs, factor)| {
-            let (error, figure, moved) = moved(pairs, factor);
-            error <= 4e-6 * f64::from(plan.depth + 2) * figure + moved
-        })
+    [(3, 1.0), (30, 1.0)].into_iter().any(|(pairs, factor)| {
+        let (error, figure, moved) = moved(pairs, factor);
+        error <= 4e-6 * f64::from(plan.depth + 2) * figure + moved
+    })
 }
 
 /// Random and hard paths of a scene, the same number at every depth that has any.
