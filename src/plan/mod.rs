@@ -66,10 +66,13 @@ impl Layout {
             ("raster position", self.raster..self.lens),
             ("lens", self.lens..self.camera_bounce),
             ("camera bounces", self.camera_bounce..self.light_choice),
-            ("light", self.light_choice..self.emission),
+            ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
             ("light bounces", self.light_bounce..self.connection_choice),
-            ("connected light", self.connection_choice..self.connection),
+            (
+                "choice of connected light",
+                self.connection_choice..self.connection,
+            ),
             ("connected point", self.connection..self.total),
         ]
     }

@@ -55,7 +55,15 @@ impl Recorder<'_> {
             }
             Some(LightKind::Sphere { sphere, .. }) => {
                 let sphere = &self.scene.spheres[*sphere as usize];
-                transform_point(&sphere.to_world, unit(transform_point(&sphere.to_unit, p)))
+                // Back along the normal, by Newton's step; what remains is of second order.
+                let m = sphere.to_unit.map(|r| wide([r[0], r[1], r[2]]));
+                let w = transform_point(&sphere.to_unit, p);
+                let slope = [0, 1, 2].map(|c| dot([m[0][c], m[1][c], m[2][c]], unit(w)));
+                let near = sub(p, scale(slope, (length(w) - 1.0) / dot(slope, slope)));
+                transform_point(
+                    &sphere.to_world,
+                    unit(transform_point(&sphere.to_unit, near)),
+                )
             }
             _ => p,
         }

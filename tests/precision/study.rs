@@ -15,6 +15,8 @@ use phalanx::transport::paths::Side;
 const MAX_DEPTH: u32 = 5;
 /// Errors that must be explained.
 const LARGE: f64 = 1e-3;
+/// One path in so many is shaken, however well it does.
+const CONDITIONED: usize = 10;
 /// Weights below it are beyond what the running sums tell apart (they saturate at 1e18).
 const SATURATED: f64 = 1e-16;
 /// Contributions below it have lost digits as they neared the smallest `f32`.
@@ -31,8 +33,11 @@ struct Errors {
     /// Against `f64` from the same primary samples.
     whole_contribution: Tail,
     whole_weight: Tail,
+    /// Errors of contributions over what rounding of the operations and of the vertices allows, of some paths.
+    conditioned: Tail,
     /// Paths that could not be followed in `f64`.
     lost: usize,
+    paths: usize,
     worst: Vec<Case>,
     unexplained: Vec<Case>,
     /// Large errors of contributions or weights that conditioning explains, and that saturation or underflow does.
@@ -86,6 +91,12 @@ impl Errors {
             let errors = [0, 1].map(|c| relative(single[c], double[c]));
             self.contribution.add(errors[0]);
             self.weight.add(errors[1]);
+            self.paths += 1;
+            if self.paths % CONDITIONED == 0 && double[0] > TINY {
+                let moved = recorder.sensitivity_to(&path, strategies, 2, &reference, 8, 1.0);
+                let reach = roundings(plan) * double[0] + moved.value;
+                self.conditioned.add((single[0] - double[0]).abs() / reach);
+            }
             self.look_at_densities(recorder, plan, &walk, &path, &reference, samples);
             if let Some(path) = exact.as_ref().and_then(|e| e.get(i)) {
                 let exact = recorder.reference(path, strategies);
@@ -190,10 +201,16 @@ impl Errors {
             &mut self.density,
             &mut self.whole_contribution,
             &mut self.whole_weight,
+            &mut self.conditioned,
         ] {
             tail.sort();
         }
     }
+}
+
+/// What the roundings of a path's formulas may add up to, relative: an ulp of each of the some ten factors that a vertex brings.
+fn roundings(plan: &DepthPlan) -> f64 {
+    10.0 * f64::from(f32::EPSILON) * f64::from(plan.depth + 2)
 }
 
 /// Whether rounding of the vertices explains an error: `moved` gives the error, the figure that it is of, and how far that moves, for so
@@ -235,6 +252,7 @@ fn print(name: &str, errors: &Errors) {
         ("sampled densities, same vertices", &errors.density),
         ("contribution, same samples", &errors.whole_contribution),
         ("MIS weight, same samples", &errors.whole_weight),
+        ("contribution, over its conditioning", &errors.conditioned),
     ] {
         println!("| {name} | {what} | {tail} |");
     }

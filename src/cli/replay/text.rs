@@ -105,7 +105,7 @@ fn samples(out: &mut String, report: &Report) {
     for part in &report.layout {
         let numbers = report.samples.iter().skip(part.first).take(part.count);
         let numbers: Vec<String> = numbers.map(f32::to_string).collect();
-        out.push_str(&format!("    {:<16} {}\n", part.name, numbers.join(" ")));
+        out.push_str(&format!("    {:<26} {}\n", part.name, numbers.join(" ")));
     }
     let all: Vec<String> = report.samples.iter().map(f32::to_string).collect();
     out.push_str(&format!(
