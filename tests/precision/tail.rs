@@ -16,6 +16,10 @@ impl Tail {
         self.errors.push(error as f32);
     }
 
+    pub fn merge(&mut self, other: &Self) {
+        self.errors.extend(&other.errors);
+    }
+
     /// In order; for [`Self::quantile`].
     pub fn sort(&mut self) {
         self.errors.sort_by(f32::total_cmp);
