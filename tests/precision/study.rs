@@ -116,13 +116,15 @@ impl Looked<'_> {
         10.0 * f64::from(f32::EPSILON) * f64::from(self.plan.depth + 2)
     }
 
-    /// Whether rounding of the vertices explains a relative error: `moved` picks a figure's relative change. More movements if a few have
-    /// found nothing, and twice as far: the two ends of a segment are both moved off their surfaces.
+    /// Whether rounding of the vertices explains a relative error: `moved` picks a figure's relative change. If a few movements have
+    /// found nothing: more; shorter ones, since a figure can be steeper nearby; and twice as far, since both ends of a segment are moved off their
+    /// surfaces.
     fn explained(&self, error: f64, moved: impl Fn(&Sensitivity) -> f64) -> Result<(), f64> {
         let mut most = 0.0f64;
-        for (pairs, factor) in [(3, 1.0), (30, 1.0), (100, 2.0)] {
+        for (pairs, factor) in [(3, 1.0), (30, 1.0), (300, 0.1), (300, 0.01), (300, 2.0)] {
             most = most.max(moved(&self.moves(pairs, factor)));
-            if error <= self.roundings() + most {
+            // A few hundred directions do not find the steepest.
+            if error <= self.roundings() + 2.0 * most {
                 return Ok(());
             }
         }
