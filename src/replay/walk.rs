@@ -452,7 +452,12 @@ impl Recorder<'_> {
         let mut weight = sample.weight;
         let mut beta = Vec3::splat(step.beta).mul_elem(sample.weight);
         if side == Side::Light {
-            let cos = wi.dot(tip.ns).abs();
+            let shading = wi.dot(tip.ns).abs();
+            let cos = if shading == wi_ng.abs() {
+                shading
+            } else {
+                sample.wi.z.abs()
+            };
             let adjoint = mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)) / cos;
             let adjoint = if cos > 0.0 { adjoint } else { 0.0 };
             beta = beta * adjoint;

@@ -6,6 +6,7 @@ use super::common::stats::Random;
 use super::tail::{QUANTILES, Tail};
 use phalanx::plan::DepthPlan;
 use phalanx::replay::compare::{Densities, contribution, densities, relative};
+use phalanx::replay::vector::{dot, wide};
 use phalanx::replay::{Fate, Path, Recorder, Reference, Sensitivity, Walk};
 use phalanx::scene::Scene;
 use phalanx::transport::World;
@@ -359,6 +360,29 @@ fn study() {
     }
     println!("\n| contribution, same vertices | number | {heads}");
     rows.iter().for_each(|row| println!("{row}"));
+}
+
+/// A light subpath that leaves a smooth surface along it: its shading cosine is 2e-5, which `f32` has to 0.5 % only, and which the
+/// contribution does not depend on.
+#[test]
+fn shading_cosines_of_light_subpaths_cancel() {
+    #[rustfmt::skip]
+    let samples = [
+        0.93830067, 0.24867639, 0.93135726, 0.3713879, 0.0252176, 0.35599014, 0.84293455, 0.16341792, 0.7696406, 0.5689418, 0.50890124, 0.3647563, 0.27099153, 0.9428323, 0.83895636, 0.968773, 0.22067596, 0.41639817, 0.5621471, 0.3292729, 0.21216708, 0.12026163, 0.13963784, 0.48659468, 0.28553092, 0.6926863, 0.2628933, 0.07916844, 0.60936546, 0.44787338, 0.42045027, 0.07848963, 0.6997314, 0.9893708, 0.75733656, 0.7528815, 0.8200637, 0.17777741f32,
+    ];
+    let (_, scene) = scenes::all().swap_remove(3);
+    let world = World::new(&scene, 5);
+    let recorder = Recorder::new(&scene, &world);
+    let plan = &world.plan.depths[5];
+    let walk = recorder.walk(plan, &samples);
+    let path = walk.path().expect("a path that carries light");
+    let leaves = &walk.light.as_ref().expect("a light subpath").steps[3];
+    let along = leaves.sampled.expect("not its tip").wi;
+    let cos = dot(wide(along), leaves.vertex.ns);
+    assert!(cos.abs() < 1e-4, "{cos}");
+    let reference = recorder.reference(&path, &plan.strategies);
+    let error = relative(contribution(&walk, 0), reference.value());
+    assert!(error < 1e-4, "{error:e}");
 }
 
 /// The study in small. A position is good to some ulps, so that a factor with a cosine `c` and a distance `d` in it is good to some
