@@ -203,32 +203,20 @@ impl Recorder<'_> {
         path: &Path,
         exact: Option<&Reference>,
     ) -> MeetingReport {
-        let reference = self.reference(path, &plan.strategies);
+        let reference = &self.reference(path, &plan.strategies);
         let moves = self.sensitivity(path, &plan.strategies, 1);
-        let both = |of: &dyn Fn(&Reference) -> f64| (of(&reference), exact.map(of));
-        let mut figures = Vec::new();
-        let mut push =
-            |name: String, single: f32, (by_vertices, by_samples): (f64, Option<f64>)| {
-                figures.push(Figure {
-                    name,
-                    single,
-                    by_vertices,
-                    vertices_error: relative(single.into(), by_vertices),
-                    by_samples,
-                    samples_error: by_samples.map(|v| relative(single.into(), v)),
-                });
-            };
-        self.subpath_figures(walk, &both, &reference, exact, &mut push);
+        let mut figures = Figures {
+            reference,
+            exact,
+            list: Vec::new(),
+        };
+        figures.subpaths(walk);
         let meeting = &walk.meetings[i];
-        push(
-            "MIS weight".into(),
-            meeting.weight,
-            both(&|r| r.weight(path.s)),
-        );
+        figures.push("MIS weight".into(), meeting.weight, |r| r.weight(path.s));
         let choices = walk.choices as f64;
         for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
-            let value = both(&|r| r.rgb()[c] * choices);
-            push(format!("contribution, {name}"), meeting.rgb[c], value);
+            let name = format!("contribution, {name}");
+            figures.push(name, meeting.rgb[c], |r| r.rgb()[c] * choices);
         }
         let density = |s: u32| DensityReport {
             s,
@@ -241,61 +229,75 @@ impl Recorder<'_> {
         let part = |change: f64, of: f64| if change > 0.0 { change / of } else { 0.0 };
         MeetingReport {
             light: meeting.end.light(),
-            figures,
+            figures: figures.list,
             densities: plan.strategies.iter().map(|s| density(*s)).collect(),
             contribution_moves: part(moves.value, reference.value()),
             weight_moves: part(moves.weight, reference.weight(path.s)),
         }
     }
+}
 
-    /// Throughputs and sampled densities. Throughputs are means of the channels.
-    fn subpath_figures(
-        &self,
-        walk: &Walk,
-        both: &dyn Fn(&dyn Fn(&Reference) -> f64) -> (f64, Option<f64>),
-        reference: &Reference,
-        exact: Option<&Reference>,
-        push: &mut dyn FnMut(String, f32, (f64, Option<f64>)),
-    ) {
-        let k = reference.joints.len();
+/// The figures of a path as they are collected.
+struct Figures<'a> {
+    reference: &'a Reference,
+    exact: Option<&'a Reference>,
+    list: Vec<Figure>,
+}
+
+impl Figures<'_> {
+    /// A figure in `f32`, and how references have it.
+    fn push(&mut self, name: String, single: f32, double: impl Fn(&Reference) -> f64) {
+        let by_samples = self.exact.map(&double);
+        self.add(name, single, double(self.reference), by_samples);
+    }
+
+    fn add(&mut self, name: String, single: f32, by_vertices: f64, by_samples: Option<f64>) {
+        self.list.push(Figure {
+            name,
+            single,
+            by_vertices,
+            vertices_error: relative(single.into(), by_vertices),
+            by_samples,
+            samples_error: by_samples.map(|v| relative(single.into(), v)),
+        });
+    }
+
+    /// Throughputs, means of the channels, and sampled densities.
+    fn subpaths(&mut self, walk: &Walk) {
+        let k = self.reference.joints.len();
         let grey = |rgb: [f32; 3]| mean(wide(rgb)) as f32;
-        let single = densities(walk, reference);
-        let double = exact.map(|r| densities(walk, r));
-        let densities_at =
-            |side: Side, vertex: usize, push: &mut dyn FnMut(String, f32, (f64, Option<f64>))| {
-                let at = |d: &super::compare::Densities| d.side == side && d.vertex == vertex;
-                let Some(i) = single.iter().position(at) else {
-                    return;
-                };
-                for (c, what) in ["pdf", "pdf, reverse"].into_iter().enumerate() {
-                    let exact = double.as_ref().and_then(|d| d.get(i)).map(|d| d.double[c]);
-                    let name = format!("{} {vertex}: {what}", name_of(side));
-                    push(name, single[i].single[c], (single[i].double[c], exact));
-                }
-            };
         if let Some(camera) = &walk.camera {
-            push("camera 0: pdf".into(), camera.pdf, both(&|r| r.camera_pdf));
+            self.push("camera 0: pdf".into(), camera.pdf, |r| r.camera_pdf);
             for (i, step) in camera.steps.iter().enumerate().take(k + 1) {
                 let name = format!("camera {}: beta", i + 1);
-                push(name, grey(step.beta), both(&|r| mean(r.camera_beta(i))));
-                densities_at(Side::Camera, i + 1, push);
+                self.push(name, grey(step.beta), |r| mean(r.camera_beta(i)));
+                self.densities(walk, Side::Camera, i + 1);
             }
         }
         if let Some(light) = &walk.light {
-            push(
-                "light 0: beta".into(),
-                grey(light.beta),
-                both(&|r| mean(r.emitted_beta)),
-            );
+            let name = "light 0: beta".into();
+            self.push(name, grey(light.beta), |r| mean(r.emitted_beta));
             for (i, step) in light.steps.iter().enumerate().take(k) {
                 let name = format!("light {}: beta", i + 1);
-                push(
-                    name,
-                    grey(step.beta),
-                    both(&|r| mean(r.light_beta(k - 1 - i))),
-                );
-                densities_at(Side::Light, i + 1, push);
+                self.push(name, grey(step.beta), |r| mean(r.light_beta(k - 1 - i)));
+                self.densities(walk, Side::Light, i + 1);
             }
+        }
+    }
+
+    /// Those of the direction sampled at a vertex, if one was.
+    fn densities(&mut self, walk: &Walk, side: Side, vertex: usize) {
+        let at = |r: &Reference| {
+            let mut all = densities(walk, r).into_iter();
+            all.find(|d| d.side == side && d.vertex == vertex)
+        };
+        let Some(d) = at(self.reference) else {
+            return;
+        };
+        let exact = self.exact.and_then(at);
+        for (c, what) in ["pdf", "pdf, reverse"].into_iter().enumerate() {
+            let name = format!("{} {vertex}: {what}", name_of(side));
+            self.add(name, d.single[c], d.double[c], exact.map(|e| e.double[c]));
         }
     }
 }

@@ -18,9 +18,6 @@ pub struct Sensitivity {
     pub value: f64,
     /// Of the MIS weight of the path's own strategy.
     pub weight: f64,
-    /// Of the contribution without its MIS weight, `F / p_s`, relative. It can move much where the weighed one does not: the weight makes up
-    /// for it, but rounds by itself.
-    pub throughput: f64,
     /// Of the densities at each surface vertex, forth and back, relative.
     pub densities: Vec<[f64; 2]>,
 }
@@ -75,9 +72,6 @@ impl Recorder<'_> {
                 let weight = change(reference.weight(path.s), still.weight(path.s));
                 worst.value = worst.value.max(value);
                 worst.weight = worst.weight.max(weight);
-                let unweighed = |r: &Reference| r.value() / r.weight(path.s);
-                let throughput = relative(unweighed(&reference), unweighed(still));
-                worst.throughput = worst.throughput.max(throughput);
                 let joints = reference.joints.iter().zip(&still.joints);
                 for (worst, (now, then)) in worst.densities.iter_mut().zip(joints) {
                     worst[0] = worst[0].max(relative(now.forth, then.forth));
