@@ -1,7 +1,7 @@
 //! One path, step by step, from its primary samples: in `f32` by the renderer's kernels, and once more in `f64`.
 //!
 //! 1. [`Recorder::walk`] makes the path that given primary samples stand for, vertex by vertex, from the kernels that the renderer's waves
-//!    call ([`walk`], [`join`]): positions, throughputs, densities, running sums, MIS weight and contribution, to the same bits as
+//!    call ([`walk`], `join`): positions, throughputs, densities, running sums, MIS weight and contribution, to the same bits as
 //!    [`World::evaluate_multiplexed`](crate::transport::World::evaluate_multiplexed).
 //! 2. [`Recorder::reference`] computes from the vertices alone, in `f64`, the contribution, the density under every strategy and the MIS weight
 //!    ([`mod@reference`]); it shares no BSDF, density or weight with the renderer ([`bsdf`], [`sky`], [`lights`]).

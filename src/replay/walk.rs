@@ -2,7 +2,7 @@
 //!
 //! Each step calls the kernel that the renderer's waves call, at one lane and in the same order, so that every figure is the
 //! renderer's to the last bit: [`World::evaluate_multiplexed`](crate::transport::World::evaluate_multiplexed) gives the same
-//! contribution, without the vertices. [`super::join`] is the last step.
+//! contribution, without the vertices. `join` is the last step.
 
 use super::path::{End, Path, Vertex};
 use super::vector::{V, scale, wide};
