@@ -25,6 +25,7 @@
 //! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
 //! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
+//! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
@@ -67,6 +68,7 @@ pub mod light;
 mod memory;
 pub mod metrics;
 pub mod plan;
+pub mod replay;
 pub mod scene;
 pub mod simd;
 pub mod surface;

@@ -2,9 +2,10 @@
 
 mod common;
 
-use common::bsdf::{self, Kernels};
+use common::bsdf::{Evaluated, Kernels, Sampled, shaken};
 use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
-use common::vector::*;
+use phalanx::replay::bsdf;
+use phalanx::replay::vector::*;
 use phalanx::simd::f32x8;
 use phalanx::surface::{Kind, Mode, fresnel};
 use std::f64::consts::{PI, TAU};
@@ -223,7 +224,7 @@ fn samples_and_evaluations_are_consistent() {
                         let h = unit(add(wide(wo[i]), wide(wi)));
                         let c = dot(h, wide(wi)).abs().min(1.0);
                         let f = |c: f64| bsdf::dielectric(c, 1.0 / 1.5).0;
-                        relative += (bsdf::shaken(f, c) / f(c)) as f32;
+                        relative += (shaken(f, c) / f(c)) as f32;
                     }
                     let near = |a: f32, b: f32, what: &str| {
                         let slack = relative * a.abs().max(b.abs());
@@ -386,7 +387,7 @@ fn both_widths_give_the_same_bits() {
         for mode in [Mode::Radiance, Mode::Importance] {
             let one = Kernels::sample::<f32>(kind, &row, &wo, &u, mode);
             let eight = Kernels::sample::<f32x8>(kind, &row, &wo, &u, mode);
-            let bits = |s: &bsdf::Sampled| {
+            let bits = |s: &Sampled| {
                 let mut all = [0; 8];
                 let values = s.0.iter().chain(&s.1).chain([&s.2, &s.3]);
                 all.iter_mut()
@@ -401,7 +402,7 @@ fn both_widths_give_the_same_bits() {
         let one = Kernels::eval::<f32>(kind, &row, &wo, &wi);
         let eight = Kernels::eval::<f32x8>(kind, &row, &wo, &wi);
         for (a, b) in one.iter().zip(&eight) {
-            let bits = |v: &bsdf::Evaluated| (v.0.map(f32::to_bits), v.1.to_bits(), v.2.to_bits());
+            let bits = |v: &Evaluated| (v.0.map(f32::to_bits), v.1.to_bits(), v.2.to_bits());
             assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
         }
     }
@@ -479,7 +480,7 @@ fn fresnel_of_conductors() {
                 let a2 = (modulus + re).max(0.0) / 2.0;
                 let lost = (a2 + 4.0 * EPSILON * modulus).sqrt() - a2.sqrt();
                 let cancelled = 8.0 * c64 * lost / (modulus + c64 * c64).max(1e-300);
-                let slack = bsdf::shaken(f, c.into()) + by_index + cancelled + 32.0 * EPSILON;
+                let slack = shaken(f, c.into()) + by_index + cancelled + 32.0 * EPSILON;
                 assert!(
                     (f64::from(got) - want).abs() <= slack && (0.0..=1.0 + 1e-6).contains(&got),
                     "eta {eta}, k {k}, cos {c}: {got} is {want} +- {slack:e}"

@@ -4,9 +4,9 @@ mod common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
-use common::vector::*;
 use phalanx::camera::Camera;
 use phalanx::light::LightTable;
+use phalanx::replay::vector::*;
 use phalanx::scene::{LightKind, Scene};
 use phalanx::simd::{Row, Vec3, f32x8};
 use phalanx::transport::World;

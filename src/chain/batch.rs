@@ -51,6 +51,26 @@ pub struct Batch {
     pub counts: Counts,
 }
 
+/// Where a chain stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Laid out as its depth's [`Layout`](crate::plan::Layout).
+    pub samples: Vec<f32>,
+    pub target: f32,
+}
+
+/// What a chain did in an iteration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    pub proposal: Vec<f32>,
+    /// Drawn afresh, not a movement of the current state.
+    pub large: bool,
+    /// Acceptance probability, and the uniform number that has to be below it.
+    pub acceptance: f32,
+    pub drawn: f32,
+    pub accepted: bool,
+}
+
 /// Sums over the large steps of each chain.
 struct LargeSteps {
     count: Vec<u32>,
@@ -225,28 +245,13 @@ impl Batch {
         to: Destination,
     ) {
         let Workspace { paths, log } = workspace;
-        let plan = &world.plan.depths[self.depth];
         let n = self.len();
         let rays = paths.rays;
         let to = in_units(to);
         log.reserve(LOG.max(n));
         paths.clock.skip();
         for _ in 0..iterations {
-            kernel.propose::<L>(
-                &self.ids,
-                self.iteration,
-                &self.current,
-                &mut self.proposed,
-                &mut self.large,
-                &mut self.decide,
-            );
-            paths.clock.count(Stage::Mutate, n, L::N);
-            paths.clock.lap(Stage::Mutate);
-            world.evaluate_multiplexed::<L>(plan, &self.proposed, n, paths);
-            self.accept::<L>(paths);
-            self.keep::<L>(plan);
-            paths.clock.count(Stage::Accept, n, L::N);
-            paths.clock.lap(Stage::Accept);
+            self.step::<L>(world, kernel, paths);
             if log.room() < n {
                 film.add(to, log);
             }
@@ -255,11 +260,52 @@ impl Batch {
             }
             paths.clock.count(Stage::Splat, n, 1);
             paths.clock.lap(Stage::Splat);
-            self.iteration += 1;
         }
         film.add(to, log);
         paths.clock.lap(Stage::Splat);
         self.counts.rays += paths.rays - rays;
+    }
+
+    /// One step of all chains. What they leave behind is splatted by [`Self::march`] only; [`Self::latest`] says what they did.
+    #[inline(always)]
+    pub fn step<L: Lanes>(&mut self, world: &World, kernel: &Kernel, paths: &mut Paths) {
+        let plan = &world.plan.depths[self.depth];
+        let n = self.len();
+        kernel.propose::<L>(
+            &self.ids,
+            self.iteration,
+            &self.current,
+            &mut self.proposed,
+            &mut self.large,
+            &mut self.decide,
+        );
+        paths.clock.count(Stage::Mutate, n, L::N);
+        paths.clock.lap(Stage::Mutate);
+        world.evaluate_multiplexed::<L>(plan, &self.proposed, n, paths);
+        self.accept::<L>(paths);
+        self.keep::<L>(plan);
+        paths.clock.count(Stage::Accept, n, L::N);
+        paths.clock.lap(Stage::Accept);
+        self.iteration += 1;
+    }
+
+    /// Where chain `i` of the batch stands: its primary samples and target.
+    pub fn state(&self, i: usize) -> State {
+        State {
+            samples: self.current.column(i),
+            target: self.targets[i],
+        }
+    }
+
+    /// What chain `i` did in the latest step.
+    pub fn latest(&self, i: usize) -> Step {
+        Step {
+            proposal: self.proposed.column(i),
+            large: self.large[i] > 0.0,
+            acceptance: self.share[i],
+            drawn: self.decide[i],
+            accepted: self.taken[i] > 0.0,
+        }
     }
 
     /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1):

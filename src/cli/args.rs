@@ -6,17 +6,20 @@ use std::time::Duration;
 
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
 
+use super::Failure;
 pub use super::compare::args::CompareArgs;
+pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::integrate::{Settings, Width};
-use crate::scene::{Film, IntegratorKind};
+use crate::scene::{Film, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
 ///
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
 /// pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare` and `converge` print.
+/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`, `converge` and
+/// `replay` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
 /// picture that cannot be used; 130 and 143 stopped by SIGINT and SIGTERM, with the picture so far written.
@@ -51,6 +54,7 @@ pub enum Command {
     Bench(BenchArgs),
     Compare(CompareArgs),
     Converge(Box<super::converge::args::ConvergeArgs>),
+    Replay(Box<ReplayArgs>),
 }
 
 /// Render a scene into picture files
@@ -98,83 +102,15 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub error_layers: bool,
 
-    /// Size of the full picture in pixels
-    ///
-    /// The framing stays as it is: where the shape of the picture changes, the shorter side shows what it showed before. A
-    /// crop window keeps its proportions.
-    #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = "Picture")]
-    pub resolution: Option<(u32, u32)>,
-
-    /// Render part of the picture, in fractions of its size from the left and top
-    ///
-    /// Pixels ceil(x0 * W) to ceil(x1 * W), as pbrt does it: adjacent windows tile without overlap.
-    #[arg(
-        long,
-        value_name = "X0,X1,Y0,Y1",
-        value_parser = crop,
-        allow_hyphen_values = true,
-        help_heading = "Picture"
-    )]
-    pub crop: Option<[f32; 4]>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
 
     /// Algorithm
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<Integrator>,
 
-    /// Most scattering events on a path
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)),
-        help_heading = "Algorithm"
-    )]
-    pub max_depth: Option<u32>,
-
-    /// Markov chains, over all path depths (mmlt)
-    ///
-    /// Every depth that carries light gets at least 512, or N if that is fewer.
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u64).range(1..=MAX_CHAINS_PER_DEPTH as u64),
-        help_heading = "Algorithm"
-    )]
-    pub chains: Option<u64>,
-
-    /// Independent paths per depth that estimate the picture's brightness and start the chains (mmlt)
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP),
-        help_heading = "Algorithm"
-    )]
-    pub bootstrap: Option<u64>,
-
-    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt)
-    #[arg(long, value_name = "P", value_parser = probability, help_heading = "Algorithm")]
-    pub large_step: Option<f32>,
-
-    /// Standard deviation of small mutations, in primary sample space (mmlt)
-    #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
-    pub sigma: Option<f32>,
-
-    /// Random seed
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        help_heading = "Algorithm"
-    )]
-    pub seed: u64,
-
-    /// Mutations per pixel (mmlt)
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = value_parser!(u64).range(1..=MAX_MUTATIONS),
-        help_heading = "Effort"
-    )]
-    pub mutations: Option<u64>,
+    #[command(flatten)]
+    pub chains: ChainArgs,
 
     /// Samples per pixel (pt)
     #[arg(
@@ -234,6 +170,90 @@ pub struct RenderArgs {
     /// Print nothing but warnings and errors
     #[arg(short, long, help_heading = "Messages")]
     pub quiet: bool,
+}
+
+// Not doc comments: clap would take them for the command's description.
+
+// Which picture. Shared by the commands that must see the same one.
+#[derive(Clone, Debug, Args)]
+pub struct PictureArgs {
+    /// Size of the full picture in pixels
+    ///
+    /// The framing stays as it is: where the shape of the picture changes, the shorter side shows what it showed before. A
+    /// crop window keeps its proportions.
+    #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = "Picture")]
+    pub resolution: Option<(u32, u32)>,
+
+    /// Render part of the picture, in fractions of its size from the left and top
+    ///
+    /// Pixels ceil(x0 * W) to ceil(x1 * W), as pbrt does it: adjacent windows tile without overlap.
+    #[arg(
+        long,
+        value_name = "X0,X1,Y0,Y1",
+        value_parser = crop,
+        allow_hyphen_values = true,
+        help_heading = "Picture"
+    )]
+    pub crop: Option<[f32; 4]>,
+}
+
+// Which chains, and how they mutate. Shared by the commands that must make the same ones.
+#[derive(Clone, Debug, Args)]
+pub struct ChainArgs {
+    /// Most scattering events on a path
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)),
+        help_heading = "Algorithm"
+    )]
+    pub max_depth: Option<u32>,
+
+    /// Markov chains, over all path depths (mmlt)
+    ///
+    /// Every depth that carries light gets at least 512, or N if that is fewer.
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_CHAINS_PER_DEPTH as u64),
+        help_heading = "Algorithm"
+    )]
+    pub chains: Option<u64>,
+
+    /// Independent paths per depth that estimate the picture's brightness and start the chains (mmlt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP),
+        help_heading = "Algorithm"
+    )]
+    pub bootstrap: Option<u64>,
+
+    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt)
+    #[arg(long, value_name = "P", value_parser = probability, help_heading = "Algorithm")]
+    pub large_step: Option<f32>,
+
+    /// Standard deviation of small mutations, in primary sample space (mmlt)
+    #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
+    pub sigma: Option<f32>,
+
+    /// Random seed
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        help_heading = "Algorithm"
+    )]
+    pub seed: u64,
+
+    /// Mutations per pixel (mmlt)
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = value_parser!(u64).range(1..=MAX_MUTATIONS),
+        help_heading = "Effort"
+    )]
+    pub mutations: Option<u64>,
 }
 
 /// Print what a scene holds and how it would be rendered
@@ -341,7 +361,6 @@ impl RenderArgs {
             Some(Integrator::Pt) => s.integrator = IntegratorKind::Pt,
             None => {}
         }
-        s.seed = self.seed;
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
             Lanes::One => Width::One,
@@ -366,8 +385,40 @@ impl RenderArgs {
             s.mutations_per_pixel = ENDLESS;
             s.samples_per_pixel = ENDLESS;
         }
-        set(&mut s.mutations_per_pixel, self.mutations);
+        self.chains.apply(s);
         set(&mut s.samples_per_pixel, self.spp);
+    }
+
+    /// Flags given that mean nothing to an integrator.
+    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
+        match integrator {
+            IntegratorKind::Mmlt => self.spp.iter().map(|_| "--spp").collect(),
+            IntegratorKind::Pt => self.chains.given(),
+        }
+    }
+}
+
+impl PictureArgs {
+    /// Applies the flags to a scene.
+    pub(super) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let flag = |name, e| Failure::Input(format!("{name}: {e}"));
+        if let Some((width, height)) = self.resolution {
+            let set = scene.set_resolution(width, height);
+            set.map_err(|e| flag("--resolution", e))?;
+        }
+        if let Some(crop) = self.crop {
+            scene.film.set_crop(crop).map_err(|e| flag("--crop", e))?;
+        }
+        Ok(())
+    }
+}
+
+impl ChainArgs {
+    /// Applies the flags to what the scene says.
+    pub fn apply(&self, s: &mut Settings) {
+        let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
+        s.seed = self.seed;
+        set(&mut s.mutations_per_pixel, self.mutations);
         set(&mut s.chains, self.chains);
         set(&mut s.bootstrap, self.bootstrap);
         s.max_depth = self.max_depth.unwrap_or(s.max_depth);
@@ -375,18 +426,15 @@ impl RenderArgs {
         s.sigma = self.sigma.unwrap_or(s.sigma);
     }
 
-    /// Flags given that mean nothing to an integrator.
-    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
-        let flags = match integrator {
-            IntegratorKind::Mmlt => vec![("--spp", self.spp.is_some())],
-            IntegratorKind::Pt => vec![
-                ("--mutations", self.mutations.is_some()),
-                ("--chains", self.chains.is_some()),
-                ("--bootstrap", self.bootstrap.is_some()),
-                ("--large-step", self.large_step.is_some()),
-                ("--sigma", self.sigma.is_some()),
-            ],
-        };
+    /// Flags given that only chains know.
+    pub fn given(&self) -> Vec<&'static str> {
+        let flags = [
+            ("--mutations", self.mutations.is_some()),
+            ("--chains", self.chains.is_some()),
+            ("--bootstrap", self.bootstrap.is_some()),
+            ("--large-step", self.large_step.is_some()),
+            ("--sigma", self.sigma.is_some()),
+        ];
         flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
     }
 }

@@ -1,8 +1,8 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
 //! Everything here is a thin layer over [`scene::load`](crate::scene::load), [`integrate::render`](crate::integrate::render),
-//! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics) and [`converge::run`](crate::converge::run); what it
-//! adds is messages, signals and files.
+//! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics), [`converge::run`](crate::converge::run) and
+//! [`replay`](crate::replay); what it adds is messages, signals and files.
 
 pub mod args;
 mod bench;
@@ -16,6 +16,7 @@ mod messages;
 mod outputs;
 mod progress;
 mod render;
+mod replay;
 mod signals;
 mod table;
 mod units;
@@ -59,6 +60,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => args.quiet,
         Command::Compare(args) => args.quiet,
         Command::Converge(args) => args.quiet,
+        Command::Replay(args) => args.quiet,
     };
     let messages = Messages::new(cli.color, quiet);
     if let Some(note) = cpu::slow_build() {
@@ -70,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args, messages),
         Command::Compare(args) => compare::run(args, messages),
         Command::Converge(args) => converge::run(args, messages),
+        Command::Replay(args) => replay::run(args, messages),
     };
     match done {
         Ok(code) => code,

@@ -16,7 +16,7 @@ use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::IntegratorKind;
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
@@ -29,7 +29,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
 
     let memory = MemoryLimit::new(args.max_memory);
     let mut input = input::load(args.scene.as_deref(), &memory, messages)?;
-    frame(&mut input.scene, args)?;
+    args.picture.apply(&mut input.scene)?;
     let files = files(args, &input, messages)?;
     let scene = &input.scene;
     let mut settings = Settings::of(scene);
@@ -74,19 +74,6 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::from(1));
     }
     Ok(signals.exit_code().unwrap_or(ExitCode::SUCCESS))
-}
-
-/// Applies `--resolution` and `--crop`.
-fn frame(scene: &mut Scene, args: &RenderArgs) -> Result<(), Failure> {
-    let flag = |name, e| Failure::Input(format!("{name}: {e}"));
-    if let Some((width, height)) = args.resolution {
-        let set = scene.set_resolution(width, height);
-        set.map_err(|e| flag("--resolution", e))?;
-    }
-    if let Some(crop) = args.crop {
-        scene.film.set_crop(crop).map_err(|e| flag("--crop", e))?;
-    }
-    Ok(())
 }
 
 /// The picture files to write, each once, all of them writable.

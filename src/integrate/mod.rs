@@ -7,11 +7,13 @@ mod mixed;
 mod mmlt;
 mod needs;
 mod pt;
+mod revisit;
 mod schedule;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::mixed::{CrossCheck, DepthStats};
 pub use self::needs::{Need, Needs};
+pub use self::revisit::{Visit, Whose, revisit};
 
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;

@@ -116,6 +116,11 @@ impl Start {
         }
     }
 
+    /// Bootstrap paths that chains start from, ascending; one a chain.
+    pub fn seeds(&self) -> &[u64] {
+        &self.seeds
+    }
+
     /// Part of the chains that are in the half.
     pub fn half(&self) -> f64 {
         self.half as f64 / self.seeds.len().max(1) as f64

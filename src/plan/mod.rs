@@ -7,6 +7,7 @@ use crate::light::LightTable;
 use crate::scene::Scene;
 use crate::surface::{Kind, MaterialTable};
 use std::fmt;
+use std::ops::Range;
 
 /// The plan of a render.
 #[derive(Clone, Debug)]
@@ -55,6 +56,26 @@ pub struct Layout {
     pub per_bounce: usize,
     /// Rows of the matrix.
     pub total: usize,
+}
+
+impl Layout {
+    /// What the primary samples are for, in order; some parts may be empty.
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 9] {
+        [
+            ("strategy", self.strategy..self.raster),
+            ("raster position", self.raster..self.lens),
+            ("lens", self.lens..self.camera_bounce),
+            ("camera bounces", self.camera_bounce..self.light_choice),
+            ("choice of light", self.light_choice..self.emission),
+            ("emission", self.emission..self.light_bounce),
+            ("light bounces", self.light_bounce..self.connection_choice),
+            (
+                "choice of connected light",
+                self.connection_choice..self.connection,
+            ),
+            ("connected point", self.connection..self.total),
+        ]
+    }
 }
 
 impl Plan {

@@ -48,6 +48,11 @@ impl Samples {
         &mut self.data[dimension * self.stride..][..self.columns]
     }
 
+    /// All dimensions of one path.
+    pub fn column(&self, path: usize) -> Vec<f32> {
+        (0..self.dimensions()).map(|d| self.row(d)[path]).collect()
+    }
+
     /// Fills the first `n` columns with independent uniform numbers; `counter` gives the two counters of a column in `stream`.
     pub fn fill<L: Lanes>(
         &mut self,

@@ -272,7 +272,10 @@ impl World<'_> {
             let cos_out = wi_ng.abs();
             let mut beta = tip.beta.mul_elem(sample.weight);
             if side == Side::Light {
-                let cos = wi.dot(tip.ns).abs();
+                // Weight and density are made of the local cosine, which has to cancel: of a grazing direction the dot product is another number.
+                // Where the normals are one, it is the other cosine of the correction that cancels.
+                let shading = wi.dot(tip.ns).abs();
+                let cos = L::select(shading.eq(cos_out), shading, sample.wi.z.abs());
                 let adjoint =
                     mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)) / cos;
                 beta = beta * adjoint.or_zero(cos.gt(L::zero()));

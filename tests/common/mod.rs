@@ -2,7 +2,5 @@
 #![allow(dead_code)]
 
 pub mod bsdf;
-pub mod record;
 pub mod scenes;
 pub mod stats;
-pub mod vector;

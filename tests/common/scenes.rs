@@ -2,7 +2,7 @@
 
 use phalanx::film::output::{Picture, write};
 use phalanx::scene::{Scene, load_str};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
 fn quad(corners: [[f32; 3]; 4]) -> String {
@@ -125,9 +125,12 @@ fn wedge() -> String {
         .into()
 }
 
-fn load(view: &str, world: &str, dir: &Path) -> Scene {
-    let text = format!("{view}WorldBegin\n{world}WorldEnd\n");
-    load_str(&text, "test.pbrt", dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
+fn text_of(view: &str, world: &str) -> String {
+    format!("{view}WorldBegin\n{world}WorldEnd\n")
+}
+
+fn load(text: &str, dir: &Path) -> Scene {
+    load_str(text, "test.pbrt", dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
 /// An environment with a smooth sky and a small sun.
@@ -156,10 +159,32 @@ pub fn sky(width: u32, height: u32) -> Picture {
 /// Every scene of the transport tests, by name.
 pub fn all() -> Vec<(&'static str, Scene)> {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    write(&dir.path().join("sky.pfm"), &sky(16, 8), &[], 0.0).expect("a written image");
+    write_sky(dir.path());
+    let load = |(name, text): (_, String)| (name, load(&text, dir.path()));
+    texts().into_iter().map(load).collect()
+}
+
+/// The same as files in a folder.
+pub fn write_all(dir: &Path) -> Vec<PathBuf> {
+    std::fs::create_dir_all(dir).expect("a folder");
+    write_sky(dir);
+    let file = |(i, (_, text)): (usize, (&str, String))| {
+        let path = dir.join(format!("{i}.pbrt"));
+        std::fs::write(&path, text).expect("a written scene");
+        path
+    };
+    texts().into_iter().enumerate().map(file).collect()
+}
+
+fn write_sky(dir: &Path) {
+    write(&dir.join("sky.pfm"), &sky(16, 8), &[], 0.0).expect("a written image");
+}
+
+/// Names and scene files.
+fn texts() -> Vec<(&'static str, String)> {
     let build = |name: &'static str, view: String, world: String| {
         let film = if view.contains("Film") { "" } else { FILM };
-        (name, load(&format!("{view}{film}"), &world, dir.path()))
+        (name, text_of(&format!("{view}{film}"), &world))
     };
     vec![
         build(
@@ -259,5 +284,6 @@ pub fn all() -> Vec<(&'static str, Scene)> {
 pub fn furnace(albedo: f32) -> Scene {
     let m = format!("Material \"matte\" \"rgb Kd\" [{albedo} {albedo} {albedo}]");
     let world = walls([&m; 5]) + &front(&m) + &area("1 1 1", false, &lamp());
-    load(&format!("{INSIDE}{WIDE}{FILM}"), &world, Path::new("."))
+    let text = text_of(&format!("{INSIDE}{WIDE}{FILM}"), &world);
+    load(&text, Path::new("."))
 }

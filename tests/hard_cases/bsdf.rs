@@ -5,10 +5,11 @@
 //! every roughness (row 23), and the Fresnel equations of metals.
 
 use super::COMPARISONS;
-use super::common::bsdf::{self, Kernels};
+use super::common::bsdf::{Kernels, shaken};
 use super::common::stats::{Mean, Random};
 use super::support::stage::{CAMERA, lamp};
 use super::support::{Estimate, Runs, head, inward_box, run, scene, settings, standard_errors};
+use phalanx::replay::bsdf;
 use phalanx::scene::IntegratorKind;
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::surface::{Kind, Mode, fresnel};
@@ -151,7 +152,7 @@ fn fresnel_of_dielectrics() {
                 let c = c as f32;
                 let got = fresnel::dielectric::<f32>(c, eta);
                 let (want, cos_t) = bsdf::dielectric(c.into(), eta64);
-                let slack = bsdf::shaken(|x| bsdf::dielectric(x, eta64).0, c.into());
+                let slack = shaken(|x| bsdf::dielectric(x, eta64).0, c.into());
                 assert!(
                     (f64::from(got.reflectance) - want).abs() <= slack + floor,
                     "eta {eta}, cos {c}: {} is {want}",

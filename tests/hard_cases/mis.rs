@@ -4,13 +4,13 @@
 //! light by itself (row 9).
 
 use super::COMPARISONS;
-use super::common::record::Recorder;
 use super::common::scenes;
 use super::common::stats::{Mean, Random};
 use super::support::stage::{GREY, stage};
 use super::support::{
     BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings, standard_errors,
 };
+use phalanx::replay::Recorder;
 use phalanx::scene::IntegratorKind;
 use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
@@ -50,15 +50,17 @@ fn every_strategy_reports_the_balance_heuristic() {
                     plan.depth
                 );
                 let got = outcome.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / choices;
-                let recorded = recorder.record(plan, &samples, i);
-                let Some(path) = recorded.as_ref().filter(|p| p.visible) else {
+                let recorded = recorder.walk(plan, &samples.column(i)).path();
+                let Some(path) = &recorded else {
                     differ += usize::from(got > 0.0);
                     continue;
                 };
                 assert_eq!(path.s, outcome.s);
                 let reference = recorder.reference(path, &plan.strategies);
                 let want = reference.value();
-                let spread = recorder.sensitivity(path, &plan.strategies, &mut random);
+                let spread = recorder
+                    .sensitivity(path, &plan.strategies, random.next())
+                    .value;
                 if spread > 0.01 * want {
                     // A rounding error decides what such a path is worth.
                     wild += usize::from(want > 0.0);
@@ -75,7 +77,7 @@ fn every_strategy_reports_the_balance_heuristic() {
                     "{name}, depth {}, s = {}: {got:e} where {want:e} +- {tolerance:e} is right; weight {}\n{reference:?}\n{path:#?}",
                     plan.depth,
                     path.s,
-                    reference.density[path.s as usize] / reference.density.iter().sum::<f64>(),
+                    reference.weight(path.s),
                 );
             }
             // Rays that graze an edge may be decided either way, and few paths hang on a rounding error.
@@ -124,11 +126,11 @@ fn each_strategy_alone_gives_the_whole() {
                     let mut value = 0.0;
                     if o.s == *s && got > 0.0 {
                         let path = recorder
-                            .record(plan, &samples, i)
+                            .walk(plan, &samples.column(i))
+                            .path()
                             .expect("a path with light");
-                        let density = recorder.reference(&path, &plan.strategies).density;
-                        let all: f64 = plan.strategies.iter().map(|s| density[*s as usize]).sum();
-                        value = got * all / density[*s as usize];
+                        let reference = recorder.reference(&path, &plan.strategies);
+                        value = got / reference.weight(*s);
                     }
                     mean.add(value);
                 }

@@ -1,4 +1,4 @@
-//! `f64` vectors: the references are computed in double precision, apart from the renderer's own types.
+//! `f64` vectors: what is computed in double precision stays apart from the renderer's own types.
 
 pub type V = [f64; 3];
 
@@ -32,4 +32,16 @@ pub fn length(a: V) -> f64 {
 }
 pub fn unit(a: V) -> V {
     scale(a, 1.0 / length(a))
+}
+/// Mean of the channels of a colour.
+pub fn mean(a: V) -> f64 {
+    (a[0] + a[1] + a[2]) / 3.0
+}
+/// Rows `m` of a 3x4 affine map applied to a point.
+pub fn transform_point(m: &[[f32; 4]; 3], p: V) -> V {
+    m.map(|r| dot(wide([r[0], r[1], r[2]]), p) + f64::from(r[3]))
+}
+/// Its linear part applied to a vector.
+pub fn transform_vector(m: &[[f32; 4]; 3], v: V) -> V {
+    m.map(|r| dot(wide([r[0], r[1], r[2]]), v))
 }

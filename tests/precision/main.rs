@@ -1,7 +1,12 @@
-//! Lane widths, extreme primary samples, long paths.
+//! Lane widths, extreme primary samples, long paths, and how far `f32` is from `f64`.
 
+mod adversary;
+#[path = "../common/mod.rs"]
 mod common;
+mod study;
+mod tail;
 
+use adversary::extreme;
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
 use phalanx::simd::f32x8;
@@ -15,20 +20,6 @@ fn bits(o: &Outcome) -> ([u32; 3], [u32; 2], u32, u32) {
         o.s,
         o.rejected,
     )
-}
-
-/// Numbers that a sampler rarely draws, among some that it does.
-fn extreme(random: &mut Random) -> f32 {
-    match random.below(9) {
-        0 => 0.0,
-        1 => 1.0 - f32::EPSILON / 2.0,
-        2 => 0.5,
-        3 => 0.5 - f32::EPSILON / 4.0,
-        4 => 1.0 / 16_777_216.0,
-        5 => 0.25,
-        6 => 0.75,
-        _ => random.uniform(),
-    }
 }
 
 #[test]

@@ -1,0 +1,212 @@
+//! `phalanx replay`: one path again, step by step. To stdout.
+
+pub mod args;
+mod text;
+
+use std::io::{self, Read};
+use std::path::Path;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+use self::args::ReplayArgs;
+use super::Failure;
+use super::input;
+use super::memory::MemoryLimit;
+use super::messages::Messages;
+use super::outputs;
+use crate::integrate::{RenderError, Settings, Silent, Visit, Whose, revisit};
+use crate::plan::DepthPlan;
+use crate::replay::{Recorder, Report};
+use crate::scene::IntegratorKind;
+use crate::transport::World;
+
+pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    // Before the scene is read: a mistyped number should not cost the minute that takes.
+    let numbers = samples(args)?;
+    let mut input = input::load(args.scene.as_deref(), &MemoryLimit::new(None), messages)?;
+    args.picture.apply(&mut input.scene)?;
+    let scene = &input.scene;
+    let mut settings = Settings {
+        integrator: IntegratorKind::Mmlt,
+        ..Settings::of(scene)
+    };
+    args.chains.apply(&mut settings);
+    let mut document = Document {
+        scene_file: &input.name,
+        ..Document::default()
+    };
+    if let Some(numbers) = numbers {
+        for flag in args.chains.given() {
+            messages.warning(format_args!("{flag} means nothing without --chain"));
+        }
+        let world = World::new(scene, args.depth);
+        let plan = plan(&world, args.depth)?;
+        check_count(&numbers, plan).map_err(Failure::Input)?;
+        document.path = Some(Recorder::new(scene, &world).report(plan, &numbers));
+    } else {
+        if scene.integrator.kind == IntegratorKind::Pt {
+            messages.note("the scene asks for path tracing; these are chains of --integrator mmlt");
+        }
+        if settings.max_depth >= crate::chain::batch::MAX_DEPTHS {
+            // World holds a plan of every depth.
+            let most = crate::chain::batch::MAX_DEPTHS - 1;
+            let message = format!(
+                "{}: maxdepth {} is beyond {most}",
+                input.name, settings.max_depth
+            );
+            return Err(Failure::Input(message));
+        }
+        let world = World::new(scene, settings.max_depth);
+        let whose = Whose {
+            depth: args.depth,
+            chain: args.chain.unwrap_or(0) as usize,
+            iteration: args.iteration.unwrap_or(0),
+        };
+        let visit = revisit(scene, &world, &settings, whose, &Silent).map_err(|e| match e {
+            RenderError::Settings(_) => Failure::Input(format!("{}: {e}", input.name)),
+            RenderError::Threads { .. } => Failure::Io(e.to_string()),
+        })?;
+        let plan = plan(&world, args.depth)?;
+        let recorder = Recorder::new(scene, &world);
+        document.current = Some(recorder.report(plan, &visit.state.samples));
+        document.proposal = Some(recorder.report(plan, &visit.step.proposal));
+        document.iteration = Some(Iteration::of(&whose, &visit));
+    }
+    let out = if args.json {
+        serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
+    } else {
+        text::of(&document)
+    };
+    outputs::print(&out)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What is printed: a path, or an iteration of a chain.
+#[derive(Default, Serialize)]
+struct Document<'a> {
+    scene_file: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    path: Option<Report>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iteration: Option<Iteration>,
+    /// The chain's state before the iteration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    current: Option<Report>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    proposal: Option<Report>,
+}
+
+/// What a chain did.
+#[derive(Serialize)]
+struct Iteration {
+    depth: u32,
+    chain: usize,
+    iteration: u32,
+    /// Chains of the depth; iterations of each in the whole render.
+    chains: usize,
+    iterations: u32,
+    /// Number of the bootstrap path that the chain started from.
+    bootstrap_path: u64,
+    large: bool,
+    acceptance: f32,
+    drawn: f32,
+    accepted: bool,
+}
+
+impl Iteration {
+    fn of(whose: &Whose, visit: &Visit) -> Self {
+        Self {
+            depth: whose.depth,
+            chain: whose.chain,
+            iteration: whose.iteration,
+            chains: visit.chains,
+            iterations: visit.iterations,
+            bootstrap_path: visit.start,
+            large: visit.step.large,
+            acceptance: visit.step.acceptance,
+            drawn: visit.step.drawn,
+            accepted: visit.step.accepted,
+        }
+    }
+}
+
+fn plan<'a>(world: &'a World, depth: u32) -> Result<&'a DepthPlan, Failure> {
+    let plan = world.plan.depths.get(depth as usize);
+    plan.ok_or_else(|| Failure::Input(format!("there is no depth {depth}")))
+}
+
+/// The primary samples that the flags give, if they do.
+fn samples(args: &ReplayArgs) -> Result<Option<Vec<f32>>, Failure> {
+    let stdin = Path::new("-");
+    let (name, text) = match (&args.samples, &args.samples_file) {
+        (None, None) => return Ok(None),
+        (Some(list), _) if list.trim() != "-" => ("--samples".to_string(), list.clone()),
+        (None, Some(path)) if path != stdin => {
+            let name = path.display().to_string();
+            let read = std::fs::read_to_string(path);
+            let text = read.map_err(|e| Failure::Input(format!("{name}: {e}")))?;
+            (name, text)
+        }
+        _ => {
+            let mut text = String::new();
+            let read = io::stdin().lock().read_to_string(&mut text);
+            read.map_err(|e| Failure::Input(format!("stdin: {e}")))?;
+            ("stdin".into(), text)
+        }
+    };
+    let numbers = parse(&text).map_err(|e| Failure::Input(format!("{name}: {e}")))?;
+    Ok(Some(numbers))
+}
+
+/// Numbers in `[0, 1)` between commas and white space.
+fn parse(text: &str) -> Result<Vec<f32>, String> {
+    let words = text.split(|c: char| c == ',' || c.is_whitespace());
+    (words.filter(|w| !w.is_empty()).enumerate())
+        .map(|(i, word)| {
+            let place = || format!("primary sample {}, \"{word}\"", i + 1);
+            let number: f32 =
+                (word.parse()).map_err(|_| format!("{}: is not a number", place()))?;
+            if (0.0..1.0).contains(&number) {
+                // Not -0.
+                Ok(number.abs())
+            } else {
+                Err(format!("{}: is not in [0, 1)", place()))
+            }
+        })
+        .collect()
+}
+
+/// Refuses too many or too few primary samples, and says what they are for.
+fn check_count(numbers: &[f32], plan: &DepthPlan) -> Result<(), String> {
+    let wanted = plan.layout.total;
+    if numbers.len() == wanted {
+        return Ok(());
+    }
+    let parts = plan.layout.parts().into_iter();
+    let parts = parts.filter(|(_, range)| !range.is_empty());
+    let list: Vec<String> = parts
+        .map(|(name, range)| format!("{} {name}", range.len()))
+        .collect();
+    Err(format!(
+        "{} primary samples; a path of depth {} takes {wanted} in this scene: {}",
+        numbers.len(),
+        plan.depth,
+        list.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_numbers() {
+        assert_eq!(parse("0.5, 0\n 1e-3,,"), Ok(vec![0.5, 0.0, 1e-3]));
+        assert_eq!(parse("-0").map(|v| v[0].to_bits()), Ok(0));
+        assert_eq!(parse(""), Ok(vec![]));
+        for bad in ["1", "0.5,-0.1", "nan", "x", "0.99999999999", "inf"] {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! One chain of a render once more, by itself, up to one iteration: results do not depend on which chains march together.
+
+use super::bootstraps::bootstraps;
+use super::schedule::{Start, allot};
+use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool};
+use crate::chain::batch::{Batch, State, Step};
+use crate::chain::bootstrap::Bootstrap;
+use crate::chain::mutate::Kernel;
+use crate::scene::Scene;
+use crate::simd::f32x8;
+use crate::transport::{Paths, World};
+use std::time::Instant;
+
+/// Chains that march together, the wanted one among them.
+const BATCH: usize = 8;
+
+/// Which iteration of which chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Whose {
+    pub depth: u32,
+    /// Of the chains of its depth, from 0.
+    pub chain: usize,
+    /// From 0.
+    pub iteration: u32,
+}
+
+/// What a chain did in an iteration.
+#[derive(Clone, Debug)]
+pub struct Visit {
+    /// Chains of the depth, and iterations that each makes in a whole render.
+    pub chains: usize,
+    pub iterations: u32,
+    /// Bootstrap path that the chain started from.
+    pub start: u64,
+    /// Where it stood before the iteration.
+    pub state: State,
+    pub step: Step,
+}
+
+/// Makes the bootstrap and marches one chain to an iteration of it, exactly as [`render`](super::render) does with these settings (of
+/// Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
+///
+/// # Errors
+/// Settings out of range, thread pools that cannot be had, and chains or iterations that the render does not have; the observer's stop.
+pub fn revisit(
+    scene: &Scene,
+    world: &World,
+    settings: &Settings,
+    whose: Whose,
+    observer: &dyn Observer,
+) -> Result<Visit, RenderError> {
+    check(settings)?;
+    let fail = |what: String| Err(RenderError::Settings(what));
+    let Whose {
+        depth,
+        chain,
+        iteration,
+    } = whose;
+    if depth as usize >= world.plan.depths.len() {
+        return fail(format!(
+            "there is no depth {depth}: the largest is {} (max depth)",
+            settings.max_depth
+        ));
+    }
+    let run = Run {
+        scene,
+        world,
+        settings,
+        observer,
+        start: Instant::now(),
+    };
+    let all: Vec<Bootstrap> = pool(settings.threads)?.install(|| {
+        let stop = || observer.stop().then_some(EndedBy::Observer);
+        bootstraps::<f32x8>(world, settings, &stop, |_, _| {}).depths
+    });
+    if all.iter().any(Bootstrap::is_short) {
+        return fail("stopped".into());
+    }
+    let area = world.camera.region.area();
+    let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
+    let allotments = allot(&run, &all, mutations);
+    let Some(allotment) = allotments.iter().find(|a| a.depth == depth as usize) else {
+        return fail(format!(
+            "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
+            settings.bootstrap
+        ));
+    };
+    if chain >= allotment.chains {
+        return fail(format!(
+            "there is no chain {chain}: depth {depth} has {} chains, from 0 on",
+            allotment.chains
+        ));
+    }
+    if iteration >= allotment.iterations {
+        return fail(format!(
+            "there is no iteration {iteration}: at {} mutations a pixel chains of depth {depth} make {} iterations, from 0 on",
+            settings.mutations_per_pixel, allotment.iterations
+        ));
+    }
+    let start = Start::new(&run, allotment, &all);
+    drop(all);
+    let seeds = start.seeds();
+    let first = chain / BATCH * BATCH;
+    let together = &seeds[first..seeds.len().min(first + BATCH)];
+    let kernel = Kernel::new(
+        settings.seed,
+        settings.large_step_probability,
+        settings.sigma,
+    );
+    let mut paths = Paths::new(world);
+    let index = depth as usize;
+    let mut batch = Batch::new::<f32x8>(world, index, first, together, settings.seed, &mut paths);
+    for _ in 0..iteration {
+        if observer.stop() {
+            return fail("stopped".into());
+        }
+        batch.step::<f32x8>(world, &kernel, &mut paths);
+    }
+    let state = batch.state(chain - first);
+    batch.step::<f32x8>(world, &kernel, &mut paths);
+    Ok(Visit {
+        chains: allotment.chains,
+        iterations: allotment.iterations,
+        start: seeds[chain],
+        state,
+        step: batch.latest(chain - first),
+    })
+}

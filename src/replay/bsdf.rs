@@ -1,0 +1,139 @@
+//! The scattering functions once more: `f64`, textbook forms, not those of the renderer.
+
+use super::vector::{V, add, dot, unit};
+use crate::surface::Kind;
+use std::f64::consts::PI;
+
+/// Unpolarised Fresnel reflectance of a dielectric, `eta` far over near side, from Snell's law and the two amplitudes; and the cosine of the
+/// refracted direction.
+pub fn dielectric(cos_i: f64, eta: f64) -> (f64, f64) {
+    let sin2_t = (1.0 - cos_i * cos_i) / (eta * eta);
+    if sin2_t >= 1.0 {
+        return (1.0, 0.0);
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    if cos_i == 0.0 && cos_t == 0.0 {
+        return (0.0, 0.0);
+    }
+    let s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    let p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    (0.5 * (s * s + p * p), cos_t)
+}
+
+/// The same of a conductor, in complex arithmetic.
+pub fn conductor(cos_i: f64, eta: f64, k: f64) -> f64 {
+    // n^2 and q = sqrt(n^2 - sin^2), n = eta + i k.
+    let n2 = (eta * eta - k * k, 2.0 * eta * k);
+    let z = (n2.0 - (1.0 - cos_i * cos_i), n2.1);
+    let r = z.0.hypot(z.1);
+    let q = (
+        ((r + z.0) / 2.0).max(0.0).sqrt(),
+        ((r - z.0) / 2.0).max(0.0).sqrt(),
+    );
+    let norm = |a: (f64, f64)| a.0 * a.0 + a.1 * a.1;
+    let power = |a: (f64, f64), b: (f64, f64)| {
+        if norm(b) > 0.0 {
+            norm(a) / norm(b)
+        } else {
+            1.0
+        }
+    };
+    let s = power((cos_i - q.0, -q.1), (cos_i + q.0, q.1));
+    let nc = (n2.0 * cos_i, n2.1 * cos_i);
+    let p = power((nc.0 - q.0, nc.1 - q.1), (nc.0 + q.0, nc.1 + q.1));
+    0.5 * (s + p)
+}
+
+/// Trowbridge-Reitz: D, and Smith's Lambda by tangents (Heitz 2014, equations 71, 72 and 85).
+pub fn ggx_d(h: V, ax: f64, ay: f64) -> f64 {
+    let tan = (h[0] / h[2] / ax).powi(2) + (h[1] / h[2] / ay).powi(2);
+    1.0 / (PI * ax * ay * h[2].powi(4) * (1.0 + tan).powi(2))
+}
+
+pub fn ggx_lambda(w: V, ax: f64, ay: f64) -> f64 {
+    let tan2 = ((w[0] * ax).powi(2) + (w[1] * ay).powi(2)) / (w[2] * w[2]);
+    ((1.0 + tan2).sqrt() - 1.0) / 2.0
+}
+
+/// Density of the reflected direction if normals are sampled among the visible ones.
+pub fn ggx_pdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
+    let h = unit(add(wo, wi));
+    let g1 = 1.0 / (1.0 + ggx_lambda(wo, ax, ay));
+    let visible = g1 * dot(wo, h).max(0.0) * ggx_d(h, ax, ay) / wo[2];
+    visible / (4.0 * dot(wo, h))
+}
+
+pub fn ggx_brdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
+    let h = unit(add(wo, wi));
+    let g = 1.0 / (1.0 + ggx_lambda(wo, ax, ay) + ggx_lambda(wi, ax, ay));
+    ggx_d(h, ax, ay) * g / (4.0 * wo[2] * wi[2])
+}
+
+/// `f(wo, wi)`, density of `wi` given `wo`, and the reverse; delta BSDFs are 0.
+pub struct Value {
+    pub f: V,
+    pub pdf: f64,
+    pub pdf_reverse: f64,
+}
+
+pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
+    let dark = Value {
+        f: [0.0; 3],
+        pdf: 0.0,
+        pdf_reverse: 0.0,
+    };
+    if kind.is_delta() || wo[2] * wi[2] <= 0.0 {
+        return dark;
+    }
+    let up = |w: V| [w[0], w[1], w[2].abs()];
+    let (wo, wi) = (up(wo), up(wi));
+    let h = unit(add(wo, wi));
+    let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
+    match kind {
+        Kind::Diffuse => Value {
+            f: rgb(0).map(|r| r / PI),
+            pdf: wi[2] / PI,
+            pdf_reverse: wo[2] / PI,
+        },
+        Kind::OrenNayar => {
+            // Angles, as in the paper.
+            let (ti, to) = (wi[2].min(1.0).acos(), wo[2].min(1.0).acos());
+            let dphi = wi[1].atan2(wi[0]) - wo[1].atan2(wo[0]);
+            let (alpha, beta) = (ti.max(to), ti.min(to));
+            let g = row[3] + row[4] * dphi.cos().max(0.0) * alpha.sin() * beta.tan();
+            Value {
+                f: rgb(0).map(|r| r * g / PI),
+                pdf: wi[2] / PI,
+                pdf_reverse: wo[2] / PI,
+            }
+        }
+        Kind::RoughConductor => {
+            let (ax, ay) = (row[6], row[7]);
+            let (eta, k) = (rgb(0), rgb(3));
+            let brdf = ggx_brdf(wo, wi, ax, ay);
+            let c = dot(wo, h).clamp(0.0, 1.0);
+            Value {
+                f: std::array::from_fn(|i| brdf * conductor(c, eta[i], k[i])),
+                pdf: ggx_pdf(wo, wi, ax, ay),
+                pdf_reverse: ggx_pdf(wi, wo, ax, ay),
+            }
+        }
+        Kind::Plastic => {
+            let (ax, ay) = (row[6], row[7]);
+            let (diffuse, specular) = (rgb(0), rgb(3));
+            let c = dot(wo, h).clamp(0.0, 1.0);
+            let glossy = ggx_brdf(wo, wi, ax, ay) * dielectric(c, f64::from(1.0f32 / 1.5)).0;
+            let p = match (diffuse == [0.0; 3], specular == [0.0; 3]) {
+                (_, true) if diffuse != [0.0; 3] => 1.0,
+                (true, _) => 0.0,
+                _ => 0.5,
+            };
+            Value {
+                f: std::array::from_fn(|i| diffuse[i] / PI + specular[i] * glossy),
+                pdf: p * wi[2] / PI + (1.0 - p) * ggx_pdf(wo, wi, ax, ay),
+                pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
+            }
+        }
+        Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric => dark,
+    }
+}

@@ -1,0 +1,71 @@
+//! A path as geometry: surface vertices between the camera and a light, in `f64`, whatever found them.
+
+use super::vector::V;
+use crate::surface::Kind;
+
+/// A vertex on a surface; internal space.
+#[derive(Clone, Debug)]
+pub struct Vertex {
+    pub p: V,
+    /// Distance along the normal within which the true surface lies.
+    pub error: f64,
+    /// Unit geometric normal, towards the front.
+    pub ng: V,
+    /// Unit shading normal.
+    pub ns: V,
+    /// Along increasing `u`, of any length; zero where no BSDF asks for it.
+    pub tangent: V,
+    pub kind: Kind,
+    /// Parameters of the BSDF.
+    pub row: [f32; 8],
+    /// The light that the primitive is, or [`NONE`](crate::scene::NONE).
+    pub light: u32,
+    /// Triangles first, then spheres.
+    pub primitive: u32,
+    /// Index into the scene's materials.
+    pub material: u32,
+}
+
+/// Where a path meets its light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    Area {
+        light: u32,
+        p: V,
+    },
+    Point {
+        light: u32,
+    },
+    Distant {
+        light: u32,
+    },
+    /// Unit direction from the scene to the sky.
+    Sky {
+        light: u32,
+        direction: V,
+    },
+}
+
+impl End {
+    /// Index into the scene's lights.
+    pub fn light(&self) -> u32 {
+        match *self {
+            End::Area { light, .. }
+            | End::Point { light }
+            | End::Distant { light }
+            | End::Sky { light, .. } => light,
+        }
+    }
+}
+
+/// A path from the camera to a light.
+#[derive(Clone, Debug)]
+pub struct Path {
+    /// Light vertices of the strategy that made it.
+    pub s: u32,
+    /// Where it meets the lens.
+    pub camera: V,
+    /// `x1 ..= xk`.
+    pub surface: Vec<Vertex>,
+    pub end: End,
+}

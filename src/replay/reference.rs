@@ -1,0 +1,300 @@
+//! What a path is worth, from its vertices alone, in `f64`.
+//!
+//! * The measurement contribution `F` with respect to the product of areas of the surface vertices: importance (the camera's density),
+//!   BSDFs with cosines against *shading* normals towards the light, and `|cos ng| / d^2` per segment.
+//! * The density `p_s` of the path under every strategy `s`, with respect to the same measure. A direction sampled with density `p`
+//!   (solid angle) makes a density `p |cos ng| / d^2` at the vertex it arrives at, cosines against *geometric* normals. The vertex on
+//!   an environment is its direction (solid angle); a light from infinity arrives with density `|cos ng| / (pi R^2)`. A vertex on a
+//!   delta BSDF has the same delta distribution in every strategy, up to a factor that depends on the direction of the walk (below); a
+//!   strategy that would have to connect it has density 0.
+//!
+//! Refraction of solid angles at a delta vertex: `p(back) / p(forth) = (n_o^2 cos_o) / (n_t^2 cos_t)`, since
+//! `n_o^2 cos_o dw_o = n_t^2 cos_t dw_t`. The balance heuristic gives the path the value `F / sum p_s`, whatever strategy sampled it.
+//!
+//! Products are kept as logarithms: those of a path of hundreds of vertices are beyond `f64`.
+
+use super::path::{Path, Vertex};
+use super::vector::*;
+use super::{Recorder, bsdf};
+use crate::scene::Projection;
+use crate::surface::Kind;
+
+/// What [`Recorder::reference`] finds.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Unit directions along the path, from the camera; the last one leads to the light.
+    pub towards: Vec<V>,
+    /// The BSDF at each surface vertex.
+    pub joints: Vec<Joint>,
+    /// Density of the camera's ray over solid angle, or over area of the film plane if it is orthographic.
+    pub camera_pdf: f64,
+    /// Throughput of a light subpath that has left the light along the path.
+    pub emitted_beta: V,
+    /// Logarithms of `F` and of `p_s` for `s = 0 ..= k + 1`.
+    log_contribution: V,
+    log_density: Vec<f64>,
+}
+
+/// A BSDF on a path: `wo` to the camera, `wi` to the light.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// `f |cos ns|` towards the light, radiance mode; the weight of a delta lobe.
+    pub f_cos: V,
+    /// Density over solid angle of `wi` given `wo`, and of `wo` given `wi`; of a delta lobe 1, and their ratio.
+    pub forth: f64,
+    pub back: f64,
+    /// Absolute cosines against the geometric normal, towards the camera and towards the light.
+    pub cos_in: f64,
+    pub cos_out: f64,
+}
+
+impl Reference {
+    /// `F` with respect to the product of areas.
+    pub fn contribution(&self) -> V {
+        self.log_contribution.map(f64::exp)
+    }
+
+    /// `p_s`.
+    pub fn density(&self, s: u32) -> f64 {
+        self.log_p(s).exp()
+    }
+
+    fn log_p(&self, s: u32) -> f64 {
+        let p = self.log_density.get(s as usize);
+        p.copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// Logarithm of the sum of all densities.
+    fn log_sum(&self) -> f64 {
+        let most = (self.log_density.iter()).fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+        if most == f64::NEG_INFINITY {
+            return most;
+        }
+        let sum: f64 = self.log_density.iter().map(|p| (p - most).exp()).sum();
+        most + sum.ln()
+    }
+
+    /// `F / sum p_s`: what the renderer reports over its number of strategies.
+    pub fn rgb(&self) -> V {
+        let sum = self.log_sum();
+        self.log_contribution.map(|f| {
+            if f > f64::NEG_INFINITY {
+                (f - sum).exp()
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// The mean of its channels.
+    pub fn value(&self) -> f64 {
+        mean(self.rgb())
+    }
+
+    /// The MIS weight `p_s / sum`; 0 of a path that no strategy makes.
+    pub fn weight(&self, s: u32) -> f64 {
+        let p = self.log_p(s);
+        if p > f64::NEG_INFINITY {
+            (p - self.log_sum()).exp()
+        } else {
+            0.0
+        }
+    }
+
+    /// Throughput of a camera subpath arriving at surface vertex `j`.
+    pub fn camera_beta(&self, j: usize) -> V {
+        let joints = self.joints.iter().take(j);
+        joints.fold([1.0; 3], |beta, joint| {
+            std::array::from_fn(|c| beta[c] * joint.f_cos[c] / joint.forth)
+        })
+    }
+
+    /// What a light subpath's throughput is multiplied by at surface vertex `j`.
+    pub fn light_factor(&self, j: usize) -> V {
+        let joint = &self.joints[j];
+        scale(joint.f_cos, joint.cos_in / (joint.cos_out * joint.back))
+    }
+
+    /// Throughput of a light subpath arriving at surface vertex `j`.
+    pub fn light_beta(&self, j: usize) -> V {
+        (j + 1..self.joints.len())
+            .rev()
+            .fold(self.emitted_beta, |beta, i| {
+                let factor = self.light_factor(i);
+                std::array::from_fn(|c| beta[c] * factor[c])
+            })
+    }
+}
+
+impl Recorder<'_> {
+    /// Contribution and densities of a path under the given strategies.
+    pub fn reference(&self, path: &Path, strategies: &[u32]) -> Reference {
+        let k = path.surface.len();
+        let x = &path.surface;
+        let end = self.end(&path.end);
+        let mut towards: Vec<V> = Vec::with_capacity(k + 1);
+        let mut inv_d2: Vec<f64> = Vec::with_capacity(k + 1);
+        let mut from = path.camera;
+        for to in x.iter().map(|v| Some(v.p)).chain([end.position]) {
+            match to {
+                Some(p) => {
+                    let v = sub(p, from);
+                    towards.push(unit(v));
+                    inv_d2.push(1.0 / dot(v, v));
+                    from = p;
+                }
+                None => {
+                    towards.push(end.direction);
+                    inv_d2.push(1.0);
+                }
+            }
+        }
+        if self.scene.camera.projection == Projection::Orthographic {
+            towards[0] = self.axis();
+            inv_d2[0] = 1.0;
+        }
+        let joints: Vec<Joint> = (0..k)
+            .map(|j| joint(&x[j], scale(towards[j], -1.0), towards[j + 1]))
+            .collect();
+        let end_cos = |w: V| end.normal.map_or(1.0, |n| dot(w, n).abs());
+        let leaving = scale(towards[k], -1.0);
+        let (emitted, emission_pdf) = self.emission(&path.end, &end, leaving);
+        let camera_pdf = self.camera_pdf(towards[0]);
+
+        // Density over area at a vertex per density over solid angle; where k = 0 the camera sees the light itself.
+        let arrive = |j: usize| match joints.get(j) {
+            Some(joint) => (joint.cos_in * inv_d2[j]).ln(),
+            None => (end_cos(towards[k]) * inv_d2[k]).ln(),
+        };
+        let arrive: Vec<f64> = (0..=k).map(arrive).collect();
+        let mut log_contribution = emitted.map(|l| l.ln() + camera_pdf.ln() + arrive[0]);
+        for (j, joint) in joints.iter().enumerate() {
+            for (value, f_cos) in log_contribution.iter_mut().zip(joint.f_cos) {
+                *value += f_cos.ln() + arrive[j + 1];
+            }
+        }
+        // Densities over area of vertices as a camera subpath and as a light subpath make them.
+        let mut forth = Vec::with_capacity(k + 1);
+        let mut back = Vec::with_capacity(k);
+        for j in 0..=k {
+            let direction = if j == 0 {
+                camera_pdf
+            } else {
+                joints[j - 1].forth
+            };
+            forth.push(direction.ln() + arrive[j]);
+        }
+        for j in 0..k {
+            // inv_d2 is 1 where the light is at infinity, and the emission density that of the disk.
+            let direction = joints.get(j + 1).map_or(emission_pdf, |next| next.back);
+            back.push((direction * joints[j].cos_out * inv_d2[j + 1]).ln());
+        }
+        let delta = |j: usize| x[j].kind.is_delta();
+        let log_density = (0..=k as u32 + 1)
+            .map(|s| {
+                let t = k + 2 - s as usize;
+                // Vertices x_{t-1} and x_t are joined; x_0 and the light can always be.
+                let joined = s >= 1 && (t >= 2 && delta(t - 2) || s >= 2 && delta(t - 1));
+                if !strategies.contains(&s) || joined || s == 0 && end.is_delta {
+                    return f64::NEG_INFINITY;
+                }
+                let mut p: f64 = forth[..t - 1].iter().sum();
+                if s >= 1 {
+                    p += end.pdf.ln();
+                }
+                if s >= 2 {
+                    p += back[t - 1..].iter().sum::<f64>();
+                }
+                // A product with 0 in it is 0, whatever else is infinite.
+                if p.is_nan() { f64::NEG_INFINITY } else { p }
+            })
+            .collect();
+        let emission = match end.normal {
+            Some(_) => end_cos(towards[k]) / (end.pdf * emission_pdf),
+            None => 1.0 / (end.pdf * emission_pdf),
+        };
+        Reference {
+            towards,
+            joints,
+            camera_pdf,
+            emitted_beta: scale(emitted, emission),
+            log_contribution: log_contribution
+                .map(|f| if f.is_nan() { f64::NEG_INFINITY } else { f }),
+            log_density,
+        }
+    }
+
+    fn axis(&self) -> V {
+        let m = &self.scene.camera.to_world;
+        wide([m[0][2], m[1][2], m[2][2]])
+    }
+
+    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera.
+    fn camera_pdf(&self, direction: V) -> f64 {
+        let film = &self.scene.film;
+        let [x0, x1, y0, y1] = self.scene.camera.screen.map(f64::from);
+        let region = self.world.camera.region;
+        let pixel = (x1 - x0) / f64::from(film.width) * (y1 - y0) / f64::from(film.height);
+        let area = pixel.abs() * f64::from(region.width) * f64::from(region.height);
+        if self.scene.camera.projection == Projection::Orthographic {
+            1.0 / area
+        } else {
+            1.0 / (area * dot(direction, self.axis()).powi(3))
+        }
+    }
+}
+
+fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
+    let row = v.row.map(f64::from);
+    let (co, ci) = (dot(wo, v.ns), dot(wi, v.ns));
+    let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
+    let lobe = |f_cos: V, back: f64| (f_cos, 1.0, back);
+    let (f_cos, forth, back) = match v.kind {
+        Kind::Mirror => lobe(rgb(0), 1.0),
+        Kind::SmoothConductor => {
+            let f = |c: usize| bsdf::conductor(co.abs(), row[c], row[3 + c]);
+            lobe([0, 1, 2].map(f), 1.0)
+        }
+        // The probability of the lobe is in every density and in the value: left out.
+        Kind::SmoothDielectric if co * ci > 0.0 => lobe(rgb(0), 1.0),
+        Kind::SmoothDielectric => {
+            let eta = if co > 0.0 { row[6] } else { 1.0 / row[6] };
+            let bend = 1.0 / (eta * eta);
+            lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
+        }
+        Kind::Diffuse | Kind::OrenNayar | Kind::RoughConductor | Kind::Plastic => {
+            let (s, t) = axes(v);
+            let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
+            let value = bsdf::eval(v.kind, &row, local(wo), local(wi));
+            (scale(value.f, ci.abs()), value.pdf, value.pdf_reverse)
+        }
+    };
+    Joint {
+        f_cos: if sides_agree(wo, wi, v) {
+            f_cos
+        } else {
+            [0.0; 3]
+        },
+        forth,
+        back,
+        cos_in: dot(wo, v.ng).abs(),
+        cos_out: dot(wi, v.ng).abs(),
+    }
+}
+
+/// Axes of the shading frame; where there is no tangent any will do.
+pub(super) fn axes(v: &Vertex) -> (V, V) {
+    let tangent = sub(v.tangent, scale(v.ns, dot(v.ns, v.tangent)));
+    let s = if dot(tangent, tangent) > 1e-10 * dot(v.tangent, v.tangent) {
+        unit(tangent)
+    } else {
+        super::warp::frame(v.ns)[0]
+    };
+    (s, cross(v.ns, s))
+}
+
+/// Reflection stays on the side it came from, transmission leaves it, for the true and for the shading surface.
+pub(super) fn sides_agree(wo: V, wi: V, v: &Vertex) -> bool {
+    let agree = |w: V| dot(w, v.ng) * dot(w, v.ns) > 0.0;
+    agree(wo) && agree(wi)
+}

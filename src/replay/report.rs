@@ -1,0 +1,327 @@
+//! All there is to say about a path, ready to print.
+
+use super::compare::{densities, relative};
+use super::path::Path;
+use super::reference::Reference;
+use super::vector::{length, mean, sub, wide};
+use super::walk::{Subpath, Walk};
+use super::{Fate, Recorder};
+use crate::plan::DepthPlan;
+use crate::scene::NONE;
+use crate::transport::paths::Side;
+use serde::Serialize;
+
+/// A path, step by step. Lengths are in internal space (see [`crate::scene`]), colours linear sRGB.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub depth: u32,
+    /// Strategy: light vertices `s`, camera vertices `t`; and how many the depth chooses among.
+    pub s: u32,
+    pub t: u32,
+    pub strategies: usize,
+    /// The primary samples, and what they are for.
+    pub samples: Vec<f32>,
+    pub layout: Vec<Part>,
+    pub fate: String,
+    /// Of the joined vertices; `None` if no visibility ray was traced.
+    pub visible: Option<bool>,
+    /// The contribution was not finite, or negative, and was replaced by 0.
+    pub rejected: bool,
+    /// What the render sees: raster position, and contribution with MIS weight and choice of strategy.
+    pub raster: [f32; 2],
+    pub contribution: [f32; 3],
+    /// In order of the walk: the camera subpath, then the light subpath.
+    pub vertices: Vec<VertexReport>,
+    /// One for each light met; none if the path is not whole.
+    pub meetings: Vec<MeetingReport>,
+    /// The path could be followed in `f64` from its primary samples.
+    pub followed: bool,
+}
+
+/// Some primary samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct Part {
+    pub name: &'static str,
+    pub first: usize,
+    pub count: usize,
+}
+
+/// A vertex of a subpath, in `f32`. Vertex 0 is on the lens, or where the light subpath starts.
+#[derive(Clone, Debug, Serialize)]
+pub struct VertexReport {
+    pub subpath: &'static str,
+    pub vertex: usize,
+    pub position: [f32; 3],
+    /// Unit normals, geometric and for shading.
+    pub ng: Option<[f32; 3]>,
+    pub ns: Option<[f32; 3]>,
+    pub bsdf: Option<&'static str>,
+    pub material: Option<String>,
+    pub primitive: Option<u32>,
+    pub light: Option<u32>,
+    /// Throughput on arrival, of vertex 0 on leaving.
+    pub beta: [f32; 3],
+    /// Running sums of multiple importance sampling on arrival.
+    pub d_vcm: Option<f32>,
+    pub d_vc: Option<f32>,
+    /// Unit direction in which the subpath goes on, with its densities over solid angle.
+    pub direction: Option<[f32; 3]>,
+    pub pdf: Option<f32>,
+    pub pdf_reverse: Option<f32>,
+    /// How far the vertex is from where `f64` finds it from the same primary samples.
+    pub moved: Option<f64>,
+}
+
+/// How a path meets a light, in both precisions.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeetingReport {
+    pub light: u32,
+    pub figures: Vec<Figure>,
+    pub densities: Vec<DensityReport>,
+    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32` makes of positions.
+    pub contribution_moves: f64,
+    pub weight_moves: f64,
+}
+
+/// A figure in `f32`, in `f64` from the vertices that `f32` found, and in `f64` from the same primary samples; with relative errors of the first.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figure {
+    pub name: String,
+    pub single: f32,
+    pub by_vertices: f64,
+    pub vertices_error: f64,
+    pub by_samples: Option<f64>,
+    pub samples_error: Option<f64>,
+}
+
+/// The density of the path under one strategy, over the product of areas, in `f64`; and its part of the sum, the MIS weight.
+#[derive(Clone, Debug, Serialize)]
+pub struct DensityReport {
+    pub s: u32,
+    pub t: u32,
+    pub by_vertices: f64,
+    pub weight_by_vertices: f64,
+    pub by_samples: Option<f64>,
+    pub weight_by_samples: Option<f64>,
+}
+
+impl Recorder<'_> {
+    /// Everything about the path that `samples` stand for.
+    pub fn report(&self, plan: &DepthPlan, samples: &[f32]) -> Report {
+        let walk = self.walk(plan, samples);
+        let whole = walk.fate == Fate::Whole;
+        let exact = whole.then(|| self.retrace(plan, samples, &walk)).flatten();
+        let exact = exact.unwrap_or_default();
+        let mut vertices = self.vertices(Side::Camera, &walk.camera);
+        vertices.extend(self.vertices(Side::Light, &walk.light));
+        if let Some(exact) = exact.first() {
+            measure(&mut vertices, &walk, exact);
+        }
+        let meetings = walk.paths().enumerate().map(|(i, path)| {
+            let exact = exact.get(i).map(|p| self.reference(p, &plan.strategies));
+            self.meeting(plan, &walk, i, &path, exact.as_ref())
+        });
+        let parts = plan.layout.parts().into_iter();
+        Report {
+            depth: plan.depth,
+            s: walk.s,
+            t: walk.t,
+            strategies: walk.choices,
+            samples: samples.to_vec(),
+            layout: parts
+                .filter(|(_, range)| !range.is_empty())
+                .map(|(name, range)| Part {
+                    name,
+                    first: range.start,
+                    count: range.len(),
+                })
+                .collect(),
+            fate: walk.fate.to_string(),
+            visible: walk.visible,
+            rejected: walk.rejected,
+            raster: walk.raster,
+            contribution: walk.rgb,
+            vertices,
+            meetings: meetings.collect(),
+            followed: !exact.is_empty(),
+        }
+    }
+
+    fn vertices(&self, side: Side, subpath: &Option<Subpath>) -> Vec<VertexReport> {
+        let Some(subpath) = subpath else {
+            return Vec::new();
+        };
+        let name = name_of(side);
+        let start = VertexReport {
+            subpath: name,
+            vertex: 0,
+            position: subpath.origin,
+            ng: None,
+            ns: None,
+            bsdf: None,
+            material: None,
+            primitive: None,
+            light: index(subpath.light),
+            beta: subpath.beta,
+            d_vcm: None,
+            d_vc: None,
+            direction: Some(subpath.direction),
+            pdf: (side == Side::Camera).then_some(subpath.pdf),
+            pdf_reverse: None,
+            moved: None,
+        };
+        let on_surface = subpath.steps.iter().enumerate().map(|(i, step)| {
+            let v = &step.vertex;
+            let material = self.scene.materials.get(v.material as usize);
+            VertexReport {
+                subpath: name,
+                vertex: i + 1,
+                position: v.p.map(|x| x as f32),
+                ng: Some(v.ng.map(|x| x as f32)),
+                ns: Some(v.ns.map(|x| x as f32)),
+                bsdf: Some(v.kind.name()),
+                material: material.map(|m| m.name.clone()),
+                primitive: Some(v.primitive),
+                light: index(v.light),
+                beta: step.beta,
+                d_vcm: Some(step.partial.d_vcm),
+                d_vc: Some(step.partial.d_vc),
+                direction: step.sampled.map(|s| s.wi),
+                pdf: step.sampled.map(|s| s.pdf),
+                pdf_reverse: step.sampled.map(|s| s.pdf_reverse),
+                moved: None,
+            }
+        });
+        std::iter::once(start).chain(on_surface).collect()
+    }
+
+    fn meeting(
+        &self,
+        plan: &DepthPlan,
+        walk: &Walk,
+        i: usize,
+        path: &Path,
+        exact: Option<&Reference>,
+    ) -> MeetingReport {
+        let reference = &self.reference(path, &plan.strategies);
+        let moves = self.sensitivity(path, &plan.strategies, 1);
+        let mut figures = Figures {
+            reference,
+            exact,
+            list: Vec::new(),
+        };
+        figures.subpaths(walk);
+        let meeting = &walk.meetings[i];
+        figures.push("MIS weight".into(), meeting.weight, |r| r.weight(path.s));
+        let choices = walk.choices as f64;
+        for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
+            let name = format!("contribution, {name}");
+            figures.push(name, meeting.rgb[c], |r| r.rgb()[c] * choices);
+        }
+        let density = |s: u32| DensityReport {
+            s,
+            t: plan.depth + 2 - s,
+            by_vertices: reference.density(s),
+            weight_by_vertices: reference.weight(s),
+            by_samples: exact.map(|r| r.density(s)),
+            weight_by_samples: exact.map(|r| r.weight(s)),
+        };
+        let part = |change: f64, of: f64| if change > 0.0 { change / of } else { 0.0 };
+        MeetingReport {
+            light: meeting.end.light(),
+            figures: figures.list,
+            densities: plan.strategies.iter().map(|s| density(*s)).collect(),
+            contribution_moves: part(moves.value, reference.value()),
+            weight_moves: part(moves.weight, reference.weight(path.s)),
+        }
+    }
+}
+
+/// The figures of a path as they are collected.
+struct Figures<'a> {
+    reference: &'a Reference,
+    exact: Option<&'a Reference>,
+    list: Vec<Figure>,
+}
+
+impl Figures<'_> {
+    /// A figure in `f32`, and how references have it.
+    fn push(&mut self, name: String, single: f32, double: impl Fn(&Reference) -> f64) {
+        let by_samples = self.exact.map(&double);
+        self.add(name, single, double(self.reference), by_samples);
+    }
+
+    fn add(&mut self, name: String, single: f32, by_vertices: f64, by_samples: Option<f64>) {
+        self.list.push(Figure {
+            name,
+            single,
+            by_vertices,
+            vertices_error: relative(single.into(), by_vertices),
+            by_samples,
+            samples_error: by_samples.map(|v| relative(single.into(), v)),
+        });
+    }
+
+    /// Throughputs, means of the channels, and sampled densities.
+    fn subpaths(&mut self, walk: &Walk) {
+        let k = self.reference.joints.len();
+        let grey = |rgb: [f32; 3]| mean(wide(rgb)) as f32;
+        if let Some(camera) = &walk.camera {
+            self.push("camera 0: pdf".into(), camera.pdf, |r| r.camera_pdf);
+            for (i, step) in camera.steps.iter().enumerate().take(k + 1) {
+                let name = format!("camera {}: beta", i + 1);
+                self.push(name, grey(step.beta), |r| mean(r.camera_beta(i)));
+                self.densities(walk, Side::Camera, i + 1);
+            }
+        }
+        if let Some(light) = &walk.light {
+            let name = "light 0: beta".into();
+            self.push(name, grey(light.beta), |r| mean(r.emitted_beta));
+            for (i, step) in light.steps.iter().enumerate().take(k) {
+                let name = format!("light {}: beta", i + 1);
+                self.push(name, grey(step.beta), |r| mean(r.light_beta(k - 1 - i)));
+                self.densities(walk, Side::Light, i + 1);
+            }
+        }
+    }
+
+    /// Those of the direction sampled at a vertex, if one was.
+    fn densities(&mut self, walk: &Walk, side: Side, vertex: usize) {
+        let at = |r: &Reference| {
+            let mut all = densities(walk, r).into_iter();
+            all.find(|d| d.side == side && d.vertex == vertex)
+        };
+        let Some(d) = at(self.reference) else {
+            return;
+        };
+        let exact = self.exact.and_then(at);
+        for (c, what) in ["pdf", "pdf, reverse"].into_iter().enumerate() {
+            let name = format!("{} {vertex}: {what}", name_of(side));
+            self.add(name, d.single[c], d.double[c], exact.map(|e| e.double[c]));
+        }
+    }
+}
+
+fn name_of(side: Side) -> &'static str {
+    match side {
+        Side::Camera => "camera",
+        Side::Light => "light",
+    }
+}
+
+fn index(of: u32) -> Option<u32> {
+    (of != NONE).then_some(of)
+}
+
+/// How far the vertices on surfaces are from those of `exact`.
+fn measure(vertices: &mut [VertexReport], walk: &Walk, exact: &Path) {
+    let k = exact.surface.len();
+    let from_light = walk.light.as_ref().map_or(0, |l| l.steps.len());
+    for v in vertices.iter_mut().filter(|v| v.vertex > 0) {
+        let j = match v.subpath {
+            "camera" => v.vertex - 1,
+            _ => k.saturating_sub(v.vertex.min(from_light)),
+        };
+        v.moved = (exact.surface.get(j)).map(|x| length(sub(wide(v.position), x.p)));
+    }
+}
