@@ -67,6 +67,8 @@ pub mod light;
 mod memory;
 pub mod metrics;
 pub mod plan;
+#[cfg(test)]
+mod property;
 pub mod scene;
 pub mod simd;
 pub mod surface;
