@@ -86,6 +86,44 @@ fn internal_space_is_centred_and_of_unit_size() {
     }
 }
 
+/// Neither the window in units of the scene nor its area is one that `f32` holds.
+#[test]
+fn windows_out_of_proportion_are_refused() {
+    for (window, radius, good) in [
+        ("-1 1e30 2 1", "1e-30", false),
+        ("-1 1 -1 1", "1e-6", true),
+        ("0 1e-20 0 1", "1", false),
+    ] {
+        let text = format!(
+            "Film \"rgb\" Camera \"orthographic\" \"float screenwindow\" [{window}] WorldBegin Shape \"sphere\" \"float radius\" {radius}"
+        );
+        assert_eq!(try_load(&text).is_ok(), good, "{window}");
+    }
+}
+
+#[test]
+fn texture_coordinates_beyond_f32_are_left_out() {
+    let s = v4(&format!("{V4_TRIANGLE} \"point2 uv\" [1e100 0 .5 .5 1 1]"));
+    assert_eq!([s.vertices[0].uv, s.vertices[1].uv], [[0.0; 2], [0.5; 2]]);
+}
+
+/// The sphere's size is less than the distance of neighbouring `f64` where it is.
+#[test]
+fn spheres_beyond_the_digits_of_f64_fit_into_the_space() {
+    for place in [
+        "Translate 0 -3e38 -1e10 Scale 1 1e10 -2",
+        "Translate 1e-20 1e-6 0 Scale 1e-30 1e-30 1e-30",
+    ] {
+        let s = v4(&format!("{place} Shape \"sphere\""));
+        assert!(
+            s.bounds.iter().all(|b| b.length() <= 1.001),
+            "{:?}",
+            s.bounds
+        );
+        assert!(s.bounds[1].length() >= 0.5);
+    }
+}
+
 #[test]
 fn far_scenes_keep_the_digits_of_the_text() {
     // Neighbouring vertices that f32 could not tell apart at this distance.
@@ -848,6 +886,10 @@ fn cameras() {
         (
             "Camera \"realistic\"",
             "t.pbrt:1:1: Camera \"realistic\": this camera is not supported; use",
+        ),
+        (
+            "Camera \"perspective\" \"float screenwindow\" [-1 3e38 -1 1]",
+            "t.pbrt:1:1: Camera \"perspective\": its screen window is out of all proportion",
         ),
         (
             "Scale 0 1 1 Camera \"perspective\"",
