@@ -80,14 +80,15 @@ fn unit(w: [f32; 3]) -> bool {
     (Point::from(w).length() - 1.0).abs() < 1e-4
 }
 
-fn all() -> &'static [(&'static str, Scene, World<'static>)] {
-    static ALL: OnceLock<Vec<(&str, Scene, World)>> = OnceLock::new();
+/// Scenes with every light and camera, and their worlds; built once.
+fn all() -> &'static [(&'static Scene, World<'static>)] {
+    static SCENES: OnceLock<Vec<(&str, Scene)>> = OnceLock::new();
+    static ALL: OnceLock<Vec<(&Scene, World)>> = OnceLock::new();
     ALL.get_or_init(|| {
-        let worlds = scenes::all().into_iter().map(|(name, scene)| {
-            let kept: &'static Scene = Box::leak(Box::new(scene.clone()));
-            (name, scene, World::new(kept, 1))
-        });
-        worlds.collect()
+        let scenes = SCENES.get_or_init(scenes::all).iter();
+        scenes
+            .map(|(_, scene)| (scene, World::new(scene, 1)))
+            .collect()
     })
 }
 
@@ -133,7 +134,8 @@ proptest! {
         lens in prop::array::uniform2(sample()),
         distance in -3f32..3.0,
     ) {
-        let (name, scene, _) = &all()[which.index(all().len())];
+        let which = which.index(all().len());
+        let (scene, _) = &all()[which];
         let camera = Camera::new(&scene.camera, &scene.film);
         let lens = (lens[0], lens[1]);
         let (x, y) = camera.region.place(place[0], place[1]);
@@ -143,9 +145,9 @@ proptest! {
         let joined = camera.connect::<f32>(p, lens);
         // Positions at the very edge may round out of the region.
         if joined.valid {
-            prop_assert!(good(joined.pdf) && unit(joined.to_camera.lane(0)), "{}", name);
+            prop_assert!(good(joined.pdf) && unit(joined.to_camera.lane(0)), "scene {}", which);
             let apart = (joined.raster.0 - x).hypot(joined.raster.1 - y);
-            prop_assert!(apart < 0.05, "{}: {} pixels apart", name, apart);
+            prop_assert!(apart < 0.05, "scene {}: {} pixels apart", which, apart);
         }
     }
 
@@ -157,23 +159,24 @@ proptest! {
         p in prop::array::uniform3(-1f32..1.0),
         u in prop::array::uniform4(sample()),
     ) {
-        let (name, scene, world) = &all()[which.index(all().len())];
+        let which = which.index(all().len());
+        let (scene, world) = &all()[which];
         let light = [light.index(scene.lights.len()) as u32];
         let from = |p: Vec3<f32>| world.lights.sample_direct::<f32>(&world.geometry, &light, p, [u[0], u[1]]);
         let sent = world.lights.sample_emission::<f32>(&world.geometry, &light, u);
         for p in [Vec3::splat(p), sent.origin] {
             let seen = from(p);
             if seen.valid {
-                prop_assert!(unit(seen.to_light.lane(0)), "{}", name);
-                prop_assert!(good(seen.pdf) && good(seen.emission_ratio), "{}", name);
-                prop_assert!(seen.radiance.lane(0).iter().all(|x| good(*x)), "{}", name);
+                prop_assert!(unit(seen.to_light.lane(0)), "scene {}", which);
+                prop_assert!(good(seen.pdf) && good(seen.emission_ratio), "scene {}", which);
+                prop_assert!(seen.radiance.lane(0).iter().all(|x| good(*x)), "scene {}", which);
             }
         }
         let beta = sent.beta.lane(0);
-        prop_assert!(beta.iter().all(|x| good(*x)), "{}: {:?}", name, beta);
+        prop_assert!(beta.iter().all(|x| good(*x)), "scene {}: {:?}", which, beta);
         if beta != [0.0; 3] {
-            prop_assert!(unit(sent.direction.lane(0)), "{}", name);
-            prop_assert!(Point::from(sent.origin.lane(0)).is_finite(), "{}", name);
+            prop_assert!(unit(sent.direction.lane(0)), "scene {}", which);
+            prop_assert!(Point::from(sent.origin.lane(0)).is_finite(), "scene {}", which);
         }
     }
 }

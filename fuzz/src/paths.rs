@@ -5,6 +5,7 @@
 
 use std::sync::OnceLock;
 
+use phalanx::scene::Scene;
 use phalanx::transport::World;
 
 use super::sound::{self, Random};
@@ -17,11 +18,13 @@ const MAX_DEPTH: u32 = 7;
 
 /// Built once.
 fn worlds() -> &'static [World<'static>] {
+    static SCENES: OnceLock<Vec<(&str, Scene)>> = OnceLock::new();
     static WORLDS: OnceLock<Vec<World>> = OnceLock::new();
     WORLDS.get_or_init(|| {
-        let scenes = Box::leak(Box::new(fixed::all()));
-        let world = |(_, scene): &'static (_, _)| World::new(scene, MAX_DEPTH);
-        scenes.iter().map(world).collect()
+        let scenes = SCENES.get_or_init(fixed::all).iter();
+        scenes
+            .map(|(_, scene)| World::new(scene, MAX_DEPTH))
+            .collect()
     })
 }
 

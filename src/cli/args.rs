@@ -504,9 +504,12 @@ mod tests {
             text in "[-+ ]?([0-9]{0,12}[.]?[0-9]{0,4}(e[-+]?[0-9]{1,4})?|nan|inf|\\PC{0,8})",
             separator in "[xX, ]",
         ) {
-            prop_assert!(probability(&text).is_err_or_in(0.0, 1.0));
-            prop_assert!(sigma(&text).is_err_or_in(0.0, 1e6));
-            prop_assert!(exposure(&text).is_err_or_in(-100.0, 100.0));
+            let within = |value: Result<f32, String>, least: f32, most: f32| {
+                value.map_or(true, |v| (least..=most).contains(&v))
+            };
+            prop_assert!(within(probability(&text), 0.0, 1.0));
+            prop_assert!(within(sigma(&text), 0.0, 1e6));
+            prop_assert!(within(exposure(&text), -100.0, 100.0));
             prop_assert!(seconds(&text).map_or(true, |t| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS));
             prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));
             prop_assert!(bench_seconds(&text).map_or(true, |t| !t.is_zero()));
@@ -523,16 +526,6 @@ mod tests {
         fn sizes_are_as_written(w in 1..20_000u32, h in 1..20_000u32, x in 0f32..1.0, y in 0f32..1.0) {
             prop_assert_eq!(resolution(&format!(" {w} x{h}")), Ok((w, h)));
             prop_assert_eq!(crop(&format!("{x},1, {y} ,1")), Ok([x, 1.0, y, 1.0]));
-        }
-    }
-
-    trait InRange {
-        fn is_err_or_in(self, least: f32, most: f32) -> bool;
-    }
-
-    impl InRange for Result<f32, String> {
-        fn is_err_or_in(self, least: f32, most: f32) -> bool {
-            self.map_or(true, |v| (least..=most).contains(&v))
         }
     }
 }

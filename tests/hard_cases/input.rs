@@ -1,7 +1,8 @@
 //! Rows 32 and 33: hostile users and files.
 //!
 //! Row 32, stops at any moment: `tests/cli.rs`, module `signals`, has renders interrupted by SIGINT and SIGTERM, and pictures whole or
-//! absent. Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; here the program meets them.
+//! absent. Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; `tests/fuzz_seeds.rs` has the inputs that
+//! fuzzing (`fuzz/README.md`) found to fail; here the program meets them.
 
 use std::fs;
 use std::path::Path;
