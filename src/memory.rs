@@ -1,10 +1,29 @@
-//! Large tables in huge pages, where the system has them.
+//! Large tables in huge pages, where the system has them; sizes of memory for people.
 //!
 //! A ray through a large scene touches some fifty cache lines in as many pages of 4 KiB, and a splat falls anywhere in a film: far
 //! more pages than the address translation can remember. Pages of 2 MiB spare it most of the misses. Linux gives them to memory that
 //! asks (`madvise`, in its default setting), which no allocator does by itself.
 
 use bytemuck::Pod;
+use std::fmt;
+
+/// A size that displays as `12.3 MiB`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bytes(pub u64);
+
+impl fmt::Display for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const PREFIXES: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+        let mut scaled = self.0 as f64;
+        let mut prefix = 0;
+        while scaled >= 1000.0 && prefix + 1 < PREFIXES.len() {
+            scaled /= 1024.0;
+            prefix += 1;
+        }
+        let decimals = if prefix == 0 { 0 } else { 1 };
+        write!(f, "{scaled:.decimals$} {}", PREFIXES[prefix])
+    }
+}
 
 /// A table of fixed length.
 pub struct Table<T> {
@@ -46,6 +65,16 @@ impl<T: Pod> Table<T> {
             memory: Memory::Own(vec![T::zeroed(); len]),
             len,
         }
+    }
+
+    /// Memory of a table of so many entries, in bytes.
+    pub fn bytes(entries: u64) -> u64 {
+        let bytes = entries.saturating_mul(size_of::<T>() as u64);
+        #[cfg(target_os = "linux")]
+        if bytes > PAGE as u64 / 2 {
+            return bytes.next_multiple_of(PAGE as u64);
+        }
+        bytes
     }
 
     /// Zeros; `None` if huge pages would be mostly empty, or the system has no memory to map.
@@ -93,6 +122,14 @@ impl<T: Pod> Table<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(Bytes(999).to_string(), "999 B");
+        assert_eq!(Bytes(1536).to_string(), "1.5 KiB");
+        assert_eq!(Bytes(3 << 30).to_string(), "3.0 GiB");
+        assert_eq!(Bytes(u64::MAX).to_string(), "16777216.0 TiB");
+    }
 
     #[test]
     fn tables_keep_their_entries_wherever_they_are() {

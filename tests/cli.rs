@@ -606,52 +606,82 @@ mod signals {
         }
     }
 
+    /// However long the bootstrap would have gone on, what has been made of it shows the whole scene.
     #[test]
-    fn without_a_bootstrap_there_is_no_picture_to_write() {
+    fn during_the_bootstrap_a_noisy_picture_is_written() {
         let folder = Folder::new();
         let child = folder
-            .command("render --bootstrap 1000000000")
+            .command("render --resolution 64x64 --bootstrap 200000000 --mutations 1000000 -o a.exr --stats s.json")
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        std::thread::sleep(Duration::from_millis(500));
+        std::thread::sleep(Duration::from_millis(700));
         send(child.id(), 2);
+        let start = Instant::now();
         let ran = Ran(child.wait_with_output().unwrap());
         assert_eq!(ran.code(), 130);
-        assert!(ran.stderr().contains("no picture is written"));
-        assert!(folder.files().is_empty());
+        assert!(start.elapsed() < Duration::from_secs(5));
+        let stderr = ran.stderr();
+        assert!(
+            stderr.contains("stopped the bootstrap after 0."),
+            "{stderr}"
+        );
+        assert!(bright(&folder.exr("a.exr")));
+        assert_eq!(folder.files(), ["a.exr", "s.json"]);
     }
 
     #[test]
     fn the_second_one_quits_at_once() {
         let folder = Folder::new();
         let mut child = folder
-            .command("render -q --bootstrap 1000000000")
+            .command("render -q --bootstrap 200000000")
             .spawn()
             .unwrap();
-        for _ in 0..2 {
-            std::thread::sleep(Duration::from_millis(500));
+        // The first one leaves the chains a quarter of a second.
+        for delay in [500, 50] {
+            std::thread::sleep(Duration::from_millis(delay));
             send(child.id(), 15);
         }
-        let start = Instant::now();
         assert_eq!(child.wait().unwrap().code(), Some(143));
-        assert!(start.elapsed() < Duration::from_secs(1));
+        assert!(folder.files().is_empty());
     }
 
     #[test]
-    fn at_any_moment_there_is_a_whole_picture_or_none() {
-        for milliseconds in [30, 60, 100, 200] {
+    fn at_any_moment_there_are_whole_files_or_none() {
+        // Weyl's sequence: spread over start, bootstrap, render and writing.
+        for i in 0..16u32 {
+            let delay = Duration::from_secs_f64(1.2 * (f64::from(i) * 0.618_034).fract().powi(2));
+            let (signal, code) = [(2, 130), (15, 143)][i as usize % 2];
+            let integrator = ["mmlt", "pt"][i as usize / 2 % 2];
             let folder = Folder::new();
-            let ran = interrupted(&folder, 15, Duration::from_millis(milliseconds));
-            // A signal before the handlers are there simply ends the process.
+            let child = folder
+                .command(&format!(
+                    "render --resolution 300x200 --integrator {integrator} -o a.exr -o a.png --stats s.json"
+                ))
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(delay);
+            send(child.id(), signal);
+            let ran = Ran(child.wait_with_output().unwrap());
+            // A signal before the handlers are there ends the process, and one after the last file nothing.
+            let ended = ran.0.status.code();
             assert!(
-                matches!(ran.0.status.code(), Some(143) | None),
+                ended == Some(code) || ended.is_none() || ended == Some(0),
                 "{}",
                 ran.stderr()
             );
-            if folder.path().join("a.exr").exists() {
-                assert_eq!(folder.exr("a.exr").pixels.len(), 64 * 64);
+            let files = folder.files();
+            if files.is_empty() {
+                continue;
             }
+            assert_eq!(files, ["a.exr", "a.png", "s.json"], "{delay:?}");
+            let picture = folder.exr("a.exr");
+            assert_eq!(picture.pixels.len(), 300 * 200);
+            assert!(bright(&picture), "{delay:?}");
+            let stats = std::fs::read(folder.path().join("s.json")).unwrap();
+            assert!(serde_json::from_slice::<serde_json::Value>(&stats).is_ok());
         }
     }
 }

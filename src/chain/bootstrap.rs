@@ -16,7 +16,7 @@ use crate::transport::{Paths, World};
 use rayon::prelude::*;
 
 /// Paths evaluated at a time.
-const CHUNK: u64 = 1024;
+pub const CHUNK: u64 = 1024;
 
 /// Sums of independent uniform samples of a target.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -122,8 +122,8 @@ impl Estimate {
 /// The bootstrap of one depth.
 pub struct Bootstrap {
     pub estimate: Estimate,
-    /// Target of every sample.
-    values: Vec<f32>,
+    /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
+    values: Vec<Vec<f32>>,
     /// Samples asked for.
     wanted: u64,
     pub rejected: u64,
@@ -169,6 +169,17 @@ fn fill<L: Lanes>(
 const OFFSET_BLOCK: u32 = u32::MAX;
 
 impl Bootstrap {
+    /// No path yet of `count`.
+    pub fn new(count: u64) -> Self {
+        Self {
+            estimate: Estimate::default(),
+            values: Vec::new(),
+            wanted: count,
+            rejected: 0,
+            rays: 0,
+        }
+    }
+
     /// Evaluates `count` uniform paths of one depth. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
     pub fn run<L: Lanes>(
         world: &World,
@@ -177,13 +188,42 @@ impl Bootstrap {
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Self {
+        let mut bootstrap = Self::new(count);
+        bootstrap.extend::<L>(world, depth, seed, count, cancelled);
+        bootstrap.settle();
+        bootstrap
+    }
+
+    /// Paths evaluated.
+    pub fn len(&self) -> u64 {
+        self.estimate.bootstrap.count
+    }
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Cancelled before all samples were made.
+    pub fn is_short(&self) -> bool {
+        self.len() < self.wanted
+    }
+
+    /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all). `cancelled` is asked between chunks.
+    pub fn extend<L: Lanes>(
+        &mut self,
+        world: &World,
+        depth: &DepthPlan,
+        seed: u64,
+        until: u64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) {
         let stream = Stream::new(seed, Purpose::Bootstrap);
+        let until = until.min(self.wanted);
         let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
             if cancelled() {
                 return (Vec::new(), 0, 0);
             }
             let first = chunk * CHUNK;
-            let n = (count - first).min(CHUNK) as usize;
+            let n = (until - first).min(CHUNK) as usize;
             let rays = paths.rays;
             fill::<L>(&stream, depth, samples, n, |i| first + i as u64);
             world.evaluate_multiplexed::<L>(depth, samples, n, paths);
@@ -191,7 +231,7 @@ impl Bootstrap {
             let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
             (values, rejected, paths.rays - rays)
         };
-        let chunks: Vec<(Vec<f32>, u64, u64)> = (0..count.div_ceil(CHUNK))
+        let chunks: Vec<(Vec<f32>, u64, u64)> = (self.len() / CHUNK..until.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
                 || {
@@ -203,34 +243,30 @@ impl Bootstrap {
                 work,
             )
             .collect();
-        let mut bootstrap = Self {
-            estimate: Estimate::default(),
-            values: Vec::new(),
-            wanted: count,
-            rejected: 0,
-            rays: 0,
-        };
         // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left out has lost its place, and counts
         // as if it had not been made.
         let whole = chunks
             .into_iter()
             .take_while(|(values, ..)| !values.is_empty());
         for (values, rejected, rays) in whole {
-            // Chunk by chunk: the order of the sum does not depend on threads.
+            // Chunk by chunk: the order of the sum does not depend on threads or rounds.
             let mut part = Moments::default();
             values.iter().for_each(|v| part.add(*v));
-            bootstrap.estimate.bootstrap.merge(&part);
-            bootstrap.values.extend(values);
-            bootstrap.rejected += rejected;
-            bootstrap.rays += rays;
+            self.estimate.bootstrap.merge(&part);
+            self.values.push(values);
+            self.rejected += rejected;
+            self.rays += rays;
         }
-        bootstrap.estimate.replica_error2 = replica_error2(&bootstrap.values);
-        bootstrap
     }
 
-    /// Cancelled before all samples were made.
-    pub fn is_short(&self) -> bool {
-        (self.values.len() as u64) < self.wanted
+    /// Target of every path, in order.
+    fn all(&self) -> impl Iterator<Item = f32> {
+        self.values.iter().flatten().copied()
+    }
+
+    /// Completes the estimate after the last path.
+    pub fn settle(&mut self) {
+        self.estimate.replica_error2 = replica_error2(self.len(), self.all());
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
@@ -239,11 +275,11 @@ impl Bootstrap {
         let stream = Stream::new(seed, Purpose::Seeding);
         let [word, ..] = stream.words::<f32>(depth, 0, 0);
         let offset = f64::from(unit_float::<f32>(word));
-        let total: f64 = self.values.iter().map(|v| f64::from(*v)).sum();
+        let total: f64 = self.all().map(f64::from).sum();
         let mut seeds = Vec::with_capacity(n);
         let mut running = 0.0;
         let mut last = 0;
-        for (i, &value) in self.values.iter().enumerate() {
+        for (i, value) in self.all().enumerate() {
             if value <= 0.0 {
                 continue;
             }
@@ -261,16 +297,17 @@ impl Bootstrap {
     }
 }
 
-/// Squared standard error of the mean of all values, from the scatter of the replicas' means.
-fn replica_error2(values: &[f32]) -> f64 {
-    let n = values.len();
-    if n < 8 * REPLICAS {
+/// Squared standard error of the mean of all `n` values, from the scatter of the replicas' means.
+fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
+    if n < 8 * REPLICAS as u64 {
         return 0.0;
     }
-    let means: [f64; REPLICAS] = std::array::from_fn(|r| {
-        let set = values.iter().skip(r).step_by(REPLICAS);
-        set.map(|v| f64::from(*v)).sum::<f64>() / (n - r).div_ceil(REPLICAS) as f64
-    });
+    let mut sums = [0.0; REPLICAS];
+    for (i, value) in values.enumerate() {
+        sums[i % REPLICAS] += f64::from(value);
+    }
+    let means: [f64; REPLICAS] =
+        std::array::from_fn(|r| sums[r] / (n - r as u64).div_ceil(REPLICAS as u64) as f64);
     let mean = means.iter().sum::<f64>() / REPLICAS as f64;
     let spread: f64 = means.iter().map(|m| (m - mean).powi(2)).sum();
     spread / (REPLICAS * (REPLICAS - 1)) as f64

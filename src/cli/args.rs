@@ -225,6 +225,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value = "8", help_heading = "Effort")]
     pub lanes: Lanes,
 
+    /// Refuse to render what needs more memory than SIZE, like 8GiB or 500MB [default: three quarters of what there is]
+    ///
+    /// The scene is measured while it is read, and the rest of the render before it starts; the message says what needs how much.
+    #[arg(long, value_name = "SIZE", value_parser = size, help_heading = "Effort")]
+    pub max_memory: Option<u64>,
+
     /// Print nothing but warnings and errors
     #[arg(short, long, help_heading = "Messages")]
     pub quiet: bool,
@@ -444,6 +450,15 @@ fn batch(text: &str) -> Result<usize, String> {
         .map_err(|_| "it is not a whole number".into())
 }
 
+/// Bytes, with a unit: kB, MB, GB are powers of 1000, KiB, MiB, GiB of 1024.
+fn size(text: &str) -> Result<u64, String> {
+    match text.trim().parse::<bytesize::ByteSize>() {
+        Ok(size) if size.0 > 0 => Ok(size.0),
+        Ok(_) => Err("it must be more than nothing".into()),
+        Err(_) => Err("expected a size like 8GiB or 500MB".into()),
+    }
+}
+
 pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
     let expected = || "expected width and height in pixels, like 640x480".to_string();
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(expected)?;
@@ -492,6 +507,11 @@ mod tests {
         }
         for bad in ["nan", "inf", "0", "-1", "1e300", "1e-300"] {
             assert!(seconds(bad).is_err(), "{bad}");
+        }
+        assert_eq!(size("8GiB"), Ok(8 << 30));
+        assert_eq!(size("1.5 MB"), Ok(1_500_000));
+        for bad in ["0", "-1", "x", "", "5 furlongs", "nan"] {
+            assert!(size(bad).is_err(), "{bad}");
         }
     }
 

@@ -9,13 +9,14 @@ use serde::Serialize;
 use super::Failure;
 use super::args::BenchArgs;
 use super::input::{self, Input};
+use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
-use super::render::check_memory;
 use super::table::{Table, heading};
 use super::units;
 use crate::integrate::measure::{self, MeasureError, Report, Spread, StageFigures, thread_counts};
 use crate::integrate::{RenderError, Settings};
+use crate::memory::Bytes;
 use crate::scene::IntegratorKind;
 
 pub fn run(args: &BenchArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -23,9 +24,10 @@ pub fn run(args: &BenchArgs, messages: Messages) -> Result<ExitCode, Failure> {
     if let Some(path) = json_file {
         outputs::check_text(path)?;
     }
-    let input = input::load(args.scene.as_deref(), messages)?;
+    let memory = MemoryLimit::new(None);
+    let input = input::load(args.scene.as_deref(), &memory, messages)?;
     let settings = settings(args, &input);
-    check_memory(&input.scene.film, &settings)?;
+    memory.check(&input.scene, &settings)?;
     messages.say(format_args!(
         "measuring for about {}, and the bootstrap; leave the machine to it",
         units::time(duration(args))
@@ -134,7 +136,7 @@ fn about(out: &mut String, report: &Report, input: &Input) {
                 scene.triangles,
                 scene.spheres,
                 units::precise(Duration::from_secs_f64(scene.tracer_build_seconds)),
-                units::bytes(scene.tracer_bytes as u64),
+                Bytes(scene.tracer_bytes as u64),
             ),
         ),
         (

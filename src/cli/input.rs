@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::Failure;
+use super::memory::MemoryLimit;
 use super::messages::Messages;
 use crate::scene::{self, Scene};
 
@@ -24,10 +25,14 @@ pub struct Input {
 }
 
 /// Loads a scene and passes on its warnings.
-pub fn load(path: Option<&Path>, messages: Messages) -> Result<Input, Failure> {
+pub fn load(
+    path: Option<&Path>,
+    memory: &MemoryLimit,
+    messages: Messages,
+) -> Result<Input, Failure> {
     let start = Instant::now();
     let loaded = match path {
-        Some(path) => scene::load(path),
+        Some(path) => scene::load_within(path, memory.bytes),
         None => scene::load_str(DEFAULT.1, DEFAULT.0, Path::new("")),
     };
     let scene = loaded.map_err(|e| Failure::Input(e.to_string()))?;

@@ -6,10 +6,12 @@ use std::process::ExitCode;
 use super::Failure;
 use super::args::InspectArgs;
 use super::input::{self, Input};
+use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
 use super::units;
-use crate::integrate::peak_rss_bytes;
+use crate::integrate::{Needs, Settings, peak_rss_bytes};
+use crate::memory::Bytes;
 use crate::scene::{
     Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
 };
@@ -17,7 +19,8 @@ use crate::surface::Kind;
 use crate::transport::World;
 
 pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> {
-    let input = input::load(args.scene.as_deref(), messages)?;
+    let memory = MemoryLimit::new(None);
+    let input = input::load(args.scene.as_deref(), &memory, messages)?;
     let max_depth = args.max_depth.unwrap_or(input.scene.integrator.max_depth);
     let most = crate::chain::batch::MAX_DEPTHS - 1;
     if max_depth > most {
@@ -49,6 +52,13 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
     film(out, scene)?;
     section(out, "Integrator")?;
     integrator(out, scene)?;
+    let settings = Settings::of(scene);
+    let needs = Needs::of(scene, &settings);
+    writeln!(
+        out,
+        "  needs         {} of memory: {needs}",
+        Bytes(needs.bytes())
+    )?;
     section(out, "Acceleration structure")?;
     let stats = world.tracer.stats();
     writeln!(
@@ -59,9 +69,9 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
     writeln!(
         out,
         "  memory        {} (scene tables {}, peak of this process {})",
-        units::bytes(stats.bytes as u64),
-        units::bytes(table_bytes(scene)),
-        units::bytes(peak_rss_bytes())
+        Bytes(stats.bytes as u64),
+        Bytes(scene.bytes()),
+        Bytes(peak_rss_bytes())
     )?;
     writeln!(out, "  build         {}", units::precise(stats.build_time))?;
     section(out, "Plan")?;
@@ -267,23 +277,6 @@ fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
             i.max_depth, i.pixel_samples
         ),
     }
-}
-
-/// Memory of the tables a scene is loaded into.
-fn table_bytes(scene: &Scene) -> u64 {
-    let texels: usize = scene
-        .images
-        .iter()
-        .map(|i| size_of_val(&i.texels[..]))
-        .sum();
-    let tables = size_of_val(&scene.vertices[..])
-        + size_of_val(&scene.triangles[..])
-        + size_of_val(&scene.spheres[..])
-        + size_of_val(&scene.shapes[..])
-        + size_of_val(&scene.materials[..])
-        + size_of_val(&scene.textures[..])
-        + size_of_val(&scene.lights[..]);
-    (tables + texels) as u64
 }
 
 /// A point of internal space in the world of the file.

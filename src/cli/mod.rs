@@ -11,6 +11,7 @@ mod converge;
 mod cpu;
 mod input;
 mod inspect;
+mod memory;
 mod messages;
 mod outputs;
 mod progress;

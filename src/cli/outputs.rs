@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::Failure;
-use crate::film::output::{self, OutputError};
+use crate::film::output;
+use crate::memory::Bytes;
 
 /// Files the built-in scene is written to.
 const DEFAULT_FILES: [&str; 2] = ["cornell.exr", "cornell.png"];
@@ -50,20 +51,67 @@ pub fn check_pictures(paths: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a picture, or, if that fails, writes it to the system's folder for temporary files.
+/// Fails now where the disk has no room for pictures of so many pixels, even uncompressed; `layers` of three channels in EXR files. Disks fill up
+/// later, too: see [`save`].
+pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Failure> {
+    let mut wanted: Vec<(&Path, u64)> = Vec::new();
+    for path in paths.iter().filter(|path| !is_special(path)) {
+        let channels: u64 = match output::is_exr(path) {
+            true => 3 * layers,
+            false => 3,
+        };
+        let folder = output::folder(path);
+        let bytes = pixels * channels * size_of::<f32>() as u64;
+        match wanted.iter_mut().find(|(other, _)| *other == folder) {
+            Some((_, sum)) => *sum += bytes,
+            None => wanted.push((folder, bytes)),
+        }
+    }
+    for (folder, bytes) in wanted {
+        // Where the system does not say, the render goes on.
+        let Ok(room) = fs4::available_space(folder) else {
+            continue;
+        };
+        if room < bytes {
+            return Err(Failure::Io(format!(
+                "{}: the disk has {} left, and the picture may need {}",
+                folder.display(),
+                Bytes(room),
+                Bytes(bytes)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Writes a file, or, if that fails, writes it where there may be room: the folders for temporary files and of the user, the current one.
 ///
 /// # Errors
-/// The picture is not where it was asked for; the message says where it is.
-pub fn save(path: &Path, write: impl Fn(&Path) -> Result<(), OutputError>) -> Result<(), String> {
+/// The file is not where it was asked for; the message says where it is.
+pub fn save<E: std::fmt::Display>(
+    path: &Path,
+    write: impl Fn(&Path) -> Result<(), E>,
+) -> Result<(), String> {
     let Err(error) = write(path) else {
         return Ok(());
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let refuge = std::env::temp_dir().join(format!("phalanx-{}-{name}", std::process::id()));
-    Err(match write(&refuge) {
-        Ok(()) => format!("{error}; the picture is saved as {}", refuge.display()),
-        Err(second) => format!("{error}; nor can it be saved elsewhere: {second}"),
-    })
+    let name = format!("phalanx-{}-{name}", std::process::id());
+    let folders = [
+        Some(std::env::temp_dir()),
+        std::env::home_dir(),
+        std::env::current_dir().ok(),
+    ];
+    let mut second = None;
+    for folder in folders.into_iter().flatten() {
+        let refuge = folder.join(&name);
+        match write(&refuge) {
+            Ok(()) => return Err(format!("{error}; it is saved as {}", refuge.display())),
+            Err(e) => second = second.or(Some(e)),
+        }
+    }
+    let second = second.map_or(String::new(), |e| format!(": {e}"));
+    Err(format!("{error}; nor can it be saved elsewhere{second}"))
 }
 
 /// Fails now where [`write_text`] would fail after the render.
@@ -75,7 +123,7 @@ pub fn check_text(path: &Path) -> Result<(), Failure> {
     if is_special(path) {
         return Ok(());
     }
-    output::temporary(path).map(drop).map_err(fail)
+    output::check_folder(path).map_err(fail)
 }
 
 /// Writes a text file in one step; into pipes and devices directly.
@@ -90,6 +138,7 @@ pub fn write_bytes(path: &Path, content: &[u8]) -> Result<(), String> {
     } else {
         output::temporary(path).and_then(|mut file| {
             file.write_all(content)?;
+            file.as_file().sync_all()?;
             file.persist(path).map(drop).map_err(|e| e.error)
         })
     };
@@ -112,6 +161,7 @@ fn is_special(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::output::OutputError;
 
     #[test]
     fn names() {

@@ -1,8 +1,7 @@
 //! How a render goes: a bar where stderr is a terminal, a line every ten per cent elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, OnceLock};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -25,12 +24,6 @@ pub struct Progress<'a> {
     start: Instant,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
-    /// The bootstrap is done, or there is none.
-    rendering: AtomicBool,
-    /// When a signal was first seen during the bootstrap.
-    interrupted: OnceLock<Instant>,
-    /// A signal has ended the bootstrap.
-    abandoned: AtomicBool,
 }
 
 struct State {
@@ -65,8 +58,6 @@ impl Estimate {
 const STEPS: u64 = 1000;
 /// Short renders need no lines, and long ones none more often.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
-/// What a bootstrap still gets after a signal: without all of it no picture has its brightness. Most take less.
-const GRACE: Duration = Duration::from_secs(2);
 
 /// A bar of so many steps, where stderr is a terminal that can show one.
 pub(super) fn bar(steps: u64, template: &str, messages: Messages) -> Option<ProgressBar> {
@@ -100,10 +91,7 @@ impl<'a> Progress<'a> {
             start: now,
             bar,
             state: Mutex::new(State {
-                phase: match integrator {
-                    IntegratorKind::Mmlt => Phase::Bootstrap,
-                    IntegratorKind::Pt => Phase::Render,
-                },
+                phase: Phase::Build,
                 since: now,
                 last_call: now,
                 last_line: now,
@@ -111,15 +99,7 @@ impl<'a> Progress<'a> {
                 error: None,
                 done: 0,
             }),
-            rendering: AtomicBool::new(integrator == IntegratorKind::Pt),
-            interrupted: OnceLock::new(),
-            abandoned: AtomicBool::new(false),
         }
-    }
-
-    /// The bootstrap was cut short: what was rendered from it is not normalised.
-    pub fn abandoned(&self) -> bool {
-        self.abandoned.load(Ordering::Relaxed)
     }
 
     /// Clears the bar, so that what is printed next stands alone.
@@ -172,8 +152,8 @@ impl<'a> Progress<'a> {
 
 impl Observer for Progress<'_> {
     fn progress(&self, phase: Phase, done: u64, total: u64) {
-        if phase == Phase::Render || done >= total {
-            self.rendering.store(true, Ordering::Relaxed);
+        if phase == Phase::Build && done == total {
+            self.signals.hold();
         }
         if self.messages.quiet || self.signals.any() {
             return;
@@ -193,6 +173,13 @@ impl Observer for Progress<'_> {
         let error = state.error.map(|e| e.after(done));
         let (part, left) = self.forecast(phase, done, total, taken, error);
         let (name, unit) = match phase {
+            Phase::Build => {
+                if let Some(bar) = &self.bar {
+                    bar.set_prefix("build");
+                    bar.tick();
+                }
+                return;
+            }
             Phase::Bootstrap => ("bootstrap", "paths"),
             Phase::Render => ("render", self.unit),
         };
@@ -233,13 +220,6 @@ impl Observer for Progress<'_> {
     }
 
     fn stop(&self) -> bool {
-        if !self.signals.any() || self.rendering.load(Ordering::Relaxed) {
-            return self.signals.any();
-        }
-        let late = self.interrupted.get_or_init(Instant::now).elapsed() >= GRACE;
-        if late {
-            self.abandoned.store(true, Ordering::Relaxed);
-        }
-        late
+        self.signals.any()
     }
 }

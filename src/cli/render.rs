@@ -7,6 +7,7 @@ use std::time::Duration;
 use super::Failure;
 use super::args::RenderArgs;
 use super::input::{self, Input};
+use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
 use super::progress::Progress;
@@ -15,7 +16,7 @@ use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
-use crate::scene::{Film, IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, Scene};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
@@ -26,7 +27,8 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
 
-    let mut input = input::load(args.scene.as_deref(), messages)?;
+    let memory = MemoryLimit::new(args.max_memory);
+    let mut input = input::load(args.scene.as_deref(), &memory, messages)?;
     frame(&mut input.scene, args)?;
     let files = files(args, &input, messages)?;
     let scene = &input.scene;
@@ -35,7 +37,10 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     for flag in args.idle(settings.integrator) {
         messages.warning(format_args!("{flag} means nothing to this integrator"));
     }
-    check_memory(&scene.film, &settings)?;
+    integrate::check(&settings).map_err(|e| Failure::Input(e.to_string()))?;
+    memory.check(scene, &settings)?;
+    let layers = 1 + u64::from(args.error_layers);
+    outputs::check_room(&files, scene.film.crop_pixels(), layers)?;
 
     if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
@@ -56,7 +61,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     if let Some(code) = signals.exit_code() {
         let nothing = render.stats.mutations == 0 && render.stats.samples == 0;
-        if nothing || progress.abandoned() {
+        if nothing {
             messages.warning("stopped before anything was rendered; no picture is written");
             return Ok(code);
         }
@@ -103,27 +108,6 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
         }
     }
     Ok(once)
-}
-
-/// Refuses a film that this machine has no memory for, rather than being killed for it.
-pub(super) fn check_memory(film: &Film, settings: &Settings) -> Result<(), Failure> {
-    let info = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let line = info.lines().find_map(|l| l.strip_prefix("MemTotal:"));
-    let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
-    let Some(have) = kib.map(|k| k * 1024) else {
-        return Ok(());
-    };
-    let need = integrate::film_bytes(settings, film);
-    if need <= have {
-        return Ok(());
-    }
-    Err(Failure::Input(format!(
-        "{} x {} pixels take {} of memory and this machine has {}; use --resolution or --crop",
-        film.width,
-        film.height,
-        units::bytes(need),
-        units::bytes(have)
-    )))
 }
 
 /// One line: how much, how long, how well, and what ended it where several things could have.
@@ -215,7 +199,7 @@ fn write_files(
     }
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&render.stats).unwrap_or_default() + "\n";
-        match outputs::write_text(path, &json) {
+        match outputs::save(path, |path| outputs::write_text(path, &json)) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
             Err(message) => {
                 messages.error(message);

@@ -1,4 +1,5 @@
-//! SIGINT (Ctrl-C) and SIGTERM: the first asks for the picture so far, the second ends the process at once.
+//! SIGINT (Ctrl-C) and SIGTERM: while there is something to lose, the first asks for the picture so far and the second ends the process
+//! at once; before that the first does.
 
 use std::io;
 use std::process::ExitCode;
@@ -13,21 +14,28 @@ use signal_hook::flag;
 pub struct Signals {
     /// Number of the last signal; 0 is none.
     received: Arc<AtomicUsize>,
+    /// The next signal ends the process.
+    deadly: Arc<AtomicBool>,
 }
 
 impl Signals {
-    /// Installs the handlers.
+    /// Installs the handlers. Until [`Self::hold`] the first signal ends the process.
     pub fn install() -> io::Result<Self> {
         let signals = Self::default();
-        let stopping = Arc::new(AtomicBool::new(false));
+        signals.deadly.store(true, Ordering::Relaxed);
         for signal in [SIGINT, SIGTERM] {
-            // Handlers of one signal run in this order: the first time `stopping` is still false when it is asked for.
+            // Handlers of one signal run in this order: the first time after `hold`, `deadly` is still false when it is asked for.
             let status = i32::from(status(signal as usize));
-            flag::register_conditional_shutdown(signal, status, Arc::clone(&stopping))?;
-            flag::register(signal, Arc::clone(&stopping))?;
+            flag::register_conditional_shutdown(signal, status, Arc::clone(&signals.deadly))?;
+            flag::register(signal, Arc::clone(&signals.deadly))?;
             flag::register_usize(signal, Arc::clone(&signals.received), signal as usize)?;
         }
         Ok(signals)
+    }
+
+    /// From now on there is something to lose: the next signal is remembered, and only one after it ends the process.
+    pub fn hold(&self) {
+        self.deadly.store(false, Ordering::Relaxed);
     }
 
     pub fn any(&self) -> bool {

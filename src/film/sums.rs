@@ -43,12 +43,14 @@ pub struct Destination {
     pub half: bool,
 }
 
-/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time rarely meet, but each of a huge page.
+/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time rarely meet, but each of a huge page, or of
+/// three in large films, which they fill.
 fn stripe(pixels: usize) -> usize {
-    pixels
-        .div_ceil(8)
-        .next_power_of_two()
-        .clamp(65_536.min(pixels.next_power_of_two()), 65_536)
+    const LARGE: usize = 1 << 18;
+    if pixels >= 4 * LARGE {
+        return LARGE;
+    }
+    pixels.next_power_of_two().min(65_536)
 }
 
 /// Pixels are fetched this many splats ahead: films are larger than caches.
@@ -93,6 +95,13 @@ impl SplatFilm {
             largest,
             half,
         }
+    }
+
+    /// Memory of a film of so many pixels and layers, in bytes.
+    pub fn bytes(pixels: u64, layers: u64) -> u64 {
+        let stripe = stripe(pixels as usize) as u64;
+        let table = |pixels: u64| Table::<i64>::bytes(3 * pixels);
+        layers * (pixels / stripe * table(stripe) + table(pixels % stripe))
     }
 
     pub fn layers(&self) -> usize {

@@ -63,6 +63,19 @@ pub fn text(value: &str) -> AttributeValue {
     AttributeValue::Text(Text::new_or_none(latin).unwrap_or_default())
 }
 
+/// Pixels of the largest layer of a file, and samples of all channels of all layers, by its header.
+pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
+    let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
+    let mut most = (0, 0u64);
+    for header in &meta.headers {
+        let pixels = (header.layer_size.0 as u64).saturating_mul(header.layer_size.1 as u64);
+        most.0 = pixels.max(most.0);
+        let samples = pixels.saturating_mul(header.channels.list.len() as u64);
+        most.1 = most.1.saturating_add(samples);
+    }
+    Ok(most)
+}
+
 /// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or integer, its largest level.
 pub fn read(path: &Path) -> std::result::Result<Picture, String> {
     let file_bytes = std::fs::metadata(path).map_err(|e| e.to_string())?.len();

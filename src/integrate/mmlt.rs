@@ -11,15 +11,15 @@
 //! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large step's ([`Estimate`]; pbrt-v3,
 //! section 16.4.3, uses the first alone).
 
+use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};
 use super::schedule::{Allotment, LAYERS, March, Start, allot, density, layer_of};
-use super::{EndedBy, Phase, Render, Run, Settings, Stats, mixed, per_second};
+use super::{EndedBy, Phase, ROUND, Render, Run, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
-use crate::chain::bootstrap::{Bootstrap, Estimate};
+use crate::chain::bootstrap::Estimate;
 use crate::film::{FilterTable, Half, Scales, SplatFilm, Tiling};
 use crate::simd::Lanes;
-use crate::transport::World;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Layers of the film for so many depths.
 pub(super) fn layers(depths: usize) -> usize {
@@ -31,12 +31,14 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let mut counts = Counts::default();
     let boot_start = Instant::now();
     let bootstraps = bootstrap::<L>(run);
-    for b in &bootstraps {
+    for b in &bootstraps.depths {
         counts.rejected += b.rejected;
         counts.rays += b.rays;
     }
     let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
-    let short = bootstraps.iter().any(Bootstrap::is_short);
+    let (short, void) = (bootstraps.ended_by, bootstraps.is_void());
+    let part = bootstraps.part(settings.bootstrap);
+    let bootstraps = if void { Vec::new() } else { bootstraps.depths };
 
     let (width, height) = run.size();
     let area = run.world.camera.region.area();
@@ -52,7 +54,9 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let tiling = Tiling::new(run.scene.film.crop);
     let mut march = March::new::<L>(run, &allotments, &starts, &tiling);
     let mut looks = Looks::new();
-    let ended_by = march.march::<L>(&film, |chains| {
+    // What a stop has kept of the bootstrap is worth a first round.
+    let least = short.map_or(Duration::ZERO, |_| ROUND);
+    let ended_by = march.march::<L>(&film, least, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
         good_enough(run, &film, &chains, &mut looks)
     });
@@ -76,8 +80,15 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let render_seconds = render_start.elapsed().as_secs_f64();
     let (acceptance_large, acceptance_small) = counts.acceptance();
     let mut warnings = Vec::new();
-    if short {
-        warnings.push("stopped during the bootstrap: light is missing from the picture".into());
+    if let Some(by) = short {
+        let by = match by {
+            EndedBy::Time => "--time ended",
+            _ => "stopped",
+        };
+        warnings.push(format!(
+            "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
+            100.0 * part
+        ));
     } else if batches.is_empty() {
         warnings.push(dark_reason(run));
     }
@@ -106,7 +117,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         height,
         warnings,
         variance,
-        ended_by: if short { EndedBy::Observer } else { ended_by },
+        ended_by: short.unwrap_or(ended_by),
     }
 }
 
@@ -206,34 +217,19 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
     seen == Some(true)
 }
 
-fn bootstrap<L: Lanes>(run: &Run) -> Vec<Bootstrap> {
-    let per_depth = run.settings.bootstrap;
-    let total = per_depth * run.world.plan.depths.len() as u64;
-    // A first estimate of every depth is needed before any chain can start: time alone does not end the bootstrap, the user does.
-    let cancelled = || run.observer.stop();
-    (bootstraps::<L>(run.world, run.settings, &cancelled).enumerate())
-        .map(|(i, bootstrap)| {
-            let done = (i as u64 + 1) * per_depth;
-            run.observer.progress(Phase::Bootstrap, done, total);
-            bootstrap
-        })
-        .collect()
-}
-
-/// The bootstrap of each depth in turn, empty where no strategy can carry light.
-pub(super) fn bootstraps<'a, L: Lanes>(
-    world: &'a World,
-    settings: &'a Settings,
-    cancelled: &'a (dyn Fn() -> bool + Sync),
-) -> impl Iterator<Item = Bootstrap> + 'a {
-    world.plan.depths.iter().map(|depth| {
-        let count = if depth.strategies.is_empty() {
-            0
+fn bootstrap<L: Lanes>(run: &Run) -> Bootstraps {
+    let ended = || {
+        let limit = run.settings.time.map(|limit| limit / 2);
+        let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
+        if run.observer.stop() {
+            Some(EndedBy::Observer)
         } else {
-            settings.bootstrap
-        };
-        Bootstrap::run::<L>(world, depth, settings.seed, count, cancelled)
-    })
+            // Chains need the other half.
+            late.then_some(EndedBy::Time)
+        }
+    };
+    let progress = |done, total| run.observer.progress(Phase::Bootstrap, done, total);
+    bootstraps::<L>(run.world, run.settings, &ended, progress)
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.

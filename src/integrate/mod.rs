@@ -1,16 +1,19 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
+mod bootstraps;
 mod error;
 pub mod measure;
 mod mixed;
 mod mmlt;
+mod needs;
 mod pt;
 mod schedule;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::mixed::{CrossCheck, DepthStats};
+pub use self::needs::{Need, Needs};
 
-use crate::scene::{Film, IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::switches::{self, Switches};
 use crate::transport::World;
@@ -98,6 +101,8 @@ impl Settings {
 /// What a render is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
+    /// The tree that rays are traced through: 0 of 1, then 1 of 1.
+    Build,
     /// Bootstrap paths.
     Bootstrap,
     /// Mutations or samples.
@@ -206,18 +211,6 @@ pub enum RenderError {
     },
 }
 
-/// Memory that the film of a render takes, in bytes, the finished picture included.
-pub fn film_bytes(settings: &Settings, film: &Film) -> u64 {
-    let per_pixel = match settings.integrator {
-        IntegratorKind::Mmlt => {
-            let layers = mmlt::layers(settings.max_depth as usize + 1);
-            (layers + usize::from(settings.estimate_error)) * size_of::<[i64; 3]>()
-        }
-        IntegratorKind::Pt => (1 + usize::from(settings.estimate_error)) * size_of::<[i128; 3]>(),
-    };
-    film.crop_pixels() * (per_pixel + size_of::<[f32; 3]>()) as u64
-}
-
 /// Renders a scene.
 ///
 /// # Errors
@@ -231,7 +224,9 @@ pub fn render(
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
+    observer.progress(Phase::Build, 0, 1);
     let world = World::new(scene, settings.max_depth);
+    observer.progress(Phase::Build, 1, 1);
     let run = Run {
         scene,
         world: &world,
@@ -297,6 +292,9 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
         .map_err(|source| RenderError::Threads { threads, source })
 }
 
+/// Length of a round of work: progress and stops are prompt, the barrier costs little.
+const ROUND: Duration = Duration::from_millis(250);
+
 /// What an integrator works on.
 struct Run<'a> {
     scene: &'a Scene,
@@ -324,7 +322,11 @@ impl Run<'_> {
     }
 }
 
-fn check(settings: &Settings) -> Result<(), RenderError> {
+/// Whether a render can start with these settings, in enough memory.
+///
+/// # Errors
+/// Settings out of range.
+pub fn check(settings: &Settings) -> Result<(), RenderError> {
     let fail = |what: String| Err(RenderError::Settings(what));
     let s = settings;
     if s.max_depth >= crate::chain::batch::MAX_DEPTHS {

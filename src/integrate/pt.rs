@@ -1,8 +1,8 @@
 //! Path tracing: the reference for everything else. Same kernels, independent samples, a fixed number per pixel.
 
 use super::error::{Groups, Looks, Tiles, relmse};
-use super::{EndedBy, Phase, Render, Run, Stats, per_second};
-use crate::film::{FilterTable, GROUPS, Sample, SampleFilm};
+use super::{EndedBy, Phase, ROUND, Render, Run, Stats, per_second};
+use crate::film::{FilterTable, GROUPS, Passes, Sample, SampleFilm};
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::Paths;
@@ -13,6 +13,8 @@ use std::time::Instant;
 
 /// Paths evaluated at a time unless the settings say otherwise.
 const BATCH: usize = 1024;
+/// Samples of the first round.
+const FIRST: u64 = 1 << 16;
 
 pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let settings = run.settings;
@@ -29,26 +31,27 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     } else {
         SampleFilm::new(filter)
     };
-    let batch = settings.batch.unwrap_or(BATCH);
+    let batch = settings.batch.unwrap_or(BATCH) as u64;
     let spp = settings.samples_per_pixel;
     let per_pass = grid.cells();
+    let total = spp.saturating_mul(per_pass);
     let (mut rays, mut rejected) = (0, 0);
-    // A pass is one sample of every cell; several go together while that keeps a stop prompt.
-    let passes_at_once = (2_000_000 / per_pass.max(1)).clamp(1, spp.max(1));
-    let mut done = 0;
+    let (mut done, mut step) = (0, FIRST);
     let mut looks = Looks::new();
     let mut ended_by = None;
-    while done < spp && ended_by.is_none() {
-        let passes = passes_at_once.min(spp - done);
-        let total = passes * per_pass;
-        let first = done * per_pass;
-        let counts = (0..total.div_ceil(batch as u64))
+    while done < total && ended_by.is_none() {
+        let begin = Instant::now();
+        let until = done.saturating_add(step).min(total);
+        let counts = (0..(until - done).div_ceil(batch))
             .into_par_iter()
             .map_init(
-                || (Paths::new(run.world), Samples::new(layout.total(), batch)),
+                || {
+                    let samples = Samples::new(layout.total(), batch as usize);
+                    (Paths::new(run.world), samples)
+                },
                 |(paths, samples), chunk| {
-                    let begin = first + chunk * batch as u64;
-                    let n = (first + total - begin).min(batch as u64) as usize;
+                    let begin = done + chunk * batch;
+                    let n = (until - begin).min(batch) as usize;
                     let before = paths.rays;
                     fill::<L>(&stream, &grid, samples, begin, n);
                     run.world
@@ -65,44 +68,55 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
         rays += counts.0;
         rejected += counts.1;
-        done += passes;
-        run.observer
-            .progress(Phase::Render, done * per_pass, spp * per_pass);
-        if done < spp {
-            let reached = good_enough(run, &sums, done, &mut looks);
+        done = until;
+        run.observer.progress(Phase::Render, done, total);
+        if done < total {
+            let reached = good_enough(run, &sums, &grid, done, &mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
         }
+        let next = match settings.time {
+            Some(limit) => ROUND.min(limit.saturating_sub(run.start.elapsed())),
+            None => ROUND,
+        };
+        let ratio = next.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-6);
+        step = ((step as f64 * ratio.clamp(0.01, 4.0)) as u64).max(batch);
     }
     let (width, height) = run.size();
-    let pixels = sums.resolve(done);
+    let passes = grid.passes(done, sums.filter());
+    let pixels = sums.resolve(&passes);
     // One pass is compared with nothing.
-    let judged = settings.estimate_error && done >= 2;
-    let variance =
-        (judged && settings.error_layers).then(|| sums.resolve_with_error(0..pixels.len(), done).1);
-    let relmse = judged.then(|| relmse_of(run, &sums, done));
+    let judged = settings.estimate_error && passes.whole >= 2;
+    let variance = (judged && settings.error_layers)
+        .then(|| sums.resolve_with_error(0..pixels.len(), &passes).1);
+    let relmse = judged.then(|| relmse_of(run, &sums, &passes));
     let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
-    let groups = sums.tile_sums();
+    let groups = tile_sums(&sums, &passes, width as usize);
     let tiles = settings.estimate_error.then(|| {
-        let thrown = thrown(done);
         let layer = Groups {
             sums: &groups,
-            thrown,
-            scale: 1.0 / done.max(1) as f64,
+            thrown: thrown(passes.whole.max(1)),
+            scale: 1.0 / passes.whole.max(1) as f64,
             relative_variance: 0.0,
         };
         Tiles::of(sums.tiling(), &[layer])
     });
+    let mut warnings = Vec::new();
+    if passes.whole == 0 && spp > 0 {
+        warnings.push(format!(
+            "stopped in the first pass over the picture: {:.1} % of it is rendered",
+            100.0 * done as f64 / per_pass as f64
+        ));
+    }
     let render_seconds = start.elapsed().as_secs_f64();
-    let samples = done * per_pass;
     Render {
         stats: Stats {
             integrator: "pt".into(),
-            samples,
-            samples_per_second: per_second(samples, render_seconds),
+            samples: done,
+            samples_per_second: per_second(done, render_seconds),
             rays,
             render_seconds,
             b: mean / (3.0 * pixels.len().max(1) as f64),
-            b_stderr: whole(&groups, done) / pixels.len().max(1) as f64,
+            b_stderr: whole(&groups, passes.whole) / pixels.len().max(1) as f64,
             tiles,
             relmse,
             rejected_nonfinite: rejected,
@@ -111,10 +125,36 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         pixels,
         width,
         height,
-        warnings: Vec::new(),
+        warnings,
         variance,
         ended_by: ended_by.unwrap_or(EndedBy::Effort),
     }
+}
+
+/// What has fallen into each tile by group, as if no pass had been broken off: a part of a pass makes its group's sum more certain, not
+/// larger.
+fn tile_sums(sums: &SampleFilm, passes: &Passes, width: usize) -> Vec<[f64; GROUPS]> {
+    let mut tiles = sums.tile_sums();
+    let group = passes.whole as usize % GROUPS;
+    let regular = thrown(passes.whole.max(1))[group];
+    let tiling = sums.tiling();
+    let [left, _, top, _] = tiling.bounds(0);
+    for (tile, sums) in tiles.iter_mut().enumerate() {
+        let [x0, x1, y0, y1] = tiling.bounds(tile);
+        let rows = y0 - top..y1 - top;
+        let part: f64 = rows
+            .flat_map(|y| (x0 - left..x1 - left).map(move |x| y as usize * width + x as usize))
+            .map(|pixel| passes.part(pixel))
+            .sum();
+        let part = part / f64::from(tiling.pixels(tile));
+        let made = if passes.whole == 0 {
+            part
+        } else {
+            regular + part
+        };
+        sums[group] *= if made > 0.0 { regular / made } else { 0.0 };
+    }
+    tiles
 }
 
 /// Passes in each group.
@@ -140,12 +180,12 @@ fn whole(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
 }
 
 /// Looks at the error now and then, tells the observer, and says whether the target is reached.
-fn good_enough(run: &Run, sums: &SampleFilm, passes: u64, looks: &mut Looks) -> bool {
-    if !run.settings.estimate_error || passes < 2 {
+fn good_enough(run: &Run, sums: &SampleFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
+    if !run.settings.estimate_error || done < 2 * grid.cells() {
         return false;
     }
     let seen = looks.look(|| {
-        let error = relmse_of(run, sums, passes).sqrt();
+        let error = relmse_of(run, sums, &grid.passes(done, sums.filter())).sqrt();
         run.observer.error(error);
         run.settings
             .target_error
@@ -185,6 +225,17 @@ impl Grid {
     fn cells(&self) -> u64 {
         self.columns * self.rows
     }
+
+    /// What `done` samples come to.
+    fn passes(&self, done: u64, filter: &FilterTable) -> Passes {
+        let (whole, rest) = (done / self.cells(), done % self.cells());
+        if rest == 0 {
+            return Passes::whole(whole);
+        }
+        let (row, column) = (rest / self.columns, rest % self.columns);
+        let border = [self.x0 + column as f64, self.y0 + row as f64];
+        Passes::with_part(whole, filter, border)
+    }
 }
 
 /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of cells, and within it uniformly.
@@ -195,17 +246,20 @@ fn fill<L: Lanes>(stream: &Stream, grid: &Grid, samples: &mut Samples, begin: u6
     });
     // The first two numbers place the sample in its cell, as a position in the region.
     for axis in 0..2 {
-        let low = [grid.x0, grid.y0][axis];
+        let (low, size) = ([grid.x0, grid.y0][axis], grid.size[axis]);
+        // A number next to the border must not be rounded into the next cell.
+        let edge = (size * f64::from(f32::EPSILON)).min(0.25);
         for (i, u) in samples.row_mut(axis)[..n].iter_mut().enumerate() {
             let cell = (begin + i as u64) % grid.cells();
             let cell = [cell % grid.columns, cell / grid.columns][axis] as f64;
-            *u = ((low + cell + f64::from(*u) - grid.origin[axis]) / grid.size[axis]) as f32;
+            let inside = f64::from(*u).clamp(edge, 1.0 - edge);
+            *u = ((low + cell + inside - grid.origin[axis]) / size) as f32;
         }
     }
 }
 
 /// Estimated relMSE of the picture so far.
-fn relmse_of(run: &Run, sums: &SampleFilm, passes: u64) -> f64 {
+fn relmse_of(run: &Run, sums: &SampleFilm, passes: &Passes) -> f64 {
     let (width, height) = run.size();
     let width = width as usize;
     let scale = run.scene.film.scale;

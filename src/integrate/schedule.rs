@@ -1,6 +1,6 @@
 //! Who marches when: chains and mutations per depth, and the rounds in which threads march them.
 
-use super::Run;
+use super::{ROUND, Run};
 use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
@@ -32,9 +32,6 @@ const SMALLEST_BATCH: usize = 64;
 
 /// Iterations a thread marches a batch before it looks for another.
 pub(super) const STRIDE: u32 = 16;
-/// Length of a round: progress and stops are prompt, the barrier costs little.
-const ROUND: Duration = Duration::from_millis(250);
-
 /// The chains of a depth, and how they reach the film.
 pub(super) struct Allotment {
     /// Index into the plan's depths.
@@ -226,10 +223,11 @@ impl<'a> March<'a> {
     }
 
     /// Marches until every chain has made its iterations, in rounds; says what ended it. `enough` is asked between rounds whether the
-    /// picture is good enough.
+    /// picture is good enough. It takes at least `least`, if there is so much to do.
     pub fn march<L: Lanes>(
         &mut self,
         film: &SplatFilm,
+        least: Duration,
         mut enough: impl FnMut(&[(&Allotment, Destination, MutexGuard<Batch>)]) -> bool,
     ) -> EndedBy {
         let total = mutations(self.allotments, |a| a.iterations);
@@ -238,6 +236,7 @@ impl<'a> March<'a> {
             return EndedBy::Effort;
         };
         let settings = self.run.settings;
+        let start = Instant::now();
         // Fractions of the whole.
         let (mut done, mut step) = (0.0, 4.0 / f64::from(longest));
         while done < 1.0 {
@@ -247,7 +246,7 @@ impl<'a> March<'a> {
             let made = mutations(self.allotments, |a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
             if until < 1.0 {
-                if let Some(by) = self.run.ended() {
+                if let Some(by) = self.run.ended().filter(|_| start.elapsed() >= least) {
                     return by;
                 }
                 let batches = self.batches.iter();

@@ -80,15 +80,38 @@ pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, String> {
     })
 }
 
+/// Memory that [`read_image`] will take, in bytes, by the file's header: the texels, and what the decoder makes of them first.
+pub fn bytes_needed(path: &Path) -> Result<u64, String> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let texels = |width: u64, height: u64| width.saturating_mul(height);
+    let texel = size_of::<[f32; 3]>() as u64;
+    let needed = match extension.as_deref() {
+        Some("exr") => exr::samples(path).map(|(texels, samples)| {
+            let decoded = samples.saturating_mul(size_of::<f32>() as u64);
+            texels.saturating_mul(texel).saturating_add(decoded)
+        }),
+        Some("pfm") => fs::metadata(path)
+            .map(|m| m.len().saturating_mul(2))
+            .map_err(|e| e.to_string()),
+        _ => decoder(path).map(|decoder| {
+            let (width, height) = decoder.dimensions();
+            let decoded = decoder.total_bytes().saturating_mul(2);
+            (texels(width.into(), height.into()).saturating_mul(texel)).saturating_add(decoded)
+        }),
+    };
+    needed.map_err(|e| one_line(&path.display().to_string(), &e))
+}
+
 /// Decoders explain themselves over several lines.
 fn one_line(name: &str, message: &str) -> String {
     let words: Vec<&str> = message.split_whitespace().collect();
     format!("{name}: {}", words.join(" "))
 }
 
-fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
+fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
-    let file_bytes = file.metadata().map_err(|e| e.to_string())?.len();
     let mut reader = ImageReader::new(BufReader::new(file));
     if let Ok(format) = image::ImageFormat::from_path(path) {
         reader.set_format(format);
@@ -98,7 +121,12 @@ fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
 
-    let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
+    reader.into_decoder().map_err(|e| e.to_string())
+}
+
+fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
+    let file_bytes = fs::metadata(path).map_err(|e| e.to_string())?.len();
+    let decoder = decoder(path)?;
     let (width, height) = decoder.dimensions();
     check_size(width as u64, height as u64, file_bytes)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;

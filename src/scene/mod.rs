@@ -5,6 +5,7 @@
 //! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
+mod budget;
 pub mod film;
 pub mod image;
 pub mod pbrt;
@@ -15,7 +16,7 @@ pub mod spectrum;
 use glam::{DVec3, Vec2, Vec3};
 
 pub use self::image::Image;
-pub use self::pbrt::{SceneError, load, load_str};
+pub use self::pbrt::{SceneError, load, load_str, load_within};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;
@@ -376,4 +377,19 @@ pub struct Scene {
     pub bounds: [Vec3; 2],
     /// Things ignored or replaced at load, ready to print, each with file and line.
     pub warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Memory of its tables, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let texels = self.images.iter().map(|i| size_of_val(&i.texels[..]));
+        let tables = size_of_val(&self.vertices[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.spheres[..])
+            + size_of_val(&self.shapes[..])
+            + size_of_val(&self.materials[..])
+            + size_of_val(&self.textures[..])
+            + size_of_val(&self.lights[..]);
+        (tables + texels.sum::<usize>()) as u64
+    }
 }

@@ -34,11 +34,26 @@ const MAX_MESSAGE: usize = 200;
 /// read where all their components are there; other elements and properties are skipped.
 pub fn read_ply(path: &Path) -> Result<MeshData, String> {
     let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes));
-    mesh.map_err(|message| {
-        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-        let short: String = message.chars().take(MAX_MESSAGE).collect();
-        format!("{}: {short}", path.display())
-    })
+    mesh.map_err(|message| one_line(path, &message))
+}
+
+/// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
+pub fn bytes_needed(path: &Path) -> Result<u64, String> {
+    let header = open(path).and_then(|(mut source, bytes)| {
+        let (header, _) = read_header(&mut source)?;
+        check_counts(&header, bytes).map(|()| header)
+    });
+    let header = header.map_err(|message| one_line(path, &message))?;
+    let count = |name: &str| header.elements.get(name).map_or(0, |e| e.count as u64);
+    let vertex = size_of::<[f32; 8]>() as u64;
+    let face = size_of::<[[u32; 3]; 2]>() as u64;
+    Ok((count("vertex").saturating_mul(vertex)).saturating_add(count("face").saturating_mul(face)))
+}
+
+fn one_line(path: &Path, message: &str) -> String {
+    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let short: String = message.chars().take(MAX_MESSAGE).collect();
+    format!("{}: {short}", path.display())
 }
 
 /// The file, unpacked by its content, with a bound on its unpacked length.

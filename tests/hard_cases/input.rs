@@ -1,8 +1,7 @@
-//! Rows 32 and 33: hostile users and files.
+//! Row 33: hostile files.
 //!
-//! Row 32, stops at any moment: `tests/cli.rs`, module `signals`, has renders interrupted by SIGINT and SIGTERM, and pictures whole or
-//! absent. Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; `tests/fuzz_seeds.rs` has the inputs that
-//! fuzzing (`fuzz/README.md`) found to fail; here the program meets them.
+//! `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; `tests/fuzz_seeds.rs` has the inputs that fuzzing
+//! (`fuzz/README.md`) found to fail; here the program meets them.
 
 use std::fs;
 use std::path::Path;

@@ -34,7 +34,7 @@
 //! | 29 | mirrored transforms | [`geometry`] |
 //! | 30 | energy | [`bsdf`] |
 //! | 31 | odd sizes | [`sums`] |
-//! | 32 | stops | [`input`] |
+//! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
@@ -48,6 +48,7 @@ mod input;
 mod lights;
 mod mis;
 mod scale;
+mod stops;
 mod sums;
 #[path = "../support/mod.rs"]
 mod support;

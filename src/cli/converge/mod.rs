@@ -13,9 +13,9 @@ use self::args::{ConvergeArgs, kind};
 use self::progress::Progress;
 use super::Failure;
 use super::input::{self, Input};
+use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
-use super::render::check_memory;
 use super::signals::Signals;
 use super::units;
 use crate::converge::plan::{Axis, BudgetUnit, Budgets, names, variants};
@@ -39,6 +39,7 @@ pub fn run(args: &ConvergeArgs, messages: Messages) -> Result<ExitCode, Failure>
     prepare_folder(&args.output)?;
     let options = options(args);
     messages.say(announcement(args, &subjects, &options));
+    signals.hold();
 
     let progress = Progress::new(
         &signals,
@@ -156,8 +157,9 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
         0 => vec![None],
         _ => args.scenes.iter().map(|p| Some(p.as_path())).collect(),
     };
+    let memory = MemoryLimit::new(None);
     let subject = |(i, path): (usize, Option<&Path>)| {
-        let mut input = input::load(path, messages)?;
+        let mut input = input::load(path, &memory, messages)?;
         if let Some((width, height)) = args.resolution {
             let set = input.scene.set_resolution(width, height);
             set.map_err(|e| Failure::Input(format!("--resolution: {e}")))?;
@@ -180,7 +182,7 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
             }),
         };
         for variant in &variants {
-            check_memory(&input.scene.film, &variant.settings)?;
+            memory.check(&input.scene, &variant.settings)?;
         }
         Ok(Subject {
             name: input.name,

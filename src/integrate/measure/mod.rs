@@ -17,6 +17,7 @@ pub use self::report::{
     BootstrapFigures, LaneFigures, Rates, Report, SceneFigures, Spread, StageFigures, ThreadFigures,
 };
 
+use super::bootstraps::bootstraps;
 use super::schedule::LARGEST_BATCH;
 use super::{RenderError, Settings, check, mmlt, per_second, pool};
 use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
@@ -132,7 +133,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
 /// The bootstrap of every depth, on the threads of this pool.
 fn run_bootstrap(world: &World, settings: &Settings) -> (Vec<Bootstrap>, BootstrapFigures) {
     let start = Instant::now();
-    let all: Vec<Bootstrap> = mmlt::bootstraps::<f32x8>(world, settings, &|| false).collect();
+    let all = bootstraps::<f32x8>(world, settings, &|| None, |_, _| {}).depths;
     let paths = all.iter().map(|b| b.estimate.bootstrap.count).sum();
     let rays = all.iter().map(|b| b.rays).sum();
     let seconds = start.elapsed().as_secs_f64();

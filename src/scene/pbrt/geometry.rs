@@ -8,6 +8,8 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 use super::error::{Report, SceneError, Site};
 use super::lights::AreaLight;
 use super::transform::{normal_matrix, swaps_handedness};
+use crate::scene;
+use crate::scene::budget::Budget;
 use crate::scene::shapes::MeshData;
 
 /// Triangles and spheres a scene may have after instancing: 67 million take about 5 GB.
@@ -110,9 +112,22 @@ pub(super) struct Geometry {
     pub triangles: Vec<WorldTriangle>,
     pub spheres: Vec<WorldSphere>,
     pub shapes: Vec<WorldShape>,
+    budget: Rc<Budget>,
 }
 
+/// Peak memory of a vertex, a triangle or a sphere while a scene is loaded: here, and in the table that is made of it.
+const VERTEX_BYTES: usize = size_of::<WorldVertex>() + size_of::<scene::Vertex>();
+const TRIANGLE_BYTES: usize = size_of::<WorldTriangle>() + size_of::<scene::Triangle>();
+const SPHERE_BYTES: usize = size_of::<WorldSphere>() + size_of::<scene::Sphere>();
+
 impl Geometry {
+    pub fn new(budget: Rc<Budget>) -> Self {
+        Self {
+            budget,
+            ..Self::default()
+        }
+    }
+
     fn primitives(&self) -> usize {
         self.triangles.len() + self.spheres.len()
     }
@@ -124,6 +139,11 @@ impl Geometry {
             + self.spheres.len() * size_of::<WorldSphere>()
     }
 
+    /// Whether something of so many bytes can be read before it is added.
+    pub fn room_to_read(&self, bytes: u64) -> Result<(), String> {
+        self.budget.check(bytes)
+    }
+
     fn room_for(&self, site: &Site, primitives: usize, vertices: usize) -> Result<(), SceneError> {
         let fits = |have: usize, more: usize, limit: usize| {
             have.checked_add(more).is_some_and(|n| n <= limit)
@@ -131,7 +151,13 @@ impl Geometry {
         if fits(self.primitives(), primitives, MAX_PRIMITIVES)
             && fits(self.vertices.len(), vertices, 3 * MAX_PRIMITIVES)
         {
-            return Ok(());
+            let each = if vertices > 0 {
+                TRIANGLE_BYTES
+            } else {
+                SPHERE_BYTES
+            };
+            let bytes = vertices * VERTEX_BYTES + primitives * each;
+            return self.budget.take(bytes as u64).map_err(|e| site.error(e));
         }
         Err(site.error(format_args!(
             "the scene has more than {MAX_PRIMITIVES} triangles, instances included; use fewer instances or simpler meshes"

@@ -18,6 +18,7 @@ use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
 use super::{materials, shape, transform};
+use crate::scene::budget::Budget;
 use crate::scene::{Material, MaterialKind};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
@@ -74,10 +75,11 @@ pub(super) struct Loader {
     pub lights: Vec<WorldLight>,
     pub tables: Tables,
     pub report: Report,
+    budget: Rc<Budget>,
 }
 
 impl Loader {
-    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>) -> Self {
+    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>, budget: Rc<Budget>) -> Self {
         Self {
             stream,
             dialect,
@@ -91,10 +93,11 @@ impl Loader {
             default_material: None,
             failed_materials: Vec::new(),
             view: View::default(),
-            geometry: Geometry::default(),
+            geometry: Geometry::new(Rc::clone(&budget)),
             lights: Vec::new(),
-            tables: Tables::default(),
+            tables: Tables::new(Rc::clone(&budget)),
             report: Report::default(),
+            budget,
         }
     }
 
@@ -376,7 +379,7 @@ impl Loader {
                 self.begin(Block::Object, site)?;
                 self.open_object = Some(Object {
                     name,
-                    geometry: Geometry::default(),
+                    geometry: Geometry::new(Rc::clone(&self.budget)),
                     warned_of_light: false,
                 });
                 Ok(())

@@ -36,12 +36,18 @@ use self::lexer::Source;
 use self::loader::Loader;
 use self::stream::TokenStream;
 use crate::scene::Scene;
+use crate::scene::budget::Budget;
 
 /// Loads a scene file (`.pbrt` or `.pbrt.gz`) and all it refers to.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
+    load_within(path, u64::MAX)
+}
+
+/// [`load`], in no more than about so many bytes of memory.
+pub fn load_within(path: &Path, memory: u64) -> Result<Scene, SceneError> {
     let source = stream::read_main(path).map_err(SceneError)?;
     let dir = path.parent().unwrap_or(Path::new(""));
-    load_source(source, Some(path), dir)
+    load_source(source, Some(path), dir, memory)
 }
 
 /// Loads a scene from text. Messages call it `name`; files it refers to are looked for in `dir`.
@@ -53,10 +59,16 @@ pub fn load_str(text: &str, name: &str, dir: &Path) -> Result<Scene, SceneError>
         },
         None,
         dir,
+        u64::MAX,
     )
 }
 
-fn load_source(source: Source, path: Option<&Path>, dir: &Path) -> Result<Scene, SceneError> {
+fn load_source(
+    source: Source,
+    path: Option<&Path>,
+    dir: &Path,
+    memory: u64,
+) -> Result<Scene, SceneError> {
     let source = Rc::new(source);
     let dialect = dialect::detect(&source, dir);
     let start = Site::new(
@@ -67,7 +79,12 @@ fn load_source(source: Source, path: Option<&Path>, dir: &Path) -> Result<Scene,
         },
         "WorldBegin",
     );
-    let mut loader = Loader::new(TokenStream::new(source, path), dialect, dir.into());
+    let mut loader = Loader::new(
+        TokenStream::new(source, path),
+        dialect,
+        dir.into(),
+        Rc::new(Budget::new(memory)),
+    );
     loader.run(&start)?;
     finish::finish(loader)
 }

@@ -35,6 +35,9 @@ pub(super) fn build(
             };
             set.accept(&["edgelength"]);
             let path = set.dir.join(name);
+            let bytes = ply::bytes_needed(&path).map_err(|e| set.error(e))?;
+            let room = geometry.room_to_read(bytes);
+            room.map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
             let data = ply::read_ply(&path).map_err(|e| set.error(e))?;
             add_data(data, set, setting, geometry, false, report)
         }

@@ -8,6 +8,7 @@ use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::{ParamSet, Type, Values};
+use crate::scene::budget::Budget;
 use crate::scene::image::{self, Encoding, Image};
 use crate::scene::spectrum::luminance;
 use crate::scene::{Material, Param, Rgb, Texture, UvMapping, Wrap};
@@ -31,6 +32,7 @@ pub(super) struct Tables {
     /// Textures below each of `textures`, itself included, as often as they are named.
     steps: Vec<u32>,
     loaded: HashMap<(PathBuf, String, Channels), u32>,
+    budget: Rc<Budget>,
 }
 
 /// What becomes of an image's channels.
@@ -47,6 +49,13 @@ pub(super) enum Channels {
 const MAX_STEPS: u32 = 1000;
 
 impl Tables {
+    pub fn new(budget: Rc<Budget>) -> Self {
+        Self {
+            budget,
+            ..Self::default()
+        }
+    }
+
     fn push(&mut self, texture: Texture, set: &ParamSet) -> Result<Param, SceneError> {
         let of = |p: Param| match p {
             Param::Constant(_) => 0,
@@ -80,6 +89,9 @@ impl Tables {
         if let Some(&index) = self.loaded.get(&key) {
             return Ok(index);
         }
+        let bytes = image::bytes_needed(&path)?;
+        let taken = self.budget.take(bytes);
+        taken.map_err(|e| format!("{}: {e}", path.display()))?;
         let mut image = image::read_image(&path, encoding)?;
         for texel in image.texels.iter_mut() {
             match channels {

@@ -1,0 +1,62 @@
+//! How much memory a command may take, and the refusal of what would take more: better than being killed for it halfway.
+
+use super::Failure;
+use crate::integrate::{Needs, Settings};
+use crate::memory::Bytes;
+use crate::scene::Scene;
+
+/// A limit on memory.
+pub struct MemoryLimit {
+    pub bytes: u64,
+    /// Where it comes from, for messages.
+    source: String,
+}
+
+impl MemoryLimit {
+    /// What the user says, or three quarters of the memory that this machine, or the container the program runs in, has.
+    pub fn new(flag: Option<u64>) -> Self {
+        if let Some(bytes) = flag {
+            return Self {
+                bytes,
+                source: "--max-memory".into(),
+            };
+        }
+        match machine() {
+            Some(total) => Self {
+                bytes: total / 4 * 3,
+                source: format!(
+                    "three quarters of the {} here (see --max-memory)",
+                    Bytes(total)
+                ),
+            },
+            None => Self {
+                bytes: u64::MAX,
+                source: String::new(),
+            },
+        }
+    }
+
+    /// Refuses a render that needs more.
+    pub fn check(&self, scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+        let needs = Needs::of(scene, settings);
+        if needs.bytes() <= self.bytes {
+            return Ok(());
+        }
+        Err(Failure::Input(format!(
+            "the render needs {} of memory, and {} allows {}: {needs}",
+            Bytes(needs.bytes()),
+            self.source,
+            Bytes(self.bytes)
+        )))
+    }
+}
+
+/// Bytes of memory that this process can have; `None` where the system does not tell.
+fn machine() -> Option<u64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let total = system.total_memory();
+    let container = system.cgroup_limits().map(|limits| limits.total_memory);
+    let total = container.map_or(total, |limit| limit.min(total));
+    (total > 0).then_some(total)
+}

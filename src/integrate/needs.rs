@@ -1,0 +1,174 @@
+//! What memory a render needs, before any of it is allocated.
+
+use super::{Settings, mmlt};
+use crate::film::{GROUPS, SplatFilm, Tiling};
+use crate::memory::Bytes;
+use crate::scene::{IntegratorKind, Scene};
+use crate::simd::Row;
+use std::fmt;
+
+/// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of 2 and 5 million triangles peaked at 245
+/// and ended at 72.
+const BUILDING: u64 = 250;
+const BUILT: u64 = 75;
+/// The program, and the workspace of a thread.
+const PROGRAM: u64 = 10 << 20;
+const THREAD: u64 = 3 << 20;
+/// Chains of a depth at least, however little light it has.
+const FEWEST: u64 = 512;
+
+/// A part of a render, and the bytes it needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Need {
+    pub part: &'static str,
+    pub bytes: u64,
+    /// What it depends on, for people.
+    pub why: String,
+}
+
+/// Memory of a render at its fullest, in parts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Needs(pub Vec<Need>);
+
+impl Needs {
+    /// Of [`render`](super::render) with these settings, the scene included. Within some per cent for large scenes and films.
+    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        let primitives = (scene.triangles.len() + scene.spheres.len()) as u64;
+        let need = |part, bytes, why: String| Need { part, bytes, why };
+        let tables = need("scene", scene.bytes(), format!("{primitives} primitives"));
+        let threads = match settings.threads {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            n => n,
+        };
+        let program = need("program", PROGRAM + THREAD * threads as u64, String::new());
+        let tree = |each, what: &str| {
+            let why = format!("{primitives} primitives{what}");
+            need("tree", each * primitives, why)
+        };
+        let crop = scene.film.crop;
+        let why = format!("{} x {} pixels", crop[1] - crop[0], crop[3] - crop[2]);
+        let film = need("film", film_bytes(settings, scene), why);
+        let building = vec![
+            tables.clone(),
+            program.clone(),
+            tree(BUILDING, ", being sorted"),
+        ];
+        let mut rendering = vec![tables, program, tree(BUILT, ""), film];
+        let mut phases = vec![building];
+        if settings.integrator == IntegratorKind::Mmlt {
+            let depths = u64::from(settings.max_depth) + 1;
+            let paths = settings.bootstrap.saturating_mul(depths);
+            let why = format!("{} paths for each of {depths} depths", settings.bootstrap);
+            let mut bootstrap = rendering[..3].to_vec();
+            let bytes = paths.saturating_mul(size_of::<f32>() as u64);
+            bootstrap.push(need("bootstrap", bytes, why));
+            phases.push(bootstrap);
+            rendering.push(chains(scene, settings));
+        }
+        phases.push(rendering);
+        let fullest = phases.into_iter().map(Needs).max_by_key(Needs::bytes);
+        fullest.unwrap_or(Needs(Vec::new()))
+    }
+
+    /// In all.
+    pub fn bytes(&self) -> u64 {
+        let parts = self.0.iter().map(|need| need.bytes);
+        parts.fold(0, u64::saturating_add)
+    }
+}
+
+/// `1.5 GiB (film, 3000 x 2000 pixels), 0.5 GiB (tree, ...)`: largest first, those that matter.
+impl fmt::Display for Needs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts: Vec<&Need> = self.0.iter().collect();
+        parts.sort_by_key(|need| std::cmp::Reverse(need.bytes));
+        let matters = |need: &&Need| need.bytes >= self.bytes() / 20;
+        for (i, need) in parts.into_iter().filter(matters).enumerate() {
+            let comma = if i > 0 { ", " } else { "" };
+            write!(f, "{comma}{} {}", need.part, Bytes(need.bytes))?;
+            if !need.why.is_empty() {
+                write!(f, " ({})", need.why)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The film of a render, the finished picture included.
+fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
+    let pixels = scene.film.crop_pixels();
+    let judged = u64::from(settings.estimate_error);
+    let sums = match settings.integrator {
+        IntegratorKind::Mmlt => {
+            let layers = mmlt::layers(settings.max_depth as usize + 1) as u64;
+            SplatFilm::bytes(pixels, layers + judged)
+        }
+        IntegratorKind::Pt => pixels * (1 + judged) * size_of::<[i128; 3]>() as u64,
+    };
+    let pictures = 1 + u64::from(settings.error_layers);
+    sums + pixels * pictures * size_of::<[f32; 3]>() as u64
+}
+
+/// Chains: their primary samples twice, their states, and what is recorded of them.
+fn chains(scene: &Scene, settings: &Settings) -> Need {
+    let chain = |depth: u64| {
+        // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission, connection.
+        let samples = 16 + 6 * depth;
+        let states = 2 * size_of::<Row>() as u64 + 64;
+        let recorded = if settings.estimate_error {
+            260 + 16 * depth
+        } else {
+            0
+        };
+        8 * samples + states + recorded
+    };
+    let deepest = u64::from(settings.max_depth);
+    let least: u64 = (0..=deepest).map(|depth| FEWEST * chain(depth)).sum();
+    let count = settings.chains + FEWEST * (deepest + 1);
+    // Most light has few bounces.
+    let mut bytes = settings.chains * chain(deepest / 2) + least;
+    if settings.estimate_error {
+        // Every batch has sums for each tile.
+        let batches = count / 256 + 2 * (deepest + 1);
+        let tiles = Tiling::new(scene.film.crop).len() as u64;
+        bytes += batches * tiles * 48 + (deepest + 1) * tiles * (GROUPS * 8) as u64;
+    }
+    Need {
+        part: "chains",
+        bytes,
+        why: format!("{} and more of up to {deepest} bounces", settings.chains),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::load_str;
+
+    #[test]
+    fn the_fullest_phase_counts() {
+        let text = "Film \"image\" \"integer xresolution\" 100 \"integer yresolution\" 100\nWorldBegin\n\
+                    LightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n";
+        let scene = load_str(text, "a.pbrt", "".as_ref()).unwrap();
+        let mut settings = Settings::of(&scene);
+        let small = Needs::of(&scene, &settings);
+        assert!(small.bytes() < 200 << 20, "{small}");
+        settings.bootstrap = 1 << 32;
+        let large = Needs::of(&scene, &settings);
+        assert!(
+            large
+                .to_string()
+                .starts_with("bootstrap 96.0 GiB (4294967296 paths for each of 6 depths)"),
+            "{large}"
+        );
+        settings.bootstrap = 1000;
+        settings.chains = 1 << 20;
+        assert!(
+            Needs::of(&scene, &settings)
+                .to_string()
+                .starts_with("chains")
+        );
+        settings.integrator = IntegratorKind::Pt;
+        assert_eq!(Needs::of(&scene, &settings).0.len(), 4);
+    }
+}
