@@ -1105,6 +1105,17 @@ fn textures_that_multiply_are_stopped() {
 }
 
 #[test]
+fn names_with_line_ends_make_messages_of_one_line() {
+    let error = v4_error("Shape \"a\\nb\u{1b}\"");
+    assert!(
+        error.starts_with("t.pbrt:3:1: Shape \"a\\nb\\u{1b}\": this shape"),
+        "{error}"
+    );
+    let error = v4_error("Shape \"sphere\" \"float r\\nx\" y");
+    assert!(!error.contains(char::is_control), "{error}");
+}
+
+#[test]
 fn parameters_are_counted() {
     let many = |n: usize| {
         (0..n)
