@@ -68,6 +68,8 @@ pub mod light;
 mod memory;
 pub mod metrics;
 pub mod plan;
+#[cfg(test)]
+mod property;
 pub mod replay;
 pub mod scene;
 pub mod simd;

@@ -469,12 +469,12 @@ pub(super) fn exposure(text: &str) -> Result<f32, String> {
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
-    let value = number_in(text, 0.0, MAX_SECONDS)?;
-    if value > 0.0 {
-        Ok(Duration::from_secs_f64(value))
-    } else {
-        Err("it must be more than 0".into())
+    let time = Duration::from_secs_f64(number_in(text, 0.0, MAX_SECONDS)?);
+    if time.is_zero() {
+        // Or less than a nanosecond.
+        return Err("it must be more than 0".into());
     }
+    Ok(time)
 }
 
 fn target_error(text: &str) -> Result<f64, String> {
@@ -533,6 +533,7 @@ fn crop(text: &str) -> Result<[f32; 4], String> {
 mod tests {
     use super::*;
     use clap::CommandFactory;
+    use proptest::prelude::*;
 
     #[test]
     fn declarations_are_consistent() {
@@ -552,13 +553,47 @@ mod tests {
         for bad in ["nan", "inf", "1.01", "-0.1", "x", ""] {
             assert!(probability(bad).is_err(), "{bad}");
         }
-        for bad in ["nan", "inf", "0", "-1", "1e300"] {
+        for bad in ["nan", "inf", "0", "-1", "1e300", "1e-300"] {
             assert!(seconds(bad).is_err(), "{bad}");
         }
         assert_eq!(size("8GiB"), Ok(8 << 30));
         assert_eq!(size("1.5 MB"), Ok(1_500_000));
         for bad in ["0", "-1", "x", "", "5 furlongs", "nan"] {
             assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(crate::property::cases(1000))]
+
+        /// Numbers, and what people may take for them: a value in its range, or a message.
+        #[test]
+        fn values_are_in_range_or_refused(
+            text in "[-+ ]?([0-9]{0,12}[.]?[0-9]{0,4}(e[-+]?[0-9]{1,4})?|nan|inf|\\PC{0,8})",
+            separator in "[xX, ]",
+        ) {
+            let within = |value: Result<f32, String>, least: f32, most: f32| {
+                value.map_or(true, |v| (least..=most).contains(&v))
+            };
+            prop_assert!(within(probability(&text), 0.0, 1.0));
+            prop_assert!(within(sigma(&text), 0.0, 1e6));
+            prop_assert!(within(exposure(&text), -100.0, 100.0));
+            prop_assert!(seconds(&text).map_or(true, |t| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS));
+            prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));
+            prop_assert!(bench_seconds(&text).map_or(true, |t| !t.is_zero()));
+            prop_assert!(batch(&text).map_or(true, |n| n >= 1));
+            let list = [text.as_str(); 4].join(&separator);
+            prop_assert!(resolution(&list).is_err());
+            prop_assert!(crop(&list).is_err());
+            let pair = format!("{text}{separator}{text}");
+            prop_assert!(resolution(&pair).map_or(true, |(w, h)| w >= 1 && h >= 1));
+        }
+
+        /// Sizes and windows are what they say.
+        #[test]
+        fn sizes_are_as_written(w in 1..20_000u32, h in 1..20_000u32, x in 0f32..1.0, y in 0f32..1.0) {
+            prop_assert_eq!(resolution(&format!(" {w} x{h}")), Ok((w, h)));
+            prop_assert_eq!(crop(&format!("{x},1, {y} ,1")), Ok([x, 1.0, y, 1.0]));
         }
     }
 }

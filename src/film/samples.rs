@@ -7,6 +7,8 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Film for radiance samples of any finite size: 128-bit fixed point with 60 fractional bits.
 ///
+/// A sum that reaches 2^67 stays there. Where no filter weight is negative that, too, is the same in any order.
+///
 /// A film that knows its own error ([`Self::judged`]) sums even and odd passes over the picture apart, and the samples of [`GROUPS`] groups
 /// of passes tile by tile.
 pub struct SampleFilm {
@@ -86,7 +88,7 @@ impl SampleFilm {
                 for (sum, v) in sums.iter_mut().zip(colour) {
                     let v = f64::from(v) * w;
                     match format {
-                        Format::Fixed => *sum += fixed(v),
+                        Format::Fixed => *sum = sum.saturating_add(fixed(v)),
                         _ => *sum = i128::from(format.add(*sum as u64, v)),
                     }
                 }
@@ -101,14 +103,15 @@ impl SampleFilm {
                 self.add_to_tile(at, std::mem::take(&mut sum));
                 at = here;
             }
-            sum += fixed((r + g + b) / 3.0);
+            sum = sum.saturating_add(fixed((r + g + b) / 3.0));
         }
         self.add_to_tile(at, sum);
     }
 
     fn add_to_tile(&self, (row, column, group): (usize, usize, usize), sum: i128) {
         if sum != 0 {
-            lock(&self.tiles[row])[column][group] += sum;
+            let held = &mut lock(&self.tiles[row])[column][group];
+            *held = held.saturating_add(sum);
         }
     }
 
@@ -200,7 +203,7 @@ fn fixed(value: f64) -> i128 {
 /// What both halves hold, in units.
 fn sum(format: Format, halves: &[i128]) -> f64 {
     match format {
-        Format::Fixed => halves.iter().sum::<i128>() as f64,
+        Format::Fixed => halves.iter().fold(0i128, |a, b| a.saturating_add(*b)) as f64,
         format => halves.iter().map(|s| unfixed(format, *s)).sum(),
     }
 }
@@ -224,4 +227,36 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Filter, FilterKind};
+    use glam::Vec2;
+
+    /// Samples as bright as `f32` can tell, of which the film holds none: their sum is the most it holds, and does not wrap.
+    #[test]
+    fn sums_beyond_the_film_stay_at_its_limit() {
+        let filter = Filter {
+            radius: Vec2::splat(0.5),
+            kind: FilterKind::Box,
+        };
+        let film = SampleFilm::judged(FilterTable::new(&filter, [0, 1, 0, 1]));
+        let sample = |pass| Sample {
+            raster: [0.5; 2],
+            colour: [f32::MAX, f32::MAX, 1.0],
+            pass,
+        };
+        film.add((0..6).map(sample));
+        let most = 2f32.powi(67);
+        let [r, g, b] = film.resolve(&Passes::whole(6))[0];
+        assert_eq!([r, g], [most / 6.0; 2]);
+        assert!((b - 1.0).abs() < 1e-6);
+        assert!(
+            film.tile_sums()[0]
+                .iter()
+                .all(|s| (0.0..=1.01 * f64::from(most)).contains(s))
+        );
+    }
 }

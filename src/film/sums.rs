@@ -216,6 +216,7 @@ mod tests {
     use super::*;
     use crate::scene::{Filter, FilterKind};
     use glam::Vec2;
+    use proptest::prelude::*;
 
     fn one_pixel() -> FilterTable {
         let filter = Filter {
@@ -300,6 +301,42 @@ mod tests {
                 "{got:?} {want}"
             );
             assert_eq!(got[1], 2.0 * got[0]);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(crate::property::cases(200))]
+
+        /// The same splats in another order, handed in by logs of another size, are the same bits.
+        #[test]
+        fn order_does_not_matter(
+            (splats, shuffled) in prop::collection::vec(
+                (prop::array::uniform3(0f32..3.0), -3f32..15.0, -3f32..12.0, 1..1u64 << 40), 1..200,
+            ).prop_flat_map(|s| (Just(s.clone()), Just(s).prop_shuffle())),
+            radius in 0.5f32..3.0,
+            kind in prop::sample::select(vec![
+                FilterKind::Box, FilterKind::Triangle, FilterKind::Gaussian { alpha: 2.0 },
+                FilterKind::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 },
+            ]),
+            rooms in (1..70usize, 1..70usize),
+        ) {
+            let filter = Filter { radius: Vec2::splat(radius), kind };
+            let picture = |splats: &[([f32; 3], f32, f32, u64)], room: usize| {
+                let film = SplatFilm::new(FilterTable::new(&filter, [0, 12, 0, 9]), 1, 200.0);
+                let to = Destination { scale: 1.0 / (1u64 << 40) as f64, ..whole() };
+                for some in splats.chunks(room) {
+                    let mut log = SplatLog::default();
+                    log.reserve(room);
+                    for &([r, g, b], x, y, weight) in some {
+                        log.push(&Row([r, g, b, x, y, 0.0, 0.0, 0.0]), weight);
+                    }
+                    film.add(to, &mut log);
+                }
+                film.resolve(&[1.0])
+            };
+            let (a, b) = (picture(&splats, rooms.0), picture(&shuffled, rooms.1));
+            let bits = |p: &[[f32; 3]]| p.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+            prop_assert_eq!(bits(&a), bits(&b));
         }
     }
 }

@@ -248,7 +248,8 @@ pub fn render(
     }
     if let Some(variance) = &mut render.variance {
         let values = variance.iter_mut().flatten();
-        values.for_each(|v| *v *= scale * scale);
+        // Not by the square of the scale, which `f32` need not hold.
+        values.for_each(|v| *v = *v * scale * scale);
     }
     render.stats.relative_error = render.stats.relmse.map(f64::sqrt);
     if let Some(tiles) = &mut render.stats.tiles {

@@ -1,8 +1,13 @@
 //! Meshes from PLY files: ASCII or binary of either byte order, plain or gzip.
 //!
-//! `ply-rs-bw` reads the header and single elements; the loop over the elements is here, so that vertices and faces go straight
-//! into the mesh and the counts in the header are judged before anything is allocated. A file cannot hold more elements than
-//! bytes, and deflate expands no more than 1032 times.
+//! `ply-rs-bw` reads the header and single elements of binary files; the loop over the elements is here, so that vertices and faces go
+//! straight into the mesh and the counts in the header are judged before anything is allocated. A file cannot hold more elements
+//! than bytes, and deflate expands no more than 1032 times. Elements of ASCII files are read by `ascii`, which takes numbers that the
+//! crate does not.
+
+mod ascii;
+#[cfg(test)]
+mod properties;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -18,6 +23,8 @@ use ply_rs_bw::ply::{
 use super::shapes::MeshData;
 
 const DEFLATE_RATIO: u64 = 1032;
+/// Longest header that is read.
+const MAX_HEADER: u64 = 1 << 20;
 /// Longest line of an ASCII file that is read.
 const MAX_LINE: u64 = 1 << 24;
 /// Longest error message passed on.
@@ -32,9 +39,8 @@ pub fn read_ply(path: &Path) -> Result<MeshData, String> {
 
 /// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {
-    let header = open(path).and_then(|(reader, bytes)| {
-        let header = Parser::<Vertex>::new().read_header(&mut Reader::new(reader));
-        let header = header.map_err(|e| e.to_string())?;
+    let header = open(path).and_then(|(mut source, bytes)| {
+        let (header, _) = read_header(&mut source)?;
         check_counts(&header, bytes).map(|()| header)
     });
     let header = header.map_err(|message| one_line(path, &message))?;
@@ -66,12 +72,14 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
-fn read(source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
-    let mut reader = Reader::new(source);
-    let header = Parser::<Vertex>::new()
-        .read_header(&mut reader)
-        .map_err(|e| e.to_string())?;
+fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
+    let (header, lines) = read_header(&mut source)?;
     check_counts(&header, bytes)?;
+    let mut reader = Lines {
+        source,
+        line: String::new(),
+        number: lines,
+    };
 
     let properties = |name: &str| header.elements.get(name).map(|e| &e.properties);
     let vertex = properties("vertex").ok_or("no element \"vertex\"")?;
@@ -128,7 +136,7 @@ fn read(source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
     }
 
     // The check sum of a gzip file is compared at its end only.
-    reader.get_mut().fill_buf().map_err(|e| e.to_string())?;
+    reader.source.fill_buf().map_err(|e| e.to_string())?;
 
     let vertices = mesh.positions.len();
     if let Some(bad) = mesh
@@ -149,6 +157,31 @@ fn read(source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
     }
     mesh.drop_degenerate();
     Ok(mesh)
+}
+
+/// The header, and how many lines it has. The text is cut out first: the crate would read a line of any length, and refuse comments that
+/// are not UTF-8.
+fn read_header(source: &mut dyn BufRead) -> Result<(Header, usize), String> {
+    let mut text = Vec::new();
+    let mut lines = 0;
+    loop {
+        let start = text.len();
+        let mut rest = source.take(MAX_HEADER - start as u64);
+        rest.read_until(b'\n', &mut text)
+            .map_err(|e| e.to_string())?;
+        lines += 1;
+        match text[start..].trim_ascii() {
+            b"end_header" => break,
+            magic if lines == 1 && magic != b"ply" => return Err("not a PLY file".into()),
+            _ if text.len() as u64 == MAX_HEADER => return Err("the header is too long".into()),
+            _ if text.len() == start => return Err("the header has no end: truncated?".into()),
+            _ => {}
+        }
+    }
+    let text = String::from_utf8_lossy(&text);
+    let mut reader = Reader::new(text.as_bytes());
+    let header = Parser::<Vertex>::new().read_header(&mut reader);
+    Ok((header.map_err(|e| e.to_string())?, lines))
 }
 
 /// Rejects headers whose elements cannot fit into the file.
@@ -189,49 +222,63 @@ fn check_counts(header: &Header, bytes: u64) -> Result<(), String> {
     Ok(())
 }
 
+/// What follows the header.
+struct Lines {
+    source: Box<dyn BufRead>,
+    line: String,
+    /// Lines read so far, those of the header included.
+    number: usize,
+}
+
+impl Lines {
+    /// Reads the next line that is not empty.
+    fn next(&mut self) -> Result<&str, String> {
+        loop {
+            self.line.clear();
+            self.number += 1;
+            match (&mut self.source).take(MAX_LINE).read_line(&mut self.line) {
+                Ok(0) => return Err("the file ends: truncated?".into()),
+                Ok(n) if n as u64 == MAX_LINE => return Err("line too long".into()),
+                Ok(_) if self.line.trim().is_empty() => continue,
+                Ok(_) => return Ok(&self.line),
+                Err(e) => return Err(e.to_string()),
+            }
+        }
+    }
+}
+
 /// Calls `f` with every element of one kind.
 fn each<E: PropertyAccess>(
-    reader: &mut Reader<Box<dyn BufRead>>,
+    reader: &mut Lines,
     header: &Header,
     element: &ElementDef,
     mut f: impl FnMut(E) -> Result<(), String>,
 ) -> Result<(), String> {
     let parser = Parser::<E>::new();
-    let source = reader.get_mut();
     if element.properties.is_empty() && header.encoding != Encoding::Ascii {
         return Ok(());
     }
-    let mut line = String::new();
     for i in 0..element.count {
+        let source = &mut reader.source;
         let parsed = match header.encoding {
-            Encoding::Ascii => {
-                next_line(source, &mut line).map_err(|e| place(element, i, e))?;
-                parser.read_ascii_element(&line, element)
-            }
-            Encoding::BinaryLittleEndian => parser.read_little_endian_element(source, element),
-            Encoding::BinaryBigEndian => parser.read_big_endian_element(source, element),
+            Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
+            Encoding::BinaryLittleEndian => parser
+                .read_little_endian_element(source, element)
+                .map_err(|e| e.to_string()),
+            Encoding::BinaryBigEndian => parser
+                .read_big_endian_element(source, element)
+                .map_err(|e| e.to_string()),
         };
-        f(parsed.map_err(|e| place(element, i, e.to_string()))?)?;
+        let read = parsed.map_err(|message| {
+            let place = format!("{} {i} of {}", element.name, element.count);
+            match header.encoding {
+                Encoding::Ascii => format!("line {}: {place}: {message}", reader.number),
+                _ => format!("{place}: {message}"),
+            }
+        })?;
+        f(read)?;
     }
     Ok(())
-}
-
-fn place(element: &ElementDef, i: usize, message: String) -> String {
-    format!("{} {i} of {}: {message}", element.name, element.count)
-}
-
-/// The next line that is not empty.
-fn next_line(source: &mut impl BufRead, line: &mut String) -> Result<(), String> {
-    loop {
-        line.clear();
-        match source.take(MAX_LINE).read_line(line) {
-            Ok(0) => return Err("the file ends: truncated?".into()),
-            Ok(n) if n as u64 == MAX_LINE => return Err("line too long".into()),
-            Ok(_) if line.trim().is_empty() => continue,
-            Ok(_) => return Ok(()),
-            Err(e) => return Err(e.to_string()),
-        }
-    }
 }
 
 /// x y z, nx ny nz, u v.
@@ -338,10 +385,19 @@ impl PropertyAccess for Face {
         self.set(name, list, u32::from)
     }
     fn set_list_float(&mut self, name: &str, list: Vec<f32>) -> PropertyAccessResult {
-        self.set(name, list, |v| v as i64 as u32)
+        self.set(name, list, |v| whole(v.into()))
     }
     fn set_list_double(&mut self, name: &str, list: Vec<f64>) -> PropertyAccessResult {
-        self.set(name, list, |v| v as i64 as u32)
+        self.set(name, list, whole)
+    }
+}
+
+/// An index that was written as a float; what is none becomes a number no mesh reaches.
+fn whole(v: f64) -> u32 {
+    if v.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(u32::MAX)).contains(&v) {
+        v as i64 as u32
+    } else {
+        u32::MAX
     }
 }
 
@@ -526,7 +582,68 @@ mod tests {
         assert!(with("3 0 1 -1").unwrap_err().contains("index -1"));
         assert!(with("2 0 1").unwrap().warnings[0].contains("fewer than 3"));
         assert!(with("3 0 0 1").unwrap().warnings[0].contains("without area"));
-        assert!(with("3 0 1 x").is_err());
+        assert!(
+            with("3 0 1 x")
+                .unwrap_err()
+                .contains("line 13: face 0 of 1: \"vertex_index\": \"x\" is not")
+        );
+        assert!(with("-1 0 1 2").is_err());
+    }
+
+    /// Numbers as C prints and reads them; vertices that are none go with their triangles.
+    #[test]
+    fn numbers_of_other_programs() {
+        let text = small("ascii", "5", "3", "uchar int")
+            + ".0 -.0 0.\n+1 0 1e-400\n1E0 1.e+0 0\nnan 0 0\n0 -inf 0\n3 0 1 2\n3 0 1 3\n3 0 1 4\n";
+        let mesh = load(text.as_bytes()).unwrap();
+        assert_eq!(
+            mesh.positions[..3],
+            [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]
+        );
+        assert_eq!(mesh.triangles, [[0, 1, 2]]);
+        let told = "2 triangles with vertices that are not finite dropped";
+        assert_eq!(mesh.warnings, [told]);
+    }
+
+    #[test]
+    fn headers_are_of_bounded_length_and_any_encoding() {
+        let text = small("ascii", "3", "1", "uchar int") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        let with = |line: &[u8]| {
+            let mut bytes = text.clone().into_bytes();
+            bytes.splice(4..4, [b"comment ", line, b"\n"].concat());
+            load(&bytes)
+        };
+        // Latin-1.
+        assert_eq!(with(b"caf\xe9").unwrap().triangles.len(), 1);
+        let error = with(&vec![b'x'; 2 << 20]).unwrap_err();
+        assert!(error.contains("too long"), "{error}");
+        assert!(
+            load(b"ply\nformat ascii 1.0\n")
+                .unwrap_err()
+                .contains("truncated")
+        );
+    }
+
+    /// Indices written as floats, which only some are.
+    #[test]
+    fn indices_that_are_no_integers() {
+        for (index, good) in [
+            (2.0f32, true),
+            (1.5, false),
+            (f32::NAN, false),
+            (4.3e9, false),
+            (-1.0, false),
+        ] {
+            let mut file = small("binary_little_endian", "3", "1", "uchar float").into_bytes();
+            for v in [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+                file.extend(v.to_le_bytes());
+            }
+            file.push(3);
+            [0.0, 1.0, index]
+                .iter()
+                .for_each(|v| file.extend(v.to_le_bytes()));
+            assert_eq!(load(&file).is_ok(), good, "{index}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Row 33: hostile files.
 //!
-//! Row 33: `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; here the program meets them.
+//! `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; `tests/fuzz_seeds.rs` has the inputs that fuzzing
+//! (`fuzz/README.md`) found to fail; here the program meets them.
 
 use std::fs;
 use std::path::Path;

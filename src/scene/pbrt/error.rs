@@ -25,8 +25,24 @@ impl fmt::Display for Pos {
 
 impl Pos {
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(format!("{self}: {what}"))
+        SceneError(one_line(format!("{self}: {what}")))
     }
+}
+
+/// Names in a scene may hold line ends and other control characters, which belong in no message.
+fn one_line(message: String) -> String {
+    if !message.contains(char::is_control) {
+        return message;
+    }
+    let mut line = String::with_capacity(message.len());
+    for c in message.chars() {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line
 }
 
 /// A directive in a file, as messages name it: `Shape "sphere"`.
@@ -45,7 +61,7 @@ impl Site {
     }
 
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(format!("{}: {}: {what}", self.pos, self.label))
+        SceneError(one_line(format!("{}: {}: {what}", self.pos, self.label)))
     }
 
     /// `scene.pbrt:42`, for reports on materials and lights.

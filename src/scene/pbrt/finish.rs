@@ -27,8 +27,13 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         Some((kind, set, _)) => view::filter(&kind, &set, report)?,
         None => view::default_filter(loader.dialect),
     };
+    let mut camera_site = None;
     let camera = match take(loader.view.camera.take()) {
-        Some((kind, set, ctm)) => view::camera(&kind, &set, &ctm, &film, report)?,
+        Some((kind, set, ctm)) => {
+            let camera = view::camera(&kind, &set, &ctm, &film, report)?;
+            camera_site = Some(set.site);
+            camera
+        }
         None => view::default_camera(&film),
     };
     let mut integrator = match take(loader.view.integrator.take()) {
@@ -40,6 +45,13 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     }
 
     let space = space_of(&loader.geometry, camera.position());
+    let camera = camera.to_internal(&space).ok_or_else(|| {
+        let what = "its screen window is out of all proportion to the scene";
+        match camera_site {
+            Some(site) => site.error(what),
+            None => SceneError(what.into()),
+        }
+    })?;
     let mut scene = Scene {
         vertices: loader
             .geometry
@@ -58,7 +70,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             .iter()
             .map(|l| l.to_internal(&space))
             .collect(),
-        camera: camera.to_internal(&space),
+        camera,
         film,
         integrator,
         space,
@@ -98,11 +110,14 @@ fn space_of(geometry: &Geometry, camera: DVec3) -> Space {
             .iter()
             .for_each(|&i| add(geometry.vertices[i as usize].p));
     }
+    // So far out that their size is lost in the rounding of their place, spheres have it all the same.
+    let mut least = DVec3::ZERO;
     for sphere in &geometry.spheres {
         let centre = sphere.to_world.translation;
         let half = sphere_extent(&sphere.to_world.matrix3);
         add(centre - half);
         add(centre + half);
+        least = least.max(half);
     }
     if low.x > high.x {
         return Space {
@@ -112,7 +127,7 @@ fn space_of(geometry: &Geometry, camera: DVec3) -> Space {
     }
     // Halved first: the sum of the two may be more than an f64 holds.
     let centre = low / 2.0 + high / 2.0;
-    let half = high / 2.0 - low / 2.0;
+    let half = (high / 2.0 - low / 2.0).max(least);
     let largest = half.max_element();
     if largest <= 0.0 {
         return Space { centre, scale: 1.0 };

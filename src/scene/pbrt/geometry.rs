@@ -228,11 +228,9 @@ impl Geometry {
                 .as_ref()
                 .map_or(Vec3::ZERO, |n| unit_or_zero(normals_by, n[i])),
             uv: mesh.uvs.as_ref().map_or(Vec2::ZERO, |t| {
-                if t[i].is_finite() {
-                    t[i].as_vec2()
-                } else {
-                    Vec2::ZERO
-                }
+                // What `f32` does not hold is infinite, too.
+                let uv = t[i].as_vec2();
+                if uv.is_finite() { uv } else { Vec2::ZERO }
             }),
         };
         let base = self.vertices.len() as u32;

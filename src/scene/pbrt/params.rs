@@ -122,6 +122,9 @@ pub(super) struct ParamSet {
 /// A list of this many numbers is larger than any scene text should hold.
 const MAX_VALUES: usize = 1 << 30;
 
+/// More parameters than any directive has; they are looked up one by one.
+const MAX_PARAMS: usize = 1000;
+
 impl ParamSet {
     pub fn empty(site: Site, dialect: Dialect, dir: Rc<Path>) -> Self {
         Self {
@@ -157,6 +160,9 @@ impl ParamSet {
                     ),
                 );
                 set.params.remove(at);
+            }
+            if set.params.len() == MAX_PARAMS {
+                return Err(set.error_at(&param, "is one of too many"));
             }
             set.params.push(Rc::new(param));
         }

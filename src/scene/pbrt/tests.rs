@@ -86,6 +86,44 @@ fn internal_space_is_centred_and_of_unit_size() {
     }
 }
 
+/// Neither the window in units of the scene nor its area is one that `f32` holds.
+#[test]
+fn windows_out_of_proportion_are_refused() {
+    for (window, radius, good) in [
+        ("-1 1e30 2 1", "1e-30", false),
+        ("-1 1 -1 1", "1e-6", true),
+        ("0 1e-20 0 1", "1", false),
+    ] {
+        let text = format!(
+            "Film \"rgb\" Camera \"orthographic\" \"float screenwindow\" [{window}] WorldBegin Shape \"sphere\" \"float radius\" {radius}"
+        );
+        assert_eq!(try_load(&text).is_ok(), good, "{window}");
+    }
+}
+
+#[test]
+fn texture_coordinates_beyond_f32_are_left_out() {
+    let s = v4(&format!("{V4_TRIANGLE} \"point2 uv\" [1e100 0 .5 .5 1 1]"));
+    assert_eq!([s.vertices[0].uv, s.vertices[1].uv], [[0.0; 2], [0.5; 2]]);
+}
+
+/// The sphere's size is less than the distance of neighbouring `f64` where it is.
+#[test]
+fn spheres_beyond_the_digits_of_f64_fit_into_the_space() {
+    for place in [
+        "Translate 0 -3e38 -1e10 Scale 1 1e10 -2",
+        "Translate 1e-20 1e-6 0 Scale 1e-30 1e-30 1e-30",
+    ] {
+        let s = v4(&format!("{place} Shape \"sphere\""));
+        assert!(
+            s.bounds.iter().all(|b| b.length() <= 1.001),
+            "{:?}",
+            s.bounds
+        );
+        assert!(s.bounds[1].length() >= 0.5);
+    }
+}
+
 #[test]
 fn far_scenes_keep_the_digits_of_the_text() {
     // Neighbouring vertices that f32 could not tell apart at this distance.
@@ -850,6 +888,10 @@ fn cameras() {
             "t.pbrt:1:1: Camera \"realistic\": this camera is not supported; use",
         ),
         (
+            "Camera \"perspective\" \"float screenwindow\" [-1 3e38 -1 1]",
+            "t.pbrt:1:1: Camera \"perspective\": its screen window is out of all proportion",
+        ),
+        (
             "Scale 0 1 1 Camera \"perspective\"",
             "t.pbrt:1:13: Camera \"perspective\": the current transform",
         ),
@@ -1040,6 +1082,57 @@ fn hostile_sizes_fail_before_allocation() {
     }
 }
 
+/// Textures that each name another twice would take 2^40 steps; those that each name another once, a stack of 100 000 frames.
+#[test]
+fn textures_that_multiply_are_stopped() {
+    let first = "Texture \"t\" \"spectrum\" \"checkerboard\"\n";
+    for (kind, count) in [
+        ("mix\" \"texture tex1\" \"t\" \"texture tex2\" \"t", 40),
+        (
+            "checkerboard\" \"float uscale\" 2 \"texture tex1\" \"t",
+            100_000,
+        ),
+    ] {
+        let next = format!("Texture \"t\" \"spectrum\" \"{kind}\"\n");
+        let used = format!("Material \"diffuse\" \"texture reflectance\" \"t\" {V4_TRIANGLE}");
+        let error = v4_error(&(first.to_owned() + &next.repeat(count) + &used));
+        assert!(
+            error.contains(": is made of more than 1000 textures; bake it into an image"),
+            "{error}"
+        );
+        v4(&(first.to_owned() + &next.repeat(8) + &used));
+    }
+}
+
+#[test]
+fn names_with_line_ends_make_messages_of_one_line() {
+    let error = v4_error("Shape \"a\\nb\u{1b}\"");
+    assert!(
+        error.starts_with("t.pbrt:3:1: Shape \"a\\nb\\u{1b}\": this shape"),
+        "{error}"
+    );
+    let error = v4_error("Shape \"sphere\" \"float r\\nx\" y");
+    assert!(!error.contains(char::is_control), "{error}");
+}
+
+#[test]
+fn parameters_are_counted() {
+    let many = |n: usize| {
+        (0..n)
+            .map(|i| format!(" \"float a{i}\" 1"))
+            .collect::<String>()
+    };
+    assert_eq!(
+        v4(&format!("Shape \"sphere\"{}", many(1000))).spheres.len(),
+        1
+    );
+    let error = v4_error(&format!("Shape \"sphere\"{}", many(1001)));
+    assert!(
+        error.contains("parameter \"a1000\": is one of too many"),
+        "{error}"
+    );
+}
+
 /// Pieces of scenes, in any order.
 fn soup() -> impl Strategy<Value = String> {
     let pieces = [
@@ -1171,24 +1264,84 @@ fn odd_numbers() -> impl Strategy<Value = String> {
     })
 }
 
+/// A scene, or a message of one line that begins with a place in the text (or just behind it).
+fn loads_or_tells(text: &str) -> Option<Scene> {
+    let message = match try_load(text) {
+        Ok(scene) => return Some(scene),
+        Err(message) => message,
+    };
+    let mut parts = message.splitn(4, ':');
+    assert_eq!(parts.next(), Some("t.pbrt"), "{message:?}");
+    let [line, column] =
+        [(); 2].map(|_| parts.next().and_then(|n| n.parse().ok()).unwrap_or(0usize));
+    let width = text
+        .split('\n')
+        .nth(line.wrapping_sub(1))
+        .map(|l| l.chars().count());
+    assert!(
+        width.is_some_and(|w| (1..=w + 1).contains(&column)),
+        "{message:?} in {text:?}"
+    );
+    assert!(!message.contains('\n'), "{message:?}");
+    None
+}
+
+/// A scene of both dialects' common parts with some of its words dropped, doubled, exchanged or replaced.
+fn mutated() -> impl Strategy<Value = String> {
+    let scene = include_str!("../../../tests/reference/cornell.pbrt");
+    let words: Vec<&str> = scene.split_inclusive([' ', '\n']).collect();
+    let odd = prop::sample::select(vec![
+        "\"",
+        "[",
+        "]",
+        "1e39 ",
+        "-1 ",
+        "nan ",
+        "#",
+        "\n",
+        "WorldEnd ",
+        "AttributeEnd ",
+        "\"\" ",
+        "é ",
+    ]);
+    let change = (
+        any::<prop::sample::Index>(),
+        any::<prop::sample::Index>(),
+        0..4,
+        odd,
+    );
+    prop::collection::vec(change, 1..5).prop_map(move |changes| {
+        let mut words = words.clone();
+        for (at, other, kind, odd) in changes {
+            let (at, other) = (at.index(words.len()), other.index(words.len()));
+            match kind {
+                0 => drop(words.remove(at)),
+                1 => words.insert(at, words[other]),
+                2 => words.swap(at, other),
+                _ => words[at] = odd,
+            }
+        }
+        words.concat()
+    })
+}
+
 proptest! {
-    // A fixed seed: a failure must not come and go.
-    #![proptest_config(ProptestConfig {
-        cases: 400,
-        rng_seed: proptest::test_runner::RngSeed::Fixed(1),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    })]
+    #![proptest_config(crate::property::cases(400))]
 
     #[test]
-    fn token_soup_never_panics(text in soup()) {
-        let _ = try_load(&text);
-        let _ = try_load(&format!("WorldBegin {text}"));
+    fn mutated_scenes_load_or_tell_where(text in mutated()) {
+        loads_or_tells(&text);
     }
 
     #[test]
-    fn odd_numbers_never_panic(text in odd_numbers()) {
-        if let Ok(s) = try_load(&text) {
+    fn token_soup_loads_or_tells_where(text in soup()) {
+        loads_or_tells(&text);
+        loads_or_tells(&format!("WorldBegin {text}"));
+    }
+
+    #[test]
+    fn odd_numbers_stay_in_bounds(text in odd_numbers()) {
+        if let Some(s) = loads_or_tells(&text) {
             prop_assert!(s.vertices.iter().all(|v| Vec3::from(v.p).is_finite()));
             prop_assert!(s.bounds.iter().all(|b| b.is_finite() && b.length() <= 1.001));
             prop_assert!(s.camera.to_world.iter().flatten().chain(&s.camera.screen).all(|x| x.is_finite()));
@@ -1201,8 +1354,8 @@ proptest! {
     }
 
     #[test]
-    fn bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-        let _ = try_load(&String::from_utf8_lossy(&bytes));
+    fn bytes_load_or_tell_where(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        loads_or_tells(&String::from_utf8_lossy(&bytes));
     }
 }
 

@@ -29,6 +29,8 @@ pub(super) struct Tables {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
+    /// Textures below each of `textures`, itself included, as often as they are named.
+    steps: Vec<u32>,
     loaded: HashMap<(PathBuf, String, Channels), u32>,
     budget: Rc<Budget>,
 }
@@ -43,6 +45,9 @@ pub(super) enum Channels {
     Mean,
 }
 
+/// Textures that one is made of, at most: each that names another twice doubles them, and they are evaluated by recursion.
+const MAX_STEPS: u32 = 1000;
+
 impl Tables {
     pub fn new(budget: Rc<Budget>) -> Self {
         Self {
@@ -51,10 +56,26 @@ impl Tables {
         }
     }
 
-    fn push(&mut self, texture: Texture) -> Param {
+    fn push(&mut self, texture: Texture, set: &ParamSet) -> Result<Param, SceneError> {
+        let of = |p: Param| match p {
+            Param::Constant(_) => 0,
+            Param::Texture(index) => self.steps[index as usize],
+        };
+        // No sum leaves u32: each of these is bounded.
+        let steps = 1 + match texture {
+            Texture::Constant(_) | Texture::Image { .. } => 0,
+            Texture::Scale { a, b } | Texture::Checkerboard { a, b, .. } => of(a) + of(b),
+            Texture::Mix { a, b, amount } => of(a) + of(b) + of(amount),
+        };
+        if steps > MAX_STEPS {
+            return Err(set.error(format_args!(
+                "is made of more than {MAX_STEPS} textures; bake it into an image"
+            )));
+        }
         self.textures.push(texture);
+        self.steps.push(steps);
         // The count of texture directives in a text of bounded size fits.
-        Param::Texture(self.textures.len() as u32 - 1)
+        Ok(Param::Texture(self.textures.len() as u32 - 1))
     }
 
     /// Loads an image once for all that use it alike.
@@ -194,7 +215,7 @@ pub(super) fn build(
                     Param::Constant(zip(a, b, |a, b| a * b))
                 }
                 (Param::Constant([1.0, 1.0, 1.0]), x) | (x, Param::Constant([1.0, 1.0, 1.0])) => x,
-                _ => tables.push(Texture::Scale { a, b }),
+                _ => tables.push(Texture::Scale { a, b }, set)?,
             }
         }
         "mix" => {
@@ -204,7 +225,7 @@ pub(super) fn build(
                 (Param::Constant(a), Param::Constant(b), Param::Constant([t, ..])) => {
                     Param::Constant(zip(a, b, |a, b| (1.0 - t) * a + t * b))
                 }
-                _ => tables.push(Texture::Mix { a, b, amount }),
+                _ => tables.push(Texture::Mix { a, b, amount }, set)?,
             }
         }
         "checkerboard" => {
@@ -222,7 +243,7 @@ pub(super) fn build(
             if a == b {
                 a
             } else {
-                tables.push(Texture::Checkerboard { a, b, mapping })
+                tables.push(Texture::Checkerboard { a, b, mapping }, set)?
             }
         }
         "imagemap" => image_map(class, set, tables, report)?,
@@ -309,13 +330,14 @@ fn image_map(
     let image = tables
         .image(path, encoding, channels)
         .map_err(|e| set.error(e))?;
-    Ok(tables.push(Texture::Image {
+    let texture = Texture::Image {
         image,
         mapping,
         wrap,
         scale,
         invert,
-    }))
+    };
+    tables.push(texture, set)
 }
 
 fn note_filtering(set: &ParamSet, names: &[&str], report: &mut Report) {

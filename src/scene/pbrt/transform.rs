@@ -120,6 +120,8 @@ pub(super) fn rows(t: &DAffine3) -> [[f32; 4]; 3] {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     fn close(a: DVec3, b: DVec3) {
@@ -179,5 +181,66 @@ mod tests {
         close(s.frame * DVec3::X, DVec3::NEG_X);
         assert!(similarity(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))).is_none());
         assert!(similarity(&DAffine3::from_scale(DVec3::ZERO)).is_none());
+    }
+
+    fn vector(most: f64) -> impl Strategy<Value = DVec3> {
+        prop::array::uniform3(-most..most).prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #![proptest_config(crate::property::cases(500))]
+
+        /// Turned, moved and scaled by factors of up to a million: there and back is where it was, and what it is made of is found again.
+        #[test]
+        fn transforms_are_undone(
+            axis in vector(1.0),
+            degrees in -720.0..720.0,
+            shift in vector(1e6),
+            exponent in -6.0..6.0,
+            mirrored in any::<bool>(),
+            p in vector(1e3),
+        ) {
+            let Some(turn) = rotate(degrees, axis) else {
+                return Ok(());
+            };
+            let scale = 10f64.powf(exponent);
+            let factors = DVec3::new(if mirrored { -scale } else { scale }, scale, scale);
+            let t = DAffine3::from_translation(shift) * turn * DAffine3::from_scale(factors);
+            let back = inverse(&t).expect("an inverse");
+            let size = p.length() + shift.length() / scale;
+            let apart = (back.transform_point3(t.transform_point3(p)) - p).length();
+            prop_assert!(apart <= 1e-13 * (1.0 + size), "{} of {}", apart, size);
+            let parts = similarity(&t).expect("a similarity");
+            prop_assert!((parts.scale / scale - 1.0).abs() < 1e-12);
+            prop_assert_eq!(parts.frame.determinant() < 0.0, mirrored);
+            prop_assert_eq!(swaps_handedness(&t), mirrored);
+        }
+
+        /// Views of any sort, up vectors along them nearly: a frame that keeps lengths, with the target ahead, or none.
+        #[test]
+        fn views_keep_lengths(eye in vector(1e6), look in vector(1e6), up in vector(1.0), p in vector(1e6)) {
+            if let Some(t) = look_at(eye, look, up) {
+                let seen = t.transform_point3(look);
+                let distance = (look - eye).length();
+                prop_assert!((seen - DVec3::new(0.0, 0.0, distance)).length() < 1e-8);
+                let length = t.transform_vector3(p).length();
+                prop_assert!((length - p.length()).abs() < 1e-8);
+            }
+        }
+
+        /// Sixteen numbers of any bits: no inverse, or a finite one.
+        #[test]
+        fn inverses_are_finite(m in prop::array::uniform16(prop::num::f64::ANY), affine in any::<bool>()) {
+            let mut m = m;
+            if affine {
+                (m[3], m[7], m[11], m[15]) = (0.0, 0.0, 0.0, 1.0);
+            }
+            let t = from_numbers(&m);
+            prop_assert!(affine || t.is_none());
+            if let Some(t) = t {
+                prop_assert!(inverse(&t).is_none_or(|t| is_finite(&t)));
+                prop_assert!(similarity(&t).is_none_or(|s| s.frame.is_finite() && s.scale > 0.0));
+            }
+        }
     }
 }

@@ -316,14 +316,23 @@ impl WorldCamera {
         self.placed.translation
     }
 
-    pub fn to_internal(self, space: &Space) -> Camera {
+    /// `None` if the screen window is so much larger or smaller than the scene that `f32` does not hold its area, or that of a pixel.
+    pub fn to_internal(self, space: &Space) -> Option<Camera> {
+        const LARGEST: f64 = 1e15;
         let translation =
             narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
         let screen = match self.projection {
             Projection::Perspective => self.screen,
             Projection::Orthographic => self.screen.map(|x| x * space.scale),
         };
-        Camera {
+        let [x0, x1, y0, y1] = screen;
+        let sides = [x1 - x0, y1 - y0];
+        if !screen.iter().all(|x| x.abs() <= LARGEST)
+            || !sides.iter().all(|x| x.abs() >= 1.0 / LARGEST)
+        {
+            return None;
+        }
+        Some(Camera {
             projection: self.projection,
             to_world: rows(&DAffine3 {
                 matrix3: self.placed.frame,
@@ -332,7 +341,7 @@ impl WorldCamera {
             screen: screen.map(|x| x as f32),
             lens_radius: ((self.lens_radius * space.scale) as f32).min(f32::MAX),
             focal_distance: ((self.focal_distance * space.scale) as f32).min(f32::MAX),
-        }
+        })
     }
 }
 
