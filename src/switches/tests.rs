@@ -20,7 +20,7 @@ fn nothing_is_on_at_compile_time() {
 #[cfg(feature = "switches")]
 mod with_the_feature {
     use super::*;
-    use crate::film::{Destination, FilterTable, Sample, SampleFilm, SplatFilm, SplatLog};
+    use crate::film::{Destination, FilterTable, Passes, Sample, SampleFilm, SplatFilm, SplatLog};
     use crate::integrate::{Settings, Silent, render};
     use crate::scene::{Filter, FilterKind, IntegratorKind, NONE, Scene, load_str};
     use crate::simd::rng::{Purpose, Stream};
@@ -96,7 +96,7 @@ mod with_the_feature {
         };
         film.add(std::iter::once(sample(0, 16_777_216.0)));
         film.add((1..=n).map(|pass| sample(pass, 1.0)));
-        f64::from(film.resolve_with_error(0..1, 1).0[0][0])
+        f64::from(film.resolve_with_error(0..1, &Passes::whole(1)).0[0][0])
     }
 
     #[test]
