@@ -10,7 +10,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use tempfile::NamedTempFile;
 
 pub use crate::formats::Picture;
-use crate::formats::{exr, pfm, srgb};
+use crate::formats::{exr, file_bytes, pfm, srgb};
 
 /// Something about the render that EXR files carry in the header; other formats have no place for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -191,6 +191,7 @@ fn write_png(out: impl Write, picture: &Picture, exposure: f32) -> Result<(), St
 
 /// Reads a PFM file; the crop window is the whole picture.
 pub fn read_pfm(path: &Path) -> Result<Picture, OutputError> {
+    file_bytes(path).map_err(format_error(path))?;
     let file = fs::read(path).map_err(io_error(path))?;
     pfm::read(&file).map_err(format_error(path))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::prelude::*;
 
-use super::{Picture, check_size};
+use super::{Picture, check_size, file_bytes};
 
 /// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as many pixels, `name.R`, `name.G` and
 /// `name.B`. Names of attributes that EXR cannot hold are skipped.
@@ -78,7 +78,7 @@ pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
 
 /// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or integer, its largest level.
 pub fn read(path: &Path) -> std::result::Result<Picture, String> {
-    let file_bytes = std::fs::metadata(path).map_err(|e| e.to_string())?.len();
+    let file_bytes = file_bytes(path)?;
     // The reader allocates whole layers, so the sizes in the header are judged first.
     let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {

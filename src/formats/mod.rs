@@ -4,6 +4,8 @@ pub mod exr;
 pub mod pfm;
 pub mod srgb;
 
+use std::path::Path;
+
 /// A picture: linear sRGB, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
@@ -23,6 +25,16 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// Pixels one byte of a compressed file can stand for: deflate expands up to 1032 times, one-bit greyscale has 8 a byte.
 const MAX_PIXELS_PER_BYTE: u64 = 8 * 1032;
+
+/// Bytes of a file. Devices never end and pipes may never begin, so that they are refused before they are opened.
+pub fn file_bytes(path: &Path) -> Result<u64, String> {
+    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if metadata.is_file() {
+        Ok(metadata.len())
+    } else {
+        Err("it is not a file".into())
+    }
+}
 
 /// Rejects dimensions that cannot come from a file of this length, before anything of that size is allocated.
 pub fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), String> {

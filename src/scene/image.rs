@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use crate::formats::{Picture, check_size, exr, pfm, srgb};
+use crate::formats::{Picture, check_size, exr, file_bytes, pfm, srgb};
 
 /// A linear RGB image.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,13 +59,13 @@ pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, String> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
-    let picture = match extension.as_deref() {
+    let picture = file_bytes(path).and_then(|_| match extension.as_deref() {
         Some("exr") => exr::read(path),
         Some("pfm") => fs::read(path)
             .map_err(|e| e.to_string())
             .and_then(|file| pfm::read(&file)),
         _ => read_other(path, encoding),
-    };
+    });
     let mut picture = picture.map_err(|e| one_line(&name, &e))?;
     for texel in picture.pixels.iter_mut().flatten() {
         if !texel.is_finite() {
@@ -87,20 +87,18 @@ pub fn bytes_needed(path: &Path) -> Result<u64, String> {
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
     let texels = |width: u64, height: u64| width.saturating_mul(height);
     let texel = size_of::<[f32; 3]>() as u64;
-    let needed = match extension.as_deref() {
+    let needed = file_bytes(path).and_then(|bytes| match extension.as_deref() {
         Some("exr") => exr::samples(path).map(|(texels, samples)| {
             let decoded = samples.saturating_mul(size_of::<f32>() as u64);
             texels.saturating_mul(texel).saturating_add(decoded)
         }),
-        Some("pfm") => fs::metadata(path)
-            .map(|m| m.len().saturating_mul(2))
-            .map_err(|e| e.to_string()),
+        Some("pfm") => Ok(bytes.saturating_mul(2)),
         _ => decoder(path).map(|decoder| {
             let (width, height) = decoder.dimensions();
             let decoded = decoder.total_bytes().saturating_mul(2);
             (texels(width.into(), height.into()).saturating_mul(texel)).saturating_add(decoded)
         }),
-    };
+    });
     needed.map_err(|e| one_line(&path.display().to_string(), &e))
 }
 
@@ -125,7 +123,7 @@ fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
 }
 
 fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
-    let file_bytes = fs::metadata(path).map_err(|e| e.to_string())?.len();
+    let file_bytes = file_bytes(path)?;
     let decoder = decoder(path)?;
     let (width, height) = decoder.dimensions();
     check_size(width as u64, height as u64, file_bytes)?;

@@ -21,6 +21,7 @@ use ply_rs_bw::ply::{
 };
 
 use super::shapes::MeshData;
+use crate::formats::file_bytes;
 
 const DEFLATE_RATIO: u64 = 1032;
 /// Longest header that is read.
@@ -58,8 +59,8 @@ fn one_line(path: &Path, message: &str) -> String {
 
 /// The file, unpacked by its content, with a bound on its unpacked length.
 fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
+    let bytes = file_bytes(path)?;
     let file = File::open(path).map_err(|e| e.to_string())?;
-    let bytes = file.metadata().map_err(|e| e.to_string())?.len();
     let mut reader = BufReader::with_capacity(1 << 16, file);
     if reader
         .fill_buf()

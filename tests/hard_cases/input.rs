@@ -179,3 +179,30 @@ fn damaged_files_are_refused() {
     println!("{loaded} loaded, {failed} refused");
     assert!(loaded > 100 && failed > 100);
 }
+
+/// Row 33: files that never end, and pipes that nobody writes into.
+#[cfg(unix)]
+#[test]
+fn devices_and_pipes_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    for name in ["a.ply", "a.pfm", "a.exr", "a.png", "a.hdr"] {
+        let path = dir.join(name);
+        for pipe in [false, true] {
+            if pipe {
+                fs::remove_file(&path).unwrap();
+                let made = Command::new("mkfifo").arg(&path).status();
+                assert!(made.unwrap().success());
+            } else {
+                std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+            }
+            let message = load_str(&scene_of(name), "a.pbrt", dir)
+                .unwrap_err()
+                .to_string();
+            assert!(
+                message.contains(name) && message.contains("is not a file"),
+                "{message}"
+            );
+        }
+    }
+}
