@@ -47,14 +47,18 @@ impl Tiles {
     pub(super) fn of(tiling: &Tiling, layers: &[Groups]) -> Self {
         let n = tiling.len();
         let (mut mean, mut variance) = (vec![0.0; n], vec![0.0; n]);
-        let mut fewest = GROUPS;
+        let (mut fewest, mut compared) = (GROUPS, false);
         for layer in layers {
             let groups = layer.thrown.iter().filter(|n| **n > 0.0).count();
             let thrown: f64 = layer.thrown.iter().sum();
             if thrown <= 0.0 {
                 continue;
             }
-            fewest = fewest.min(groups);
+            // Chains that all start from one path have nothing to be compared with: what they tell is as uncertain as it is large.
+            let alone = groups < 2;
+            if !alone {
+                (fewest, compared) = (fewest.min(groups), true);
+            }
             let groups = groups as f64;
             for tile in 0..n {
                 let sums = &layer.sums[tile];
@@ -68,8 +72,12 @@ impl Tiles {
                     .sum();
                 let spread = spread * groups / (groups - 1.0).max(1.0);
                 mean[tile] += value;
-                variance[tile] += spread * (layer.scale / pixels).powi(2)
-                    + layer.relative_variance * value * value;
+                let of_splats = if alone {
+                    value * value
+                } else {
+                    spread * (layer.scale / pixels).powi(2)
+                };
+                variance[tile] += of_splats + layer.relative_variance * value * value;
             }
         }
         Self {
@@ -77,8 +85,8 @@ impl Tiles {
             columns: tiling.columns,
             rows: tiling.rows,
             mean,
-            groups: fewest,
-            stderr: (fewest >= 2).then(|| variance.into_iter().map(f64::sqrt).collect()),
+            groups: if compared { fewest } else { 1 },
+            stderr: compared.then(|| variance.into_iter().map(f64::sqrt).collect()),
         }
     }
 }
@@ -110,5 +118,37 @@ impl Looks {
         self.spent += taken;
         self.longest = self.longest.max(taken);
         Some(seen)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layer_of_one_group_is_as_uncertain_as_it_is_large() {
+        let tiling = Tiling::new([0, 4, 0, 4]);
+        let group = |value: f64, groups: usize| {
+            let mut sums = [0.0; GROUPS];
+            let mut thrown = [0.0; GROUPS];
+            sums[..groups].fill(value / groups as f64);
+            thrown[..groups].fill(1.0 / groups as f64);
+            ([sums], thrown)
+        };
+        let (many, one) = (group(32.0, GROUPS), group(3.2, 1));
+        fn layer((sums, thrown): &([[f64; GROUPS]; 1], [f64; GROUPS])) -> Groups<'_> {
+            Groups {
+                sums,
+                thrown: *thrown,
+                scale: 1.0,
+                relative_variance: 0.0,
+            }
+        }
+        let both = Tiles::of(&tiling, &[layer(&many), layer(&one)]);
+        assert_eq!(both.groups, GROUPS);
+        assert!((both.mean[0] - 2.2).abs() < 1e-12);
+        assert!((both.stderr.unwrap()[0] - 0.2).abs() < 1e-12);
+        let alone = Tiles::of(&tiling, &[layer(&one)]);
+        assert_eq!((alone.groups, alone.stderr), (1, None));
     }
 }
