@@ -53,6 +53,12 @@ fn delta_rows() -> Vec<(Kind, [f32; 8])> {
             [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, eta, 0.0],
         ));
     }
+    for eta in [0.5, 1.0, 1.5, 3.0] {
+        rows.push((
+            Kind::ThinDielectric,
+            [eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ));
+    }
     rows
 }
 
@@ -339,6 +345,17 @@ fn smooth_glass_keeps_energy() {
             let wi = importance.0;
             assert_eq!(wi, radiance.0);
             let reflected = wi[2] * wo[2] > 0.0;
+            if kind == Kind::ThinDielectric {
+                let reflectance = bsdf::sheet(f64::from(wo[2]).abs(), row[0].into());
+                if (f64::from(u[2]) - reflectance).abs() > 1e-4 {
+                    assert_eq!(reflected, f64::from(u[2]) < reflectance, "{row:?} {wo:?}");
+                }
+                let z = if reflected { wo[2] } else { -wo[2] };
+                let all = [1.0; 3];
+                assert_eq!(importance, ([-wo[0], -wo[1], z], all, 1.0, 1.0));
+                assert_eq!(importance, radiance);
+                continue;
+            }
             if kind != Kind::SmoothDielectric {
                 assert!(reflected && importance.1 == radiance.1);
                 assert!(importance.1.iter().all(|w| (0.0..=1.0).contains(w)));

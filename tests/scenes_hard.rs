@@ -5,6 +5,7 @@ mod support;
 
 use phalanx::film::output::{Picture, write};
 use phalanx::scene::load_str;
+use support::dialect::to_v4;
 use support::{expect_integrators_agree, head, scene};
 
 const SEEDS: u64 = 16;
@@ -208,6 +209,21 @@ fn floor_under_glass() {
                  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
     let text = head(24, 18, 6, CAMERA) + &light + &slab + floor;
     expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under glass");
+}
+
+/// Light that a sheet of glass lets through or reflects is where both integrators look for it.
+#[test]
+fn floor_under_a_pane() {
+    let pane = "Material \"thindielectric\"\n\
+                Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-2 .4 -1.5 -2 .8 2 2 .8 2 2 .4 -1.5]\n";
+    let light = area(
+        "Translate 0 2.6 0\nRotate 90 1 0 0\nShape \"disk\" \"float radius\" [1.2]",
+        false,
+    );
+    let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
+    let text = to_v4(&(head(24, 18, 5, CAMERA) + &light + pane + floor));
+    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under a pane");
 }
 
 /// Oren-Nayar, an anisotropic metal, a mirror and glass side by side under a large light.

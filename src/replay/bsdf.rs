@@ -20,7 +20,18 @@ pub fn dielectric(cos_i: f64, eta: f64) -> (f64, f64) {
     (0.5 * (s * s + p * p), cos_t)
 }
 
-/// The same of a conductor, in complex arithmetic.
+/// Reflectance of a sheet of dielectric: what leaves it on the side it came from, after any odd number of reflections inside.
+pub fn sheet(cos_i: f64, eta: f64) -> f64 {
+    let r = dielectric(cos_i, eta).0;
+    let t = 1.0 - r;
+    if t > 0.0 {
+        r + t * t * r / (1.0 - r * r)
+    } else {
+        1.0
+    }
+}
+
+/// Reflectance of a conductor, in complex arithmetic.
 pub fn conductor(cos_i: f64, eta: f64, k: f64) -> f64 {
     // n^2 and q = sqrt(n^2 - sin^2), n = eta + i k.
     let n2 = (eta * eta - k * k, 2.0 * eta * k);
@@ -134,6 +145,8 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
                 pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
             }
         }
-        Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric => dark,
+        Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric | Kind::ThinDielectric => {
+            dark
+        }
     }
 }

@@ -262,6 +262,7 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
             let bend = 1.0 / (eta * eta);
             lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
         }
+        Kind::ThinDielectric => lobe([1.0; 3], 1.0),
         Kind::Diffuse | Kind::OrenNayar | Kind::RoughConductor | Kind::Plastic => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];

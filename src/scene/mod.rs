@@ -113,6 +113,8 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
+    /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
+    ThinDielectric { eta: Param },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }

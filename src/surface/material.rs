@@ -114,6 +114,9 @@ impl<'a> MaterialTable<'a> {
                 row[6] = alpha(at(roughness.u)[0], roughness.remap);
                 row[7] = alpha(at(roughness.v)[0], roughness.remap);
             }
+            MaterialKind::ThinDielectric { eta } => {
+                row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            }
             MaterialKind::Interface => {}
         }
         Row(row)
@@ -139,6 +142,7 @@ fn kernel(kind: &MaterialKind) -> Kind {
         },
         MaterialKind::Dielectric { .. } => Kind::SmoothDielectric,
         MaterialKind::Plastic { .. } => Kind::Plastic,
+        MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
     }
@@ -190,6 +194,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             list.extend([*diffuse, *specular]);
             list
         }
+        MaterialKind::ThinDielectric { eta } => vec![*eta],
         MaterialKind::Interface => Vec::new(),
     }
 }

@@ -15,6 +15,7 @@ pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
 pub mod texture;
+pub mod thin_dielectric;
 
 pub use self::material::MaterialTable;
 use crate::simd::{Lanes, Vec3};
@@ -30,10 +31,11 @@ pub enum Kind {
     RoughConductor,
     SmoothDielectric,
     Plastic,
+    ThinDielectric,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 7] = [
+    pub const ALL: [Kind; 8] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -41,19 +43,23 @@ impl Kind {
         Kind::RoughConductor,
         Kind::SmoothDielectric,
         Kind::Plastic,
+        Kind::ThinDielectric,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
     pub fn is_delta(self) -> bool {
         matches!(
             self,
-            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric
+            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric | Kind::ThinDielectric
         )
     }
 
     /// [`Bsdf::LOBES`].
     pub fn has_lobes(self) -> bool {
-        matches!(self, Kind::SmoothDielectric | Kind::Plastic)
+        matches!(
+            self,
+            Kind::SmoothDielectric | Kind::Plastic | Kind::ThinDielectric
+        )
     }
 
     pub fn name(self) -> &'static str {
@@ -65,6 +71,7 @@ impl Kind {
             Kind::RoughConductor => "rough conductor",
             Kind::SmoothDielectric => "smooth dielectric",
             Kind::Plastic => "plastic",
+            Kind::ThinDielectric => "thin dielectric",
         }
     }
 }
@@ -81,6 +88,7 @@ macro_rules! for_kind {
             $crate::surface::Kind::RoughConductor => $self.$f::<$crate::surface::conductor::Rough $(, $g)*>($($arg),*),
             $crate::surface::Kind::SmoothDielectric => $self.$f::<$crate::surface::dielectric::Smooth $(, $g)*>($($arg),*),
             $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
+            $crate::surface::Kind::ThinDielectric => $self.$f::<$crate::surface::thin_dielectric::ThinDielectric $(, $g)*>($($arg),*),
         }
     };
 }

@@ -4,6 +4,9 @@ use phalanx::film::output::{Picture, write};
 use phalanx::scene::{Scene, load_str};
 use std::path::{Path, PathBuf};
 
+#[path = "../support/dialect.rs"]
+mod dialect;
+
 /// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
 fn quad(corners: [[f32; 3]; 4]) -> String {
     let p: Vec<String> = corners.iter().flatten().map(f32::to_string).collect();
@@ -95,6 +98,7 @@ const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
 const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
 const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
+const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
@@ -277,7 +281,22 @@ fn texts() -> Vec<(&'static str, String)> {
                 sphere(0.6, -0.1, 0.3, 0.3, GLASS),
             ),
         ),
+        in_v4(build(
+            "sheets",
+            format!("{LOOK}{LENS}"),
+            walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{PANE}\nTranslate 0 -0.1 -0.4 Rotate -60 1 0 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4)
+                )
+                + MATTE
+                + &area("5 4 3", true, &lamp()),
+        )),
     ]
+}
+
+fn in_v4((name, text): (&'static str, String)) -> (&'static str, String) {
+    (name, dialect::to_v4(&text))
 }
 
 /// A closed diffuse box with a lamp inside.

@@ -12,6 +12,7 @@
 // Each test file uses its own part of this.
 #![allow(dead_code)]
 
+pub mod dialect;
 pub mod stage;
 
 use phalanx::film::output::{Picture, write};

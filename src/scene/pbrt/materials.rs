@@ -32,7 +32,6 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 /// What could be used instead of a material that is not supported.
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
-        "thindielectric" => "dielectric on a closed surface",
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
         "uber" | "substrate" | "disney" => "plastic or matte",
@@ -102,28 +101,19 @@ pub(super) fn build(
         }
         (Dialect::V4, "dielectric") => {
             smooth(set, names)?;
-            let is_number = set
-                .find("eta")
-                .is_some_and(|p| p.ty == super::params::Type::Float);
-            let eta = if is_number {
-                float_param(set, names, "eta")?
-            } else {
-                // Without dispersion the index is one number: that of the green middle of the spectrum.
-                color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
-                    Param::Constant(c) => Param::Constant([c[1]; 3]),
-                    texture => texture,
-                })
-            };
             MaterialKind::Dielectric {
                 reflectance: Param::Constant([1.0; 3]),
                 transmittance: Param::Constant([1.0; 3]),
-                eta: positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))?,
+                eta: index(set, names)?,
             }
         }
+        (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
+            eta: index(set, names)?,
+        },
         (dialect, other) => {
             let supported = match dialect {
                 Dialect::V3 => "matte, mirror, metal, glass, plastic or none",
-                Dialect::V4 => "diffuse, conductor, dielectric or interface",
+                Dialect::V4 => "diffuse, conductor, dielectric, thindielectric or interface",
             };
             return Err(match instead_of(other) {
                 Some(instead) => set.error(format_args!(
@@ -194,6 +184,23 @@ fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
     Err(set.error(what))
 }
 
+/// v4's `eta` of a dielectric, a number or a spectrum.
+fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+    let is_number = set
+        .find("eta")
+        .is_some_and(|p| p.ty == super::params::Type::Float);
+    let eta = if is_number {
+        float_param(set, names, "eta")?
+    } else {
+        // Without dispersion the index is one number: that of the green middle of the spectrum.
+        color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
+            Param::Constant(c) => Param::Constant([c[1]; 3]),
+            texture => texture,
+        })
+    };
+    positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))
+}
+
 fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     match eta {
         // v4 reads an index of 0 as "no change".
@@ -229,6 +236,7 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             specular,
             roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
+        MaterialKind::ThinDielectric { eta } => textured(eta),
         MaterialKind::Interface => false,
     }
 }

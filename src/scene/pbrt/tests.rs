@@ -400,6 +400,16 @@ fn materials_of_v4() {
         }
     );
     assert_eq!(kind("Material \"interface\""), MaterialKind::Interface);
+    for (eta, index) in [
+        ("", 1.5),
+        ("\"float eta\" 1.3", 1.3),
+        ("\"float eta\" 0", 1.0),
+    ] {
+        assert_eq!(
+            kind(&format!("Material \"thindielectric\" {eta}")),
+            MaterialKind::ThinDielectric { eta: grey(index) }
+        );
+    }
 }
 
 #[test]
