@@ -499,6 +499,26 @@ fn pane_before_an_emitter() {
     }
 }
 
+/// A paper ball under a white sky is as bright as the sky, but for what paths of more events would carry: inside it is lit evenly, `t`
+/// after one event and `t + r` times the light of one event less after more.
+#[test]
+fn white_furnace_of_a_paper_ball() {
+    let (r, t) = (0.3, 0.6);
+    let v3 = "\"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 1 1] \"rgb reflect\" [.3 .3 .3] \"rgb transmit\" [.6 .6 .6]";
+    let v4 = "\"diffusetransmission\" \"rgb reflectance\" [.15 .15 .15] \"rgb transmittance\" [.3 .3 .3] \"float scale\" [2]";
+    for depth in [1, 2, 3, 6] {
+        let inside = (1..depth).fold(0.0, |light, _| t + r * light);
+        let truth = r + t * inside;
+        let texts = [under_a_sky(v3, depth), to_v4(&under_a_sky(v4, depth))];
+        for (text, dialect) in texts.iter().zip(["v3", "v4"]) {
+            let name = format!("paper ball {dialect} depth {depth}");
+            both(text, 64, &name, |runs, name| {
+                expect_uniform(runs, [truth; 3], name);
+            });
+        }
+    }
+}
+
 /// An emitter seen directly covers its share of the picture, sharp or blurred by a lens (for every point of the lens the plane of the
 /// emitter is mapped to the film with the same magnification), from its front only.
 #[test]

@@ -37,6 +37,14 @@ fn rough_rows() -> Vec<(Kind, [f32; 8])> {
     }
     rows.push((Kind::Plastic, [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.2, 0.2]));
     rows.push((Kind::Plastic, [0.5, 0.3, 0.1, 0.0, 0.0, 0.0, 0.2, 0.2]));
+    for [r, g, b, s, t, u] in [
+        [0.5, 0.3, 0.1, 0.2, 0.4, 0.1],
+        [0.0, 0.0, 0.0, 0.1, 1.0, 0.5],
+        [1.0, 0.9, 0.9, 0.0, 0.0, 0.0],
+        [0.3, 0.3, 0.3, 0.7, 0.7, 0.7],
+    ] {
+        rows.push((Kind::DiffuseTransmission, [r, g, b, s, t, u, 0.0, 0.0]));
+    }
     rows
 }
 
@@ -138,6 +146,8 @@ fn sampling_follows_the_density() {
                 let phi = ((i / n) as f64 + 0.5) / n as f64 * TAU;
                 let point = if by_slopes(kind, &row) {
                     from_slopes(wo, ax, ay, q, phi)
+                } else if kind == Kind::DiffuseTransmission {
+                    Some((from_height(2.0 * q - 1.0, phi), 2.0))
                 } else {
                     Some((from_height(q, phi), 1.0))
                 };
@@ -167,14 +177,16 @@ fn sampling_follows_the_density() {
             let mut observed = vec![0.0; CELLS * CELLS + 1];
             for (wi, weight, ..) in sampled {
                 let w = [wi[0].into(), wi[1].into(), f64::from(wi[2]) * side];
-                if weight == [0.0; 3] || w[2] <= 0.0 {
+                let transmits = kind == Kind::DiffuseTransmission;
+                if weight == [0.0; 3] || (w[2] <= 0.0 && !transmits) {
                     observed[CELLS * CELLS] += 1.0;
                     continue;
                 }
                 let (q, phi) = if by_slopes(kind, &row) {
                     to_slopes(wo, ax, ay, w)
                 } else {
-                    (w[2], w[1].atan2(w[0]).rem_euclid(TAU))
+                    let q = if transmits { (w[2] + 1.0) / 2.0 } else { w[2] };
+                    (q, w[1].atan2(w[0]).rem_euclid(TAU))
                 };
                 let index = |x: f64| ((x * CELLS as f64) as usize).min(CELLS - 1);
                 observed[index(q) + CELLS * index(phi / TAU)] += 1.0;
@@ -329,6 +341,39 @@ fn nothing_reflects_more_than_it_receives() {
                 mean.mean() <= bound,
                 "{kind:?} {row:?} at {theta}: {mean:?}"
             );
+        }
+    }
+}
+
+#[test]
+fn diffuse_sheets_divide_light_by_their_colours() {
+    let mut random = Random(7);
+    for (kind, row) in rough_rows() {
+        if kind != Kind::DiffuseTransmission {
+            continue;
+        }
+        for side in [1.0, -1.0] {
+            let n = 40_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let wo = vec![at_angle(0.8, 1.0, side); n];
+            // Reflected and transmitted, three channels each.
+            let mut means = [Mean::default(); 6];
+            for s in Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Radiance) {
+                let reflected = s.0[2] * wo[0][2] > 0.0;
+                for (i, mean) in means.iter_mut().enumerate() {
+                    let here = reflected == (i < 3);
+                    mean.add(if here { s.1[i % 3].into() } else { 0.0 });
+                }
+            }
+            for (mean, albedo) in means.iter().zip(row) {
+                let reach = normal_quantile(FALSE_ALARM) * mean.error() + 1e-6;
+                assert!(
+                    (mean.mean() - f64::from(albedo)).abs() <= reach,
+                    "{row:?}: {mean:?}"
+                );
+            }
         }
     }
 }

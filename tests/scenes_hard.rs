@@ -211,6 +211,29 @@ fn floor_under_glass() {
     expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under glass");
 }
 
+#[test]
+fn shading_normals_of_a_paper_mesh() {
+    shading_normals(
+        "\"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 .8 .6] \"rgb reflect\" [.4 .4 .4] \"rgb transmit\" [.6 .6 .5]",
+        "smooth paper mesh",
+    );
+}
+
+/// All light of the lamp in a paper shade goes through it.
+#[test]
+fn lampshade() {
+    let lamp = area(
+        "Translate 0 .8 0\nShape \"sphere\" \"float radius\" [.3]",
+        false,
+    );
+    let shade = "AttributeBegin\nMaterial \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 .9 .7] \"rgb reflect\" [.5 .5 .5]\n\
+                 Translate 0 .8 0\nShape \"sphere\" \"float radius\" [.7]\nAttributeEnd\n";
+    let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
+    let text = head(24, 18, 4, CAMERA) + &lamp + shade + floor;
+    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "lampshade");
+}
+
 /// Light that a sheet of glass lets through or reflects is where both integrators look for it.
 #[test]
 fn floor_under_a_pane() {

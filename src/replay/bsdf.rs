@@ -87,12 +87,41 @@ pub struct Value {
     pub pdf_reverse: f64,
 }
 
+/// Share of reflections among the samples of a diffuse sheet: by the largest channels.
+pub fn reflected_share(row: &[f64; 8]) -> f64 {
+    let most = |at: usize| row[at..at + 3].iter().copied().fold(0.0, f64::max);
+    let (r, t) = (most(0), most(3));
+    if r + t > 0.0 { r / (r + t) } else { 1.0 }
+}
+
+fn diffuse_transmission(row: &[f64; 8], zo: f64, zi: f64) -> Value {
+    let share = reflected_share(row);
+    let (at, share) = match zo * zi {
+        side if side > 0.0 => (0, share),
+        side if side < 0.0 => (3, 1.0 - share),
+        _ => (0, 0.0),
+    };
+    let albedo: V = if zo * zi == 0.0 {
+        [0.0; 3]
+    } else {
+        [row[at], row[at + 1], row[at + 2]]
+    };
+    Value {
+        f: albedo.map(|a| a / PI),
+        pdf: share * zi.abs() / PI,
+        pdf_reverse: share * zo.abs() / PI,
+    }
+}
+
 pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     let dark = Value {
         f: [0.0; 3],
         pdf: 0.0,
         pdf_reverse: 0.0,
     };
+    if kind == Kind::DiffuseTransmission {
+        return diffuse_transmission(row, wo[2], wi[2]);
+    }
     if kind.is_delta() || wo[2] * wi[2] <= 0.0 {
         return dark;
     }
@@ -145,8 +174,10 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
                 pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
             }
         }
-        Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric | Kind::ThinDielectric => {
-            dark
-        }
+        Kind::Mirror
+        | Kind::SmoothConductor
+        | Kind::SmoothDielectric
+        | Kind::ThinDielectric
+        | Kind::DiffuseTransmission => dark,
     }
 }

@@ -379,6 +379,10 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
                 glossy()
             })
         }
+        Kind::DiffuseTransmission => {
+            let w = with_side(warp::hemisphere(u[0], u[1]));
+            [w[0], w[1], if reflected() { w[2] } else { -w[2] }]
+        }
         Kind::ThinDielectric if reflected() => [-x, -y, z],
         Kind::ThinDielectric => [-x, -y, -z],
         Kind::SmoothDielectric => {

@@ -263,7 +263,11 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
             lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
         }
         Kind::ThinDielectric => lobe([1.0; 3], 1.0),
-        Kind::Diffuse | Kind::OrenNayar | Kind::RoughConductor | Kind::Plastic => {
+        Kind::Diffuse
+        | Kind::OrenNayar
+        | Kind::RoughConductor
+        | Kind::Plastic
+        | Kind::DiffuseTransmission => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let value = bsdf::eval(v.kind, &row, local(wo), local(wi));

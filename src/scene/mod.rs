@@ -115,6 +115,13 @@ pub enum MaterialKind {
     },
     /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
     ThinDielectric { eta: Param },
+    /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
+    /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
+    DiffuseTransmission {
+        reflectance: [Param; 2],
+        transmittance: [Param; 2],
+        scale: f32,
+    },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }

@@ -117,6 +117,18 @@ impl<'a> MaterialTable<'a> {
             MaterialKind::ThinDielectric { eta } => {
                 row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
             }
+            MaterialKind::DiffuseTransmission {
+                reflectance,
+                transmittance,
+                scale,
+            } => {
+                let product = |[a, b]: [Param; 2]| {
+                    let (a, b) = (unit(a), unit(b));
+                    std::array::from_fn::<f32, 3, _>(|c| (scale * a[c] * b[c]).clamp(0.0, 1.0))
+                };
+                row[..3].copy_from_slice(&product(*reflectance));
+                row[3..6].copy_from_slice(&product(*transmittance));
+            }
             MaterialKind::Interface => {}
         }
         Row(row)
@@ -143,6 +155,7 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::Dielectric { .. } => Kind::SmoothDielectric,
         MaterialKind::Plastic { .. } => Kind::Plastic,
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
+        MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
     }
@@ -195,6 +208,11 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             list
         }
         MaterialKind::ThinDielectric { eta } => vec![*eta],
+        MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+            ..
+        } => [*reflectance, *transmittance].concat(),
         MaterialKind::Interface => Vec::new(),
     }
 }

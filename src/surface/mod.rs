@@ -9,6 +9,7 @@
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
+pub mod diffuse_transmission;
 pub mod fresnel;
 pub mod material;
 pub mod microfacet;
@@ -32,10 +33,11 @@ pub enum Kind {
     SmoothDielectric,
     Plastic,
     ThinDielectric,
+    DiffuseTransmission,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 8] = [
+    pub const ALL: [Kind; 9] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -44,6 +46,7 @@ impl Kind {
         Kind::SmoothDielectric,
         Kind::Plastic,
         Kind::ThinDielectric,
+        Kind::DiffuseTransmission,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
@@ -58,7 +61,10 @@ impl Kind {
     pub fn has_lobes(self) -> bool {
         matches!(
             self,
-            Kind::SmoothDielectric | Kind::Plastic | Kind::ThinDielectric
+            Kind::SmoothDielectric
+                | Kind::Plastic
+                | Kind::ThinDielectric
+                | Kind::DiffuseTransmission
         )
     }
 
@@ -72,6 +78,7 @@ impl Kind {
             Kind::SmoothDielectric => "smooth dielectric",
             Kind::Plastic => "plastic",
             Kind::ThinDielectric => "thin dielectric",
+            Kind::DiffuseTransmission => "diffuse transmission",
         }
     }
 }
@@ -89,6 +96,7 @@ macro_rules! for_kind {
             $crate::surface::Kind::SmoothDielectric => $self.$f::<$crate::surface::dielectric::Smooth $(, $g)*>($($arg),*),
             $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
             $crate::surface::Kind::ThinDielectric => $self.$f::<$crate::surface::thin_dielectric::ThinDielectric $(, $g)*>($($arg),*),
+            $crate::surface::Kind::DiffuseTransmission => $self.$f::<$crate::surface::diffuse_transmission::DiffuseTransmission $(, $g)*>($($arg),*),
         }
     };
 }

@@ -99,6 +99,7 @@ const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9
 const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
 const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
+const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
@@ -288,6 +289,10 @@ fn texts() -> Vec<(&'static str, String)> {
                 + &format!(
                     "AttributeBegin\n{PANE}\nTranslate 0 -0.1 -0.4 Rotate -60 1 0 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
                     wave(4)
+                )
+                + &format!(
+                    "AttributeBegin\n{PAPER}\nTranslate 0 0.6 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(5)
                 )
                 + MATTE
                 + &area("5 4 3", true, &lamp()),

@@ -124,6 +124,7 @@ fn lobe_border(recorder: &Recorder, plan: &DepthPlan, u: &mut [f32], random: &mu
                     let cos = dot(wide(step.wo), v.ns).abs().min(1.0);
                     bsdf::sheet(cos, v.row[0].into())
                 }
+                Kind::DiffuseTransmission => bsdf::reflected_share(&v.row.map(f64::from)),
                 Kind::Plastic => 0.5,
                 _ => continue,
             };

@@ -9,11 +9,13 @@ use crate::scene::spectrum;
 use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 12] = [
+const OVERRIDABLE: [&str; 14] = [
     "Kd",
     "Ks",
     "Kr",
     "Kt",
+    "reflect",
+    "transmit",
     "sigma",
     "eta",
     "k",
@@ -36,7 +38,6 @@ fn instead_of(kind: &str) -> Option<&'static str> {
         "coatedconductor" => "conductor",
         "uber" | "substrate" | "disney" => "plastic or matte",
         "mix" => "one of the mixed materials",
-        "translucent" | "diffusetransmission" => "matte (v3) or diffuse (v4)",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -110,10 +111,31 @@ pub(super) fn build(
         (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
             eta: index(set, names)?,
         },
+        (Dialect::V4, "diffusetransmission") => {
+            let one = Param::Constant([1.0; 3]);
+            MaterialKind::DiffuseTransmission {
+                reflectance: [color_param_or(set, names, "reflectance", 0.25)?, one],
+                transmittance: [color_param_or(set, names, "transmittance", 0.25)?, one],
+                scale: set.float_or("scale", 1.0)? as f32,
+            }
+        }
+        (Dialect::V3, "translucent") => {
+            without_gloss(set, names)?;
+            let kd = color_param_or(set, names, "Kd", 0.25)?;
+            // What a lobe that is not there would be made of.
+            set.accept(&["roughness", "remaproughness"]);
+            MaterialKind::DiffuseTransmission {
+                reflectance: [kd, color_param_or(set, names, "reflect", 0.5)?],
+                transmittance: [kd, color_param_or(set, names, "transmit", 0.5)?],
+                scale: 1.0,
+            }
+        }
         (dialect, other) => {
             let supported = match dialect {
-                Dialect::V3 => "matte, mirror, metal, glass, plastic or none",
-                Dialect::V4 => "diffuse, conductor, dielectric, thindielectric or interface",
+                Dialect::V3 => "matte, mirror, metal, glass, plastic, translucent or none",
+                Dialect::V4 => {
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission or interface"
+                }
             };
             return Err(match instead_of(other) {
                 Some(instead) => set.error(format_args!(
@@ -184,6 +206,18 @@ fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
     Err(set.error(what))
 }
 
+/// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
+fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
+    if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
+        return Ok(());
+    }
+    let what = "glossy transmission is not supported; use \"rgb Ks\" [0 0 0]";
+    Err(match set.find("Ks") {
+        Some(param) => set.error_at(param, what),
+        None => set.error(format_args!("\"Ks\" is 0.25 by default, and {what}")),
+    })
+}
+
 /// v4's `eta` of a dielectric, a number or a spectrum.
 fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
     let is_number = set
@@ -237,6 +271,11 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
         MaterialKind::ThinDielectric { eta } => textured(eta),
+        MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+            ..
+        } => reflectance.iter().chain(transmittance).any(textured),
         MaterialKind::Interface => false,
     }
 }
