@@ -212,6 +212,15 @@ fn floor_under_glass() {
 }
 
 #[test]
+fn shading_normals_of_a_lacquered_mesh() {
+    shading_normals(
+        "\"substrate\" \"rgb Kd\" [.6 .2 .1] \"rgb Ks\" [.2 .2 .2] \"float uroughness\" [.2] \"float vroughness\" [.4] \
+         \"bool remaproughness\" \"false\"",
+        "smooth lacquered mesh",
+    );
+}
+
+#[test]
 fn shading_normals_of_a_paper_mesh() {
     shading_normals(
         "\"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 .8 .6] \"rgb reflect\" [.4 .4 .4] \"rgb transmit\" [.6 .6 .5]",

@@ -174,6 +174,24 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
                 pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
             }
         }
+        Kind::Substrate => {
+            let (ax, ay) = (row[6], row[7]);
+            let (rd, rs) = (rgb(0), rgb(3));
+            let under = |w: V| 1.0 - (1.0 - w[2] / 2.0).powi(5);
+            // Equal but for rounding.
+            let c = 0.5 * (dot(wo, h) + dot(wi, h));
+            let black = row[..6].iter().all(|x| *x <= 0.0);
+            let f = |i: usize| {
+                let base = 28.0 / (23.0 * PI) * rd[i] * (1.0 - rs[i]) * under(wi) * under(wo);
+                let schlick = rs[i] + (1.0 - c).powi(5) * (1.0 - rs[i]);
+                base + schlick * ggx_d(h, ax, ay) / (4.0 * c * wi[2].max(wo[2]))
+            };
+            Value {
+                f: std::array::from_fn(|i| if black { 0.0 } else { f(i) }),
+                pdf: 0.5 * (wi[2] / PI + ggx_pdf(wo, wi, ax, ay)),
+                pdf_reverse: 0.5 * (wo[2] / PI + ggx_pdf(wi, wo, ax, ay)),
+            }
+        }
         Kind::Mirror
         | Kind::SmoothConductor
         | Kind::SmoothDielectric

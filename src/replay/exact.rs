@@ -379,6 +379,11 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
                 glossy()
             })
         }
+        Kind::Substrate => with_side(if u[2] < 0.5 {
+            warp::hemisphere(u[0], u[1])
+        } else {
+            glossy()
+        }),
         Kind::DiffuseTransmission => {
             let w = with_side(warp::hemisphere(u[0], u[1]));
             [w[0], w[1], if reflected() { w[2] } else { -w[2] }]

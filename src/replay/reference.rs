@@ -267,7 +267,8 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
         | Kind::OrenNayar
         | Kind::RoughConductor
         | Kind::Plastic
-        | Kind::DiffuseTransmission => {
+        | Kind::DiffuseTransmission
+        | Kind::Substrate => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let value = bsdf::eval(v.kind, &row, local(wo), local(wi));

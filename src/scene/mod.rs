@@ -122,6 +122,12 @@ pub enum MaterialKind {
         transmittance: [Param; 2],
         scale: f32,
     },
+    /// v3 `substrate`: a diffuse base under a glossy coat (Ashikhmin and Shirley 2000).
+    Substrate {
+        diffuse: Param,
+        specular: Param,
+        roughness: Roughness,
+    },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }

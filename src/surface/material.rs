@@ -47,7 +47,9 @@ impl<'a> MaterialTable<'a> {
                 kind: kernel(kind),
                 textured,
             };
-            if let MaterialKind::Conductor { roughness, .. } = kind {
+            if let MaterialKind::Conductor { roughness, .. }
+            | MaterialKind::Substrate { roughness, .. } = kind
+            {
                 table.anisotropic |= roughness.u != roughness.v;
             }
             table.entries.push(entry);
@@ -108,6 +110,11 @@ impl<'a> MaterialTable<'a> {
                 diffuse,
                 specular,
                 roughness,
+            }
+            | MaterialKind::Substrate {
+                diffuse,
+                specular,
+                roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*diffuse));
                 row[3..6].copy_from_slice(&unit(*specular));
@@ -156,6 +163,7 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::Plastic { .. } => Kind::Plastic,
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
+        MaterialKind::Substrate { .. } => Kind::Substrate,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
     }
@@ -199,6 +207,11 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             eta,
         } => vec![*reflectance, *transmittance, *eta],
         MaterialKind::Plastic {
+            diffuse,
+            specular,
+            roughness,
+        }
+        | MaterialKind::Substrate {
             diffuse,
             specular,
             roughness,

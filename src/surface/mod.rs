@@ -15,6 +15,7 @@ pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod substrate;
 pub mod texture;
 pub mod thin_dielectric;
 
@@ -34,10 +35,11 @@ pub enum Kind {
     Plastic,
     ThinDielectric,
     DiffuseTransmission,
+    Substrate,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -47,6 +49,7 @@ impl Kind {
         Kind::Plastic,
         Kind::ThinDielectric,
         Kind::DiffuseTransmission,
+        Kind::Substrate,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
@@ -65,6 +68,7 @@ impl Kind {
                 | Kind::Plastic
                 | Kind::ThinDielectric
                 | Kind::DiffuseTransmission
+                | Kind::Substrate
         )
     }
 
@@ -79,6 +83,7 @@ impl Kind {
             Kind::Plastic => "plastic",
             Kind::ThinDielectric => "thin dielectric",
             Kind::DiffuseTransmission => "diffuse transmission",
+            Kind::Substrate => "substrate",
         }
     }
 }
@@ -97,6 +102,7 @@ macro_rules! for_kind {
             $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
             $crate::surface::Kind::ThinDielectric => $self.$f::<$crate::surface::thin_dielectric::ThinDielectric $(, $g)*>($($arg),*),
             $crate::surface::Kind::DiffuseTransmission => $self.$f::<$crate::surface::diffuse_transmission::DiffuseTransmission $(, $g)*>($($arg),*),
+            $crate::surface::Kind::Substrate => $self.$f::<$crate::surface::substrate::Substrate $(, $g)*>($($arg),*),
         }
     };
 }

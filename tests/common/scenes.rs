@@ -100,6 +100,8 @@ const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
 const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
 const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
+const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
+const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
@@ -281,6 +283,17 @@ fn texts() -> Vec<(&'static str, String)> {
                 wave(5),
                 sphere(0.6, -0.1, 0.3, 0.3, GLASS),
             ),
+        ),
+        build(
+            "lacquer and a lampshade",
+            format!("{LOOK}{PINHOLE}"),
+            walls([LACQUER, MATTE, MATTE, BLUE, MATTE])
+                + &sphere(-0.3, 0.3, 0.2, 0.4, SHADE)
+                + &area("9 8 7", false, &sphere(-0.3, 0.3, 0.2, 0.2, MATTE))
+                + &format!(
+                    "AttributeBegin\n{LACQUER}\nTranslate 0.3 -0.4 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
+                    wave(5)
+                ),
         ),
         in_v4(build(
             "sheets",

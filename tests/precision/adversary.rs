@@ -125,7 +125,7 @@ fn lobe_border(recorder: &Recorder, plan: &DepthPlan, u: &mut [f32], random: &mu
                     bsdf::sheet(cos, v.row[0].into())
                 }
                 Kind::DiffuseTransmission => bsdf::reflected_share(&v.row.map(f64::from)),
-                Kind::Plastic => 0.5,
+                Kind::Plastic | Kind::Substrate => 0.5,
                 _ => continue,
             };
             places.push((first + j * at.per_bounce + 2, border as f32));

@@ -36,7 +36,7 @@ fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
-        "uber" | "substrate" | "disney" => "plastic or matte",
+        "uber" | "disney" => "plastic or matte",
         "mix" => "one of the mixed materials",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
@@ -116,9 +116,16 @@ pub(super) fn build(
             MaterialKind::DiffuseTransmission {
                 reflectance: [color_param_or(set, names, "reflectance", 0.25)?, one],
                 transmittance: [color_param_or(set, names, "transmittance", 0.25)?, one],
-                scale: set.float_or("scale", 1.0)? as f32,
+                // Finite in `f32`, too: times 0 it must be 0.
+                scale: (set.float_in("scale", 1.0, 0.0, f64::INFINITY)? as f32).min(f32::MAX),
             }
         }
+        (Dialect::V3, "substrate") => MaterialKind::Substrate {
+            diffuse: color_param_or(set, names, "Kd", 0.5)?,
+            specular: color_param_or(set, names, "Ks", 0.5)?,
+            // It has no "roughness" for both directions.
+            roughness: roughness_or(set, names, Param::Constant([0.1; 3]))?,
+        },
         (Dialect::V3, "translucent") => {
             without_gloss(set, names)?;
             let kd = color_param_or(set, names, "Kd", 0.25)?;
@@ -132,7 +139,9 @@ pub(super) fn build(
         }
         (dialect, other) => {
             let supported = match dialect {
-                Dialect::V3 => "matte, mirror, metal, glass, plastic, translucent or none",
+                Dialect::V3 => {
+                    "matte, mirror, metal, glass, plastic, substrate, translucent or none"
+                }
                 Dialect::V4 => {
                     "diffuse, conductor, dielectric, thindielectric, diffusetransmission or interface"
                 }
@@ -172,6 +181,15 @@ fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, Scene
 
 fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
+    roughness_or(set, names, both)
+}
+
+/// Of `uroughness` and `vroughness`, or `both`.
+fn roughness_or(
+    set: &ParamSet,
+    names: &TextureNames,
+    both: Param,
+) -> Result<Roughness, SceneError> {
     let one = |name: &str| -> Result<Param, SceneError> {
         let value = float_param(set, names, name)?.unwrap_or(both);
         match value {
@@ -266,6 +284,11 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             eta,
         } => textured(reflectance) || textured(transmittance) || textured(eta),
         MaterialKind::Plastic {
+            diffuse,
+            specular,
+            roughness,
+        }
+        | MaterialKind::Substrate {
             diffuse,
             specular,
             roughness,

@@ -363,6 +363,31 @@ fn materials_of_v3() {
             remap: Remap::None
         }
     );
+    for (given, u, remap) in [
+        ("", 0.1, Remap::V3),
+        (
+            "\"float uroughness\" .2 \"bool remaproughness\" \"false\"",
+            0.2,
+            Remap::None,
+        ),
+    ] {
+        assert_eq!(
+            kind(&format!("Material \"substrate\" {given}")),
+            MaterialKind::Substrate {
+                diffuse: grey(0.5),
+                specular: grey(0.5),
+                roughness: Roughness {
+                    u: grey(u),
+                    v: grey(0.1),
+                    remap
+                }
+            }
+        );
+    }
+    let s = v3(&format!(
+        "Material \"substrate\" \"float roughness\" .1 {V3_TRIANGLE}"
+    ));
+    assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
     assert_eq!(
         kind(
             "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb transmit\" [.1 .2 .3] \"float roughness\" .2"
