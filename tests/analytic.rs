@@ -1,11 +1,13 @@
 //! Scenes whose pictures are known in closed form, rendered by PT and MMLT. Truths are compared by [`Estimate::expect`](support::Estimate),
 //! which says what counts as chance.
 
+#[path = "support/dialect.rs"]
+mod dialect;
 mod support;
 
+use dialect::to_v4;
 use phalanx::scene::IntegratorKind;
 use std::f64::consts::{FRAC_1_PI, PI};
-use support::dialect::to_v4;
 use support::{BOTH, Estimate, Runs, head, inward_box, scene, settings};
 
 const SEEDS: u64 = 16;

@@ -1,11 +1,13 @@
 //! Small scenes of one difficulty each, in which every strategy must weigh itself right: MMLT against PT, by the rule of
 //! [`support`].
 
+#[path = "support/dialect.rs"]
+mod dialect;
 mod support;
 
+use dialect::to_v4;
 use phalanx::film::output::{Picture, write};
 use phalanx::scene::load_str;
-use support::dialect::to_v4;
 use support::{expect_integrators_agree, head, scene};
 
 const SEEDS: u64 = 16;

@@ -12,7 +12,6 @@
 // Each test file uses its own part of this.
 #![allow(dead_code)]
 
-pub mod dialect;
 pub mod stage;
 
 use phalanx::film::output::{Picture, write};
