@@ -285,11 +285,12 @@ fn texts() -> Vec<(&'static str, String)> {
             ),
         ),
         build(
-            "lacquer and a lampshade",
+            "lacquer and a paper ball",
             format!("{LOOK}{PINHOLE}"),
             walls([LACQUER, MATTE, MATTE, BLUE, MATTE])
                 + &sphere(-0.3, 0.3, 0.2, 0.4, SHADE)
-                + &area("9 8 7", false, &sphere(-0.3, 0.3, 0.2, 0.2, MATTE))
+                + MATTE
+                + &area("5 4 3", false, &lamp())
                 + &format!(
                     "AttributeBegin\n{LACQUER}\nTranslate 0.3 -0.4 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
                     wave(5)
