@@ -1,8 +1,11 @@
 //! Scenes whose pictures are known in closed form, rendered by PT and MMLT. Truths are compared by [`Estimate::expect`](support::Estimate),
 //! which says what counts as chance.
 
+#[path = "support/dialect.rs"]
+mod dialect;
 mod support;
 
+use dialect::to_v4;
 use phalanx::scene::IntegratorKind;
 use std::f64::consts::{FRAC_1_PI, PI};
 use support::{BOTH, Estimate, Runs, head, inward_box, scene, settings};
@@ -310,6 +313,30 @@ fn white_furnace_of_smooth_materials() {
             },
         );
     }
+    // Straight lines through a hollow ball are chords too.
+    for depth in [1, 2, 3, 6] {
+        both(
+            &to_v4(&under_a_sky(
+                "\"thindielectric\" \"float eta\" [1.5]",
+                depth,
+            )),
+            64,
+            &format!("hollow glass ball depth {depth}"),
+            |runs, name| {
+                let truth = mean_over_sphere(|cos| {
+                    let r = fresnel(cos, 1.5);
+                    let r = r + (1.0 - r).powi(2) * r / (1.0 - r * r);
+                    let through: f64 = (2..=depth)
+                        .map(|k| (1.0 - r).powi(2) * r.powi(k as i32 - 2))
+                        .sum();
+                    r + through
+                });
+                for c in 0..3 {
+                    runs.whole(c).expect(truth, name);
+                }
+            },
+        );
+    }
     let metal = "\"metal\" \"rgb eta\" [0.2 0.9 1.5] \"rgb k\" [3.9 2.5 7] \"float roughness\" [0] \"bool remaproughness\" \"false\"";
     both(&under_a_sky(metal, 1), 32, "smooth metal", |runs, name| {
         for (c, (eta, k)) in [(0.2, 3.9), (0.9, 2.5), (1.5, 7.0)].into_iter().enumerate() {
@@ -454,6 +481,43 @@ fn glass_slab_before_an_emitter() {
                 expect_uniform(runs, [1.0, 2.0, 3.0].map(|l| l * factor), name);
             },
         );
+    }
+}
+
+/// A pane makes one event of all that its two sides do: `2 R / (1 + R)` is reflected, the rest goes straight on.
+#[test]
+fn pane_before_an_emitter() {
+    let camera = "LookAt 0 0 3  0 0 0  0 1 0\nCamera \"orthographic\"";
+    for depth in [1, 2, 4] {
+        let text = head(10, 10, depth, camera)
+            + "AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\nAreaLightSource \"diffuse\" \"rgb L\" [1 2 3]\n\
+               Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-4 -4 -2 4 -4 -2 4 4 -2 -4 4 -2]\nAttributeEnd\n\
+               Material \"thindielectric\" \"float eta\" [1.5]\n\
+               Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-4 -4 0 4 -4 0 4 4 0 -4 4 0]\n";
+        let name = format!("pane depth {depth}");
+        both(&to_v4(&text), 64, &name, |runs, name| {
+            expect_uniform(runs, [1.0, 2.0, 3.0].map(|l| l * 12.0 / 13.0), name);
+        });
+    }
+}
+
+/// A paper ball under a white sky is as bright as the sky, but for what paths of more events would carry: inside it is lit evenly, `t`
+/// after one event and `t + r` times the light of one event less after more.
+#[test]
+fn white_furnace_of_a_paper_ball() {
+    let (r, t) = (0.3, 0.6);
+    let v3 = "\"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 1 1] \"rgb reflect\" [.3 .3 .3] \"rgb transmit\" [.6 .6 .6]";
+    let v4 = "\"diffusetransmission\" \"rgb reflectance\" [.15 .15 .15] \"rgb transmittance\" [.3 .3 .3] \"float scale\" [2]";
+    for depth in [1, 2, 3, 6] {
+        let inside = (1..depth).fold(0.0, |light, _| t + r * light);
+        let truth = r + t * inside;
+        let texts = [under_a_sky(v3, depth), to_v4(&under_a_sky(v4, depth))];
+        for (text, dialect) in texts.iter().zip(["v3", "v4"]) {
+            let name = format!("paper ball {dialect} depth {depth}");
+            both(text, 64, &name, |runs, name| {
+                expect_uniform(runs, [truth; 3], name);
+            });
+        }
     }
 }
 

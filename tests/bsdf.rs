@@ -37,6 +37,25 @@ fn rough_rows() -> Vec<(Kind, [f32; 8])> {
     }
     rows.push((Kind::Plastic, [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.2, 0.2]));
     rows.push((Kind::Plastic, [0.5, 0.3, 0.1, 0.0, 0.0, 0.0, 0.2, 0.2]));
+    for (ax, ay) in [
+        (0.001, 0.001),
+        (0.05, 0.3),
+        (0.2, 0.5),
+        (0.5, 0.5),
+        (1.0, 1.0),
+    ] {
+        rows.push((Kind::Substrate, [1.0, 0.3, 0.0, 0.04, 0.5, 0.2, ax, ay]));
+        rows.push((Kind::Substrate, [0.0, 0.0, 0.0, 1.0, 0.5, 0.1, ax, ay]));
+    }
+    rows.push((Kind::Substrate, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.3]));
+    for [r, g, b, s, t, u] in [
+        [0.5, 0.3, 0.1, 0.2, 0.4, 0.1],
+        [0.0, 0.0, 0.0, 0.1, 1.0, 0.5],
+        [1.0, 0.9, 0.9, 0.0, 0.0, 0.0],
+        [0.3, 0.3, 0.3, 0.7, 0.7, 0.7],
+    ] {
+        rows.push((Kind::DiffuseTransmission, [r, g, b, s, t, u, 0.0, 0.0]));
+    }
     rows
 }
 
@@ -51,6 +70,12 @@ fn delta_rows() -> Vec<(Kind, [f32; 8])> {
         rows.push((
             Kind::SmoothDielectric,
             [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, eta, 0.0],
+        ));
+    }
+    for eta in [0.5, 1.0, 1.5, 3.0] {
+        rows.push((
+            Kind::ThinDielectric,
+            [eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ));
     }
     rows
@@ -71,6 +96,10 @@ fn is_glossy(kind: Kind) -> bool {
 /// Rows whose density one of the maps below spreads out: a narrow lobe and a wide one together have none.
 fn rows_for_chi_square() -> Vec<(Kind, [f32; 8])> {
     let mut rows = rough_rows();
+    // Half of a substrate's samples are diffuse, and black ones count as lost.
+    rows.retain(|(kind, row)| {
+        *kind != Kind::Substrate || row[6].min(row[7]) >= 0.2 && row[3] > 0.0
+    });
     for (kind, row) in &mut rows {
         if *kind == Kind::Plastic && row[6].min(row[7]) < 0.2 {
             row[..3].fill(0.0);
@@ -132,6 +161,8 @@ fn sampling_follows_the_density() {
                 let phi = ((i / n) as f64 + 0.5) / n as f64 * TAU;
                 let point = if by_slopes(kind, &row) {
                     from_slopes(wo, ax, ay, q, phi)
+                } else if kind == Kind::DiffuseTransmission {
+                    Some((from_height(2.0 * q - 1.0, phi), 2.0))
                 } else {
                     Some((from_height(q, phi), 1.0))
                 };
@@ -161,14 +192,16 @@ fn sampling_follows_the_density() {
             let mut observed = vec![0.0; CELLS * CELLS + 1];
             for (wi, weight, ..) in sampled {
                 let w = [wi[0].into(), wi[1].into(), f64::from(wi[2]) * side];
-                if weight == [0.0; 3] || w[2] <= 0.0 {
+                let transmits = kind == Kind::DiffuseTransmission;
+                if weight == [0.0; 3] || (w[2] <= 0.0 && !transmits) {
                     observed[CELLS * CELLS] += 1.0;
                     continue;
                 }
                 let (q, phi) = if by_slopes(kind, &row) {
                     to_slopes(wo, ax, ay, w)
                 } else {
-                    (w[2], w[1].atan2(w[0]).rem_euclid(TAU))
+                    let q = if transmits { (w[2] + 1.0) / 2.0 } else { w[2] };
+                    (q, w[1].atan2(w[0]).rem_euclid(TAU))
                 };
                 let index = |x: f64| ((x * CELLS as f64) as usize).min(CELLS - 1);
                 observed[index(q) + CELLS * index(phi / TAU)] += 1.0;
@@ -328,6 +361,69 @@ fn nothing_reflects_more_than_it_receives() {
 }
 
 #[test]
+fn diffuse_sheets_divide_light_by_their_colours() {
+    let mut random = Random(7);
+    for (kind, row) in rough_rows() {
+        if kind != Kind::DiffuseTransmission {
+            continue;
+        }
+        for side in [1.0, -1.0] {
+            let n = 40_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let wo = vec![at_angle(0.8, 1.0, side); n];
+            // Reflected and transmitted, three channels each.
+            let mut means = [Mean::default(); 6];
+            for s in Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Radiance) {
+                let reflected = s.0[2] * wo[0][2] > 0.0;
+                for (i, mean) in means.iter_mut().enumerate() {
+                    let here = reflected == (i < 3);
+                    mean.add(if here { s.1[i % 3].into() } else { 0.0 });
+                }
+            }
+            for (mean, albedo) in means.iter().zip(row) {
+                let reach = normal_quantile(FALSE_ALARM) * mean.error() + 1e-6;
+                assert!(
+                    (mean.mean() - f64::from(albedo)).abs() <= reach,
+                    "{row:?}: {mean:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Of a smooth coat: Schlick's share is reflected, what is admitted is in the end given to the base, both ways.
+#[test]
+fn substrates_reflect_what_the_model_says() {
+    let mut random = Random(8);
+    for (rd, rs) in [(1.0, 0.0), (0.5, 0.04), (0.0, 0.5), (1.0, 1.0), (0.8, 0.3)] {
+        for theta in [0.0, 0.5, 1.0, 1.3] {
+            let n = 100_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let row = [rd, rd, rd, rs, rs, rs, 0.001, 0.001];
+            let wo = vec![at_angle(theta, 1.0, 1.0); n];
+            let mut mean = Mean::default();
+            for s in Kernels::sample::<f32x8>(Kind::Substrate, &row, &wo, &u, Mode::Radiance) {
+                mean.add(s.1[0].into());
+            }
+            let (rd, rs, c) = (f64::from(rd), f64::from(rs), theta.cos());
+            let base = rd * (1.0 - rs) * (1.0 - (1.0 - c / 2.0).powi(5));
+            let coat = rs + (1.0 - rs) * (1.0 - c).powi(5);
+            // A lobe of this width is not quite a mirror's.
+            let reach = normal_quantile(FALSE_ALARM) * mean.error() + 0.01 * coat;
+            assert!(
+                (mean.mean() - base - coat).abs() <= reach,
+                "{rd} {rs} at {theta}: {mean:?} is {}",
+                base + coat
+            );
+        }
+    }
+}
+
+#[test]
 fn smooth_glass_keeps_energy() {
     let mut random = Random(5);
     for (kind, row) in delta_rows() {
@@ -339,6 +435,17 @@ fn smooth_glass_keeps_energy() {
             let wi = importance.0;
             assert_eq!(wi, radiance.0);
             let reflected = wi[2] * wo[2] > 0.0;
+            if kind == Kind::ThinDielectric {
+                let reflectance = bsdf::sheet(f64::from(wo[2]).abs(), row[0].into());
+                if (f64::from(u[2]) - reflectance).abs() > 1e-4 {
+                    assert_eq!(reflected, f64::from(u[2]) < reflectance, "{row:?} {wo:?}");
+                }
+                let z = if reflected { wo[2] } else { -wo[2] };
+                let all = [1.0; 3];
+                assert_eq!(importance, ([-wo[0], -wo[1], z], all, 1.0, 1.0));
+                assert_eq!(importance, radiance);
+                continue;
+            }
             if kind != Kind::SmoothDielectric {
                 assert!(reflected && importance.1 == radiance.1);
                 assert!(importance.1.iter().all(|w| (0.0..=1.0).contains(w)));

@@ -55,7 +55,11 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
             let row = match kind {
                 Kind::Diffuse | Kind::Mirror => [a[0], a[1], a[2], 0.0, 0.0, 0.0, 0.0, 0.0],
                 Kind::OrenNayar => [a[0], a[1], a[2], oren_a, oren_b, 0.0, 0.0, 0.0],
-                Kind::Plastic => [a[0], a[1], a[2], b[0], b[1], b[2], u, v],
+                Kind::Plastic | Kind::Substrate => [a[0], a[1], a[2], b[0], b[1], b[2], u, v],
+                Kind::DiffuseTransmission => [a[0], a[1], a[2], b[0], b[1], b[2], 0.0, 0.0],
+                Kind::ThinDielectric => {
+                    [i.max(f32::MIN_POSITIVE), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+                }
                 Kind::SmoothDielectric => [
                     a[0],
                     a[1],

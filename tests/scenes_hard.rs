@@ -1,8 +1,11 @@
 //! Small scenes of one difficulty each, in which every strategy must weigh itself right: MMLT against PT, by the rule of
 //! [`support`].
 
+#[path = "support/dialect.rs"]
+mod dialect;
 mod support;
 
+use dialect::to_v4;
 use phalanx::film::output::{Picture, write};
 use phalanx::scene::load_str;
 use support::{expect_integrators_agree, head, scene};
@@ -208,6 +211,53 @@ fn floor_under_glass() {
                  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
     let text = head(24, 18, 6, CAMERA) + &light + &slab + floor;
     expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under glass");
+}
+
+#[test]
+fn shading_normals_of_a_lacquered_mesh() {
+    shading_normals(
+        "\"substrate\" \"rgb Kd\" [.6 .2 .1] \"rgb Ks\" [.2 .2 .2] \"float uroughness\" [.2] \"float vroughness\" [.4] \
+         \"bool remaproughness\" \"false\"",
+        "smooth lacquered mesh",
+    );
+}
+
+#[test]
+fn shading_normals_of_a_paper_mesh() {
+    shading_normals(
+        "\"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 .8 .6] \"rgb reflect\" [.4 .4 .4] \"rgb transmit\" [.6 .6 .5]",
+        "smooth paper mesh",
+    );
+}
+
+/// All light of the lamp in a paper shade goes through it.
+#[test]
+fn lampshade() {
+    let lamp = area(
+        "Translate 0 .8 0\nShape \"sphere\" \"float radius\" [.3]",
+        false,
+    );
+    let shade = "AttributeBegin\nMaterial \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 .9 .7] \"rgb reflect\" [.5 .5 .5]\n\
+                 Translate 0 .8 0\nShape \"sphere\" \"float radius\" [.7]\nAttributeEnd\n";
+    let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
+    let text = head(24, 18, 4, CAMERA) + &lamp + shade + floor;
+    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "lampshade");
+}
+
+/// Light that a sheet of glass lets through or reflects is where both integrators look for it.
+#[test]
+fn floor_under_a_pane() {
+    let pane = "Material \"thindielectric\"\n\
+                Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-2 .4 -1.5 -2 .8 2 2 .8 2 2 .4 -1.5]\n";
+    let light = area(
+        "Translate 0 2.6 0\nRotate 90 1 0 0\nShape \"disk\" \"float radius\" [1.2]",
+        false,
+    );
+    let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
+    let text = to_v4(&(head(24, 18, 5, CAMERA) + &light + pane + floor));
+    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under a pane");
 }
 
 /// Oren-Nayar, an anisotropic metal, a mirror and glass side by side under a large light.

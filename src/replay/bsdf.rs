@@ -20,7 +20,18 @@ pub fn dielectric(cos_i: f64, eta: f64) -> (f64, f64) {
     (0.5 * (s * s + p * p), cos_t)
 }
 
-/// The same of a conductor, in complex arithmetic.
+/// Reflectance of a sheet of dielectric: what leaves it on the side it came from, after any odd number of reflections inside.
+pub fn sheet(cos_i: f64, eta: f64) -> f64 {
+    let r = dielectric(cos_i, eta).0;
+    let t = 1.0 - r;
+    if t > 0.0 {
+        r + t * t * r / (1.0 - r * r)
+    } else {
+        1.0
+    }
+}
+
+/// Reflectance of a conductor, in complex arithmetic.
 pub fn conductor(cos_i: f64, eta: f64, k: f64) -> f64 {
     // n^2 and q = sqrt(n^2 - sin^2), n = eta + i k.
     let n2 = (eta * eta - k * k, 2.0 * eta * k);
@@ -76,12 +87,41 @@ pub struct Value {
     pub pdf_reverse: f64,
 }
 
+/// Share of reflections among the samples of a diffuse sheet: by the largest channels.
+pub fn reflected_share(row: &[f64; 8]) -> f64 {
+    let most = |at: usize| row[at..at + 3].iter().copied().fold(0.0, f64::max);
+    let (r, t) = (most(0), most(3));
+    if r + t > 0.0 { r / (r + t) } else { 1.0 }
+}
+
+fn diffuse_transmission(row: &[f64; 8], zo: f64, zi: f64) -> Value {
+    let share = reflected_share(row);
+    let (at, share) = match zo * zi {
+        side if side > 0.0 => (0, share),
+        side if side < 0.0 => (3, 1.0 - share),
+        _ => (0, 0.0),
+    };
+    let albedo: V = if zo * zi == 0.0 {
+        [0.0; 3]
+    } else {
+        [row[at], row[at + 1], row[at + 2]]
+    };
+    Value {
+        f: albedo.map(|a| a / PI),
+        pdf: share * zi.abs() / PI,
+        pdf_reverse: share * zo.abs() / PI,
+    }
+}
+
 pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     let dark = Value {
         f: [0.0; 3],
         pdf: 0.0,
         pdf_reverse: 0.0,
     };
+    if kind == Kind::DiffuseTransmission {
+        return diffuse_transmission(row, wo[2], wi[2]);
+    }
     if kind.is_delta() || wo[2] * wi[2] <= 0.0 {
         return dark;
     }
@@ -134,6 +174,28 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
                 pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
             }
         }
-        Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric => dark,
+        Kind::Substrate => {
+            let (ax, ay) = (row[6], row[7]);
+            let (rd, rs) = (rgb(0), rgb(3));
+            let under = |w: V| 1.0 - (1.0 - w[2] / 2.0).powi(5);
+            // Equal but for rounding.
+            let c = 0.5 * (dot(wo, h) + dot(wi, h));
+            let black = row[..6].iter().all(|x| *x <= 0.0);
+            let f = |i: usize| {
+                let base = 28.0 / (23.0 * PI) * rd[i] * (1.0 - rs[i]) * under(wi) * under(wo);
+                let schlick = rs[i] + (1.0 - c).powi(5) * (1.0 - rs[i]);
+                base + schlick * ggx_d(h, ax, ay) / (4.0 * c * wi[2].max(wo[2]))
+            };
+            Value {
+                f: std::array::from_fn(|i| if black { 0.0 } else { f(i) }),
+                pdf: 0.5 * (wi[2] / PI + ggx_pdf(wo, wi, ax, ay)),
+                pdf_reverse: 0.5 * (wo[2] / PI + ggx_pdf(wi, wo, ax, ay)),
+            }
+        }
+        Kind::Mirror
+        | Kind::SmoothConductor
+        | Kind::SmoothDielectric
+        | Kind::ThinDielectric
+        | Kind::DiffuseTransmission => dark,
     }
 }

@@ -356,6 +356,12 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
     };
     // On the side of `wo`.
     let with_side = |w: V| [w[0], w[1], w[2] * 1f64.copysign(z)];
+    // The side that the sample in `f32` went to.
+    let reflected = || {
+        let ns = step.vertex.ns;
+        let side = |w: [f32; 3]| dot(wide(w), ns) > 0.0;
+        step.sampled.is_some_and(|s| side(s.wi) == side(step.wo))
+    };
     let wi = match v.kind {
         Kind::Diffuse | Kind::OrenNayar => with_side(warp::hemisphere(u[0], u[1])),
         Kind::Mirror | Kind::SmoothConductor => [-x, -y, z],
@@ -373,11 +379,19 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
                 glossy()
             })
         }
+        Kind::Substrate => with_side(if u[2] < 0.5 {
+            warp::hemisphere(u[0], u[1])
+        } else {
+            glossy()
+        }),
+        Kind::DiffuseTransmission => {
+            let w = with_side(warp::hemisphere(u[0], u[1]));
+            [w[0], w[1], if reflected() { w[2] } else { -w[2] }]
+        }
+        Kind::ThinDielectric if reflected() => [-x, -y, z],
+        Kind::ThinDielectric => [-x, -y, -z],
         Kind::SmoothDielectric => {
-            let ns = step.vertex.ns;
-            let side = |w: [f32; 3]| dot(wide(w), ns) > 0.0;
-            let reflected = step.sampled.is_some_and(|s| side(s.wi) == side(step.wo));
-            if reflected {
+            if reflected() {
                 [-x, -y, z]
             } else {
                 let eta = if z > 0.0 { row[6] } else { 1.0 / row[6] };

@@ -262,7 +262,13 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
             let bend = 1.0 / (eta * eta);
             lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
         }
-        Kind::Diffuse | Kind::OrenNayar | Kind::RoughConductor | Kind::Plastic => {
+        Kind::ThinDielectric => lobe([1.0; 3], 1.0),
+        Kind::Diffuse
+        | Kind::OrenNayar
+        | Kind::RoughConductor
+        | Kind::Plastic
+        | Kind::DiffuseTransmission
+        | Kind::Substrate => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let value = bsdf::eval(v.kind, &row, local(wo), local(wi));

@@ -113,6 +113,21 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
+    /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
+    ThinDielectric { eta: Param },
+    /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
+    /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
+    DiffuseTransmission {
+        reflectance: [Param; 2],
+        transmittance: [Param; 2],
+        scale: f32,
+    },
+    /// v3 `substrate`: a diffuse base under a glossy coat (Ashikhmin and Shirley 2000).
+    Substrate {
+        diffuse: Param,
+        specular: Param,
+        roughness: Roughness,
+    },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }

@@ -47,7 +47,9 @@ impl<'a> MaterialTable<'a> {
                 kind: kernel(kind),
                 textured,
             };
-            if let MaterialKind::Conductor { roughness, .. } = kind {
+            if let MaterialKind::Conductor { roughness, .. }
+            | MaterialKind::Substrate { roughness, .. } = kind
+            {
                 table.anisotropic |= roughness.u != roughness.v;
             }
             table.entries.push(entry);
@@ -108,11 +110,31 @@ impl<'a> MaterialTable<'a> {
                 diffuse,
                 specular,
                 roughness,
+            }
+            | MaterialKind::Substrate {
+                diffuse,
+                specular,
+                roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*diffuse));
                 row[3..6].copy_from_slice(&unit(*specular));
                 row[6] = alpha(at(roughness.u)[0], roughness.remap);
                 row[7] = alpha(at(roughness.v)[0], roughness.remap);
+            }
+            MaterialKind::ThinDielectric { eta } => {
+                row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            }
+            MaterialKind::DiffuseTransmission {
+                reflectance,
+                transmittance,
+                scale,
+            } => {
+                let product = |[a, b]: [Param; 2]| {
+                    let (a, b) = (unit(a), unit(b));
+                    std::array::from_fn::<f32, 3, _>(|c| (scale * a[c] * b[c]).clamp(0.0, 1.0))
+                };
+                row[..3].copy_from_slice(&product(*reflectance));
+                row[3..6].copy_from_slice(&product(*transmittance));
             }
             MaterialKind::Interface => {}
         }
@@ -139,6 +161,9 @@ fn kernel(kind: &MaterialKind) -> Kind {
         },
         MaterialKind::Dielectric { .. } => Kind::SmoothDielectric,
         MaterialKind::Plastic { .. } => Kind::Plastic,
+        MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
+        MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
+        MaterialKind::Substrate { .. } => Kind::Substrate,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
     }
@@ -185,11 +210,22 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             diffuse,
             specular,
             roughness,
+        }
+        | MaterialKind::Substrate {
+            diffuse,
+            specular,
+            roughness,
         } => {
             let mut list = rough(roughness).to_vec();
             list.extend([*diffuse, *specular]);
             list
         }
+        MaterialKind::ThinDielectric { eta } => vec![*eta],
+        MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+            ..
+        } => [*reflectance, *transmittance].concat(),
         MaterialKind::Interface => Vec::new(),
     }
 }

@@ -9,12 +9,15 @@
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
+pub mod diffuse_transmission;
 pub mod fresnel;
 pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod substrate;
 pub mod texture;
+pub mod thin_dielectric;
 
 pub use self::material::MaterialTable;
 use crate::simd::{Lanes, Vec3};
@@ -30,10 +33,13 @@ pub enum Kind {
     RoughConductor,
     SmoothDielectric,
     Plastic,
+    ThinDielectric,
+    DiffuseTransmission,
+    Substrate,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 7] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -41,19 +47,29 @@ impl Kind {
         Kind::RoughConductor,
         Kind::SmoothDielectric,
         Kind::Plastic,
+        Kind::ThinDielectric,
+        Kind::DiffuseTransmission,
+        Kind::Substrate,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
     pub fn is_delta(self) -> bool {
         matches!(
             self,
-            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric
+            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric | Kind::ThinDielectric
         )
     }
 
     /// [`Bsdf::LOBES`].
     pub fn has_lobes(self) -> bool {
-        matches!(self, Kind::SmoothDielectric | Kind::Plastic)
+        matches!(
+            self,
+            Kind::SmoothDielectric
+                | Kind::Plastic
+                | Kind::ThinDielectric
+                | Kind::DiffuseTransmission
+                | Kind::Substrate
+        )
     }
 
     pub fn name(self) -> &'static str {
@@ -65,6 +81,9 @@ impl Kind {
             Kind::RoughConductor => "rough conductor",
             Kind::SmoothDielectric => "smooth dielectric",
             Kind::Plastic => "plastic",
+            Kind::ThinDielectric => "thin dielectric",
+            Kind::DiffuseTransmission => "diffuse transmission",
+            Kind::Substrate => "substrate",
         }
     }
 }
@@ -81,6 +100,9 @@ macro_rules! for_kind {
             $crate::surface::Kind::RoughConductor => $self.$f::<$crate::surface::conductor::Rough $(, $g)*>($($arg),*),
             $crate::surface::Kind::SmoothDielectric => $self.$f::<$crate::surface::dielectric::Smooth $(, $g)*>($($arg),*),
             $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
+            $crate::surface::Kind::ThinDielectric => $self.$f::<$crate::surface::thin_dielectric::ThinDielectric $(, $g)*>($($arg),*),
+            $crate::surface::Kind::DiffuseTransmission => $self.$f::<$crate::surface::diffuse_transmission::DiffuseTransmission $(, $g)*>($($arg),*),
+            $crate::surface::Kind::Substrate => $self.$f::<$crate::surface::substrate::Substrate $(, $g)*>($($arg),*),
         }
     };
 }

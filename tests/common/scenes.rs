@@ -4,6 +4,9 @@ use phalanx::film::output::{Picture, write};
 use phalanx::scene::{Scene, load_str};
 use std::path::{Path, PathBuf};
 
+#[path = "../support/dialect.rs"]
+mod dialect;
+
 /// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
 fn quad(corners: [[f32; 3]; 4]) -> String {
     let p: Vec<String> = corners.iter().flatten().map(f32::to_string).collect();
@@ -95,6 +98,10 @@ const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
 const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
 const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
+const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
+const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
+const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
+const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
@@ -277,7 +284,38 @@ fn texts() -> Vec<(&'static str, String)> {
                 sphere(0.6, -0.1, 0.3, 0.3, GLASS),
             ),
         ),
+        build(
+            "lacquer and a paper ball",
+            format!("{LOOK}{PINHOLE}"),
+            walls([LACQUER, MATTE, MATTE, BLUE, MATTE])
+                + &sphere(-0.3, 0.3, 0.2, 0.4, SHADE)
+                + MATTE
+                + &area("5 4 3", false, &lamp())
+                + &format!(
+                    "AttributeBegin\n{LACQUER}\nTranslate 0.3 -0.4 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
+                    wave(5)
+                ),
+        ),
+        in_v4(build(
+            "sheets",
+            format!("{LOOK}{LENS}"),
+            walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{PANE}\nTranslate 0 -0.1 -0.4 Rotate -60 1 0 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4)
+                )
+                + &format!(
+                    "AttributeBegin\n{PAPER}\nTranslate 0 0.6 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(5)
+                )
+                + MATTE
+                + &area("5 4 3", true, &lamp()),
+        )),
     ]
+}
+
+fn in_v4((name, text): (&'static str, String)) -> (&'static str, String) {
+    (name, dialect::to_v4(&text))
 }
 
 /// A closed diffuse box with a lamp inside.

@@ -120,7 +120,12 @@ fn lobe_border(recorder: &Recorder, plan: &DepthPlan, u: &mut [f32], random: &mu
                     let eta = if cos > 0.0 { eta } else { 1.0 / eta };
                     bsdf::dielectric(cos.abs().min(1.0), eta).0
                 }
-                Kind::Plastic => 0.5,
+                Kind::ThinDielectric => {
+                    let cos = dot(wide(step.wo), v.ns).abs().min(1.0);
+                    bsdf::sheet(cos, v.row[0].into())
+                }
+                Kind::DiffuseTransmission => bsdf::reflected_share(&v.row.map(f64::from)),
+                Kind::Plastic | Kind::Substrate => 0.5,
                 _ => continue,
             };
             places.push((first + j * at.per_bounce + 2, border as f32));

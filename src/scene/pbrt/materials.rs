@@ -9,11 +9,13 @@ use crate::scene::spectrum;
 use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 12] = [
+const OVERRIDABLE: [&str; 14] = [
     "Kd",
     "Ks",
     "Kr",
     "Kt",
+    "reflect",
+    "transmit",
     "sigma",
     "eta",
     "k",
@@ -32,12 +34,10 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 /// What could be used instead of a material that is not supported.
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
-        "thindielectric" => "dielectric on a closed surface",
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
-        "uber" | "substrate" | "disney" => "plastic or matte",
+        "uber" | "disney" => "plastic or matte",
         "mix" => "one of the mixed materials",
-        "translucent" | "diffusetransmission" => "matte (v3) or diffuse (v4)",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -102,28 +102,49 @@ pub(super) fn build(
         }
         (Dialect::V4, "dielectric") => {
             smooth(set, names)?;
-            let is_number = set
-                .find("eta")
-                .is_some_and(|p| p.ty == super::params::Type::Float);
-            let eta = if is_number {
-                float_param(set, names, "eta")?
-            } else {
-                // Without dispersion the index is one number: that of the green middle of the spectrum.
-                color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
-                    Param::Constant(c) => Param::Constant([c[1]; 3]),
-                    texture => texture,
-                })
-            };
             MaterialKind::Dielectric {
                 reflectance: Param::Constant([1.0; 3]),
                 transmittance: Param::Constant([1.0; 3]),
-                eta: positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))?,
+                eta: index(set, names)?,
+            }
+        }
+        (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
+            eta: index(set, names)?,
+        },
+        (Dialect::V4, "diffusetransmission") => {
+            let one = Param::Constant([1.0; 3]);
+            MaterialKind::DiffuseTransmission {
+                reflectance: [color_param_or(set, names, "reflectance", 0.25)?, one],
+                transmittance: [color_param_or(set, names, "transmittance", 0.25)?, one],
+                // Finite in `f32`, too: times 0 it must be 0.
+                scale: (set.float_in("scale", 1.0, 0.0, f64::INFINITY)? as f32).min(f32::MAX),
+            }
+        }
+        (Dialect::V3, "substrate") => MaterialKind::Substrate {
+            diffuse: color_param_or(set, names, "Kd", 0.5)?,
+            specular: color_param_or(set, names, "Ks", 0.5)?,
+            // It has no "roughness" for both directions.
+            roughness: roughness_or(set, names, Param::Constant([0.1; 3]))?,
+        },
+        (Dialect::V3, "translucent") => {
+            without_gloss(set, names)?;
+            let kd = color_param_or(set, names, "Kd", 0.25)?;
+            // What a lobe that is not there would be made of.
+            set.accept(&["roughness", "remaproughness"]);
+            MaterialKind::DiffuseTransmission {
+                reflectance: [kd, color_param_or(set, names, "reflect", 0.5)?],
+                transmittance: [kd, color_param_or(set, names, "transmit", 0.5)?],
+                scale: 1.0,
             }
         }
         (dialect, other) => {
             let supported = match dialect {
-                Dialect::V3 => "matte, mirror, metal, glass, plastic or none",
-                Dialect::V4 => "diffuse, conductor, dielectric or interface",
+                Dialect::V3 => {
+                    "matte, mirror, metal, glass, plastic, substrate, translucent or none"
+                }
+                Dialect::V4 => {
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission or interface"
+                }
             };
             return Err(match instead_of(other) {
                 Some(instead) => set.error(format_args!(
@@ -160,6 +181,15 @@ fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, Scene
 
 fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
+    roughness_or(set, names, both)
+}
+
+/// Of `uroughness` and `vroughness`, or `both`.
+fn roughness_or(
+    set: &ParamSet,
+    names: &TextureNames,
+    both: Param,
+) -> Result<Roughness, SceneError> {
     let one = |name: &str| -> Result<Param, SceneError> {
         let value = float_param(set, names, name)?.unwrap_or(both);
         match value {
@@ -192,6 +222,35 @@ fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
         }
     }
     Err(set.error(what))
+}
+
+/// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
+fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
+    if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
+        return Ok(());
+    }
+    let what = "glossy transmission is not supported; use \"rgb Ks\" [0 0 0]";
+    Err(match set.find("Ks") {
+        Some(param) => set.error_at(param, what),
+        None => set.error(format_args!("\"Ks\" is 0.25 by default, and {what}")),
+    })
+}
+
+/// v4's `eta` of a dielectric, a number or a spectrum.
+fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+    let is_number = set
+        .find("eta")
+        .is_some_and(|p| p.ty == super::params::Type::Float);
+    let eta = if is_number {
+        float_param(set, names, "eta")?
+    } else {
+        // Without dispersion the index is one number: that of the green middle of the spectrum.
+        color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
+            Param::Constant(c) => Param::Constant([c[1]; 3]),
+            texture => texture,
+        })
+    };
+    positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))
 }
 
 fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
@@ -228,7 +287,18 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             diffuse,
             specular,
             roughness,
+        }
+        | MaterialKind::Substrate {
+            diffuse,
+            specular,
+            roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
+        MaterialKind::ThinDielectric { eta } => textured(eta),
+        MaterialKind::DiffuseTransmission {
+            reflectance,
+            transmittance,
+            ..
+        } => reflectance.iter().chain(transmittance).any(textured),
         MaterialKind::Interface => false,
     }
 }

@@ -363,6 +363,41 @@ fn materials_of_v3() {
             remap: Remap::None
         }
     );
+    for (given, u, remap) in [
+        ("", 0.1, Remap::V3),
+        (
+            "\"float uroughness\" .2 \"bool remaproughness\" \"false\"",
+            0.2,
+            Remap::None,
+        ),
+    ] {
+        assert_eq!(
+            kind(&format!("Material \"substrate\" {given}")),
+            MaterialKind::Substrate {
+                diffuse: grey(0.5),
+                specular: grey(0.5),
+                roughness: Roughness {
+                    u: grey(u),
+                    v: grey(0.1),
+                    remap
+                }
+            }
+        );
+    }
+    let s = v3(&format!(
+        "Material \"substrate\" \"float roughness\" .1 {V3_TRIANGLE}"
+    ));
+    assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
+    assert_eq!(
+        kind(
+            "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb transmit\" [.1 .2 .3] \"float roughness\" .2"
+        ),
+        MaterialKind::DiffuseTransmission {
+            reflectance: [grey(0.25), grey(0.5)],
+            transmittance: [grey(0.25), Param::Constant([0.1, 0.2, 0.3])],
+            scale: 1.0
+        }
+    );
     assert_eq!(kind("Material \"\""), MaterialKind::Interface);
     assert_eq!(kind("Material \"none\""), MaterialKind::Interface);
 }
@@ -400,6 +435,29 @@ fn materials_of_v4() {
         }
     );
     assert_eq!(kind("Material \"interface\""), MaterialKind::Interface);
+    for (eta, index) in [
+        ("", 1.5),
+        ("\"float eta\" 1.3", 1.3),
+        ("\"float eta\" 0", 1.0),
+    ] {
+        assert_eq!(
+            kind(&format!("Material \"thindielectric\" {eta}")),
+            MaterialKind::ThinDielectric { eta: grey(index) }
+        );
+    }
+    assert_eq!(
+        kind("Material \"diffusetransmission\" \"rgb transmittance\" [.1 .2 .3] \"float scale\" 2"),
+        MaterialKind::DiffuseTransmission {
+            reflectance: [grey(0.25), grey(1.0)],
+            transmittance: [Param::Constant([0.1, 0.2, 0.3]), grey(1.0)],
+            scale: 2.0
+        }
+    );
+    // Sheets have no roughness.
+    let s = v4(&format!(
+        "Material \"thindielectric\" \"float roughness\" .1 {V4_TRIANGLE}"
+    ));
+    assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
 }
 
 #[test]
@@ -502,6 +560,19 @@ fn what_is_not_supported_says_so_where_it_stands() {
     ] {
         let error = v4_error(&text);
         assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
+    }
+    for (ks, expected) in [
+        (
+            "",
+            "\"translucent\": \"Ks\" is 0.25 by default, and glossy transmission is not supported; use ",
+        ),
+        (
+            "\"rgb Ks\" [.1 0 0]",
+            "\"translucent\": parameter \"Ks\": glossy transmission is not supported; use ",
+        ),
+    ] {
+        let error = v3_error(&format!("Material \"translucent\" {ks} {V3_TRIANGLE}"));
+        assert!(error.contains(expected), "{error}");
     }
     let error = v3_error(&format!("Material \"uber\" {V3_TRIANGLE}"));
     assert!(

@@ -1,0 +1,65 @@
+//! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on either side (pbrt-v4,
+//! `DiffuseTransmissionBxDF`).
+
+use super::diffuse::{cosine_sample, same_side};
+use super::{Bsdf, BsdfSample, BsdfValue, Mode};
+use crate::simd::{Lanes, Mask, Vec3};
+use std::f32::consts::FRAC_1_PI;
+
+/// Row: reflectance (3), transmittance (3).
+pub struct DiffuseTransmission;
+
+/// Probability of reflection: by the largest channels, as in pbrt.
+#[inline(always)]
+fn reflection_probability<L: Lanes>(row: &[L; 8]) -> L {
+    let (r, t) = (
+        row[0].max(row[1]).max(row[2]),
+        row[3].max(row[4]).max(row[5]),
+    );
+    let sum = r + t;
+    L::select(sum.gt(L::zero()), r / sum, L::one())
+}
+
+impl Bsdf for DiffuseTransmission {
+    const DELTA: bool = false;
+    const LOBES: bool = true;
+
+    #[inline(always)]
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+        let p = reflection_probability(row);
+        let reflects = u[2].lt(p);
+        let chance = L::select(reflects, p, L::one() - p);
+        let albedo = Vec3::select(
+            reflects,
+            Vec3::new(row[0], row[1], row[2]),
+            Vec3::new(row[3], row[4], row[5]),
+        );
+        let (wi, cosine_pdf) = cosine_sample(wo, u);
+        let pdf = cosine_pdf * chance;
+        BsdfSample {
+            wi: Vec3::new(wi.x, wi.y, L::select(reflects, wi.z, -wi.z)),
+            weight: (albedo * (L::one() / chance)).or_zero(pdf.gt(L::zero())),
+            pdf,
+            pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI) * chance,
+        }
+    }
+
+    #[inline(always)]
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+        let reflects = same_side(wo, wi);
+        let valid = reflects.or((wo.z * wi.z).lt(L::zero()));
+        let p = reflection_probability(row);
+        let inv_pi = L::splat(FRAC_1_PI).or_zero(valid);
+        let chance = L::select(reflects, p, L::one() - p);
+        let albedo = Vec3::select(
+            reflects,
+            Vec3::new(row[0], row[1], row[2]),
+            Vec3::new(row[3], row[4], row[5]),
+        );
+        BsdfValue {
+            f: albedo * inv_pi,
+            pdf: wi.z.abs() * inv_pi * chance,
+            pdf_reverse: wo.z.abs() * inv_pi * chance,
+        }
+    }
+}

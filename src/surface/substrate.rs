@@ -1,0 +1,84 @@
+//! pbrt-v3's `substrate`: a diffuse base under a glossy coat, neither of which gets what the other reflects.
+//!
+//! The model of Ashikhmin and Shirley (2000, "An Anisotropic Phong Light Reflection Model") with the microfacets of Trowbridge and Reitz
+//! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
+//! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
+
+use super::diffuse::{cosine_sample, same_side};
+use super::microfacet::{TrowbridgeReitz, upper};
+use super::{Bsdf, BsdfSample, BsdfValue, Mode};
+use crate::simd::{Lanes, Mask, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// Row: diffuse (3), specular at normal incidence (3), alpha x, alpha y.
+pub struct Substrate;
+
+/// Makes a white base reflect all that a black coat lets through.
+const BASE: f32 = 28.0 / (23.0 * PI);
+
+/// Least cosines' product that the glossy lobe is divided by: what is left of it is finite.
+const LEAST: f32 = 1e-30;
+
+/// `1 - (1 - cos / 2)^5`, what the coat lets through, without the difference.
+#[inline(always)]
+fn admitted<L: Lanes>(cos: L) -> L {
+    let x = cos * L::splat(0.5);
+    let (five, ten) = (L::splat(5.0), L::splat(10.0));
+    x * (five - x * (ten - x * (ten - x * (five - x))))
+}
+
+impl Bsdf for Substrate {
+    const DELTA: bool = false;
+    const LOBES: bool = true;
+
+    #[inline(always)]
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+        let distribution = TrowbridgeReitz::of_row(row);
+        let (up, sign) = upper(wo);
+        let h = distribution.sample_normal(up, u[0], u[1]);
+        let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
+        let diffuse = u[2].lt(L::splat(0.5));
+        let wi = Vec3::select(diffuse, cosine_sample(up, u).0, glossy);
+        let value = Self::eval(row, up, wi);
+        let valid = value.pdf.gt(L::zero());
+        BsdfSample {
+            wi: Vec3::new(wi.x, wi.y, wi.z * sign),
+            weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+            pdf: value.pdf,
+            pdf_reverse: value.pdf_reverse,
+        }
+    }
+
+    #[inline(always)]
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+        let distribution = TrowbridgeReitz::of_row(row);
+        let (o, i) = (upper(wo).0, upper(wi).0);
+        let r = distribution.reflection(o, i);
+        // Half the length of the sum: of two directions along the surface, and opposite, either one's cosine against the half vector is left
+        // to the rounding of its length.
+        let sum = o + i;
+        let cos_h = (sum.length2().sqrt() * L::splat(0.5)).min(L::one());
+        // There may be no half vector at all.
+        let valid = same_side(wo, wi).and(cos_h.gt(L::zero()));
+        let base = Vec3::new(row[0], row[1], row[2]);
+        let coat = Vec3::new(row[3], row[4], row[5]);
+        // pbrt leaves the model out where both colours are black, although its coat reflects at grazing angles whatever its colour.
+        let brightest = row[1..6].iter().fold(row[0], |most, &c| most.max(c));
+        let rest = Vec3::splat([1.0; 3]) - coat;
+        let diffuse = base.mul_elem(rest) * (L::splat(BASE) * admitted(o.z) * admitted(i.z));
+        let d = distribution.d(sum.normalize());
+        let cosines = (cos_h * o.z.max(i.z)).max(L::splat(LEAST));
+        // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself would cancel.
+        let away = (o - i).length2() * L::splat(0.25) / (L::one() + cos_h);
+        let away2 = away * away;
+        let fresnel = coat + rest * (away2 * away2 * away);
+        let f = diffuse + fresnel * (d * L::splat(0.25) / cosines);
+        let half = L::splat(0.5);
+        let mix = |cos: L, glossy: L| half * L::splat(FRAC_1_PI).mul_add(cos, glossy);
+        BsdfValue {
+            f: f.or_zero(valid.and(brightest.gt(L::zero()))),
+            pdf: mix(i.z, r.pdf).or_zero(valid),
+            pdf_reverse: mix(o.z, r.pdf_reverse).or_zero(valid),
+        }
+    }
+}
