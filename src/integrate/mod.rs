@@ -313,6 +313,16 @@ impl Run<'_> {
         (x1 - x0, y1 - y0)
     }
 
+    /// How much longer the next round should be than one that took so long: [`ROUND`], or the time that is left.
+    fn pace(&self, taken: Duration) -> f64 {
+        let next = match self.settings.time {
+            Some(limit) => ROUND.min(limit.saturating_sub(self.start.elapsed())),
+            None => ROUND,
+        };
+        let ratio = next.as_secs_f64() / taken.as_secs_f64().max(1e-6);
+        ratio.clamp(0.01, 4.0)
+    }
+
     /// Time is up, or the observer has had enough.
     fn ended(&self) -> Option<EndedBy> {
         let late = (self.settings.time).is_some_and(|limit| self.start.elapsed() >= limit);

@@ -1,7 +1,7 @@
 //! Path tracing: the reference for everything else. Same kernels, independent samples, a fixed number per pixel.
 
 use super::error::{Groups, Looks, Tiles, relmse};
-use super::{EndedBy, Phase, ROUND, Render, Run, Stats, per_second};
+use super::{EndedBy, Phase, Render, Run, Stats, per_second};
 use crate::film::{FilterTable, GROUPS, Passes, Sample, SampleFilm};
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
@@ -74,12 +74,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             let reached = good_enough(run, &sums, &grid, done, &mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
         }
-        let next = match settings.time {
-            Some(limit) => ROUND.min(limit.saturating_sub(run.start.elapsed())),
-            None => ROUND,
-        };
-        let ratio = next.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-6);
-        step = ((step as f64 * ratio.clamp(0.01, 4.0)) as u64).max(batch);
+        step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
     let (width, height) = run.size();
     let passes = grid.passes(done, sums.filter());

@@ -1,6 +1,6 @@
 //! Who marches when: chains and mutations per depth, and the rounds in which threads march them.
 
-use super::{ROUND, Run};
+use super::Run;
 use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::mutate::Kernel;
@@ -240,7 +240,6 @@ impl<'a> March<'a> {
         let Some(longest) = longest.filter(|i| *i > 0) else {
             return EndedBy::Effort;
         };
-        let settings = self.run.settings;
         let start = Instant::now();
         // Fractions of the whole.
         let (mut done, mut step) = (0.0, 4.0 / f64::from(longest));
@@ -260,12 +259,7 @@ impl<'a> March<'a> {
                     return EndedBy::Target;
                 }
             }
-            let mut next = ROUND;
-            if let Some(limit) = settings.time {
-                next = next.min(limit.saturating_sub(self.run.start.elapsed()));
-            }
-            let ratio = next.as_secs_f64() / begin.elapsed().as_secs_f64().max(1e-6);
-            step = ((until - done) * ratio.clamp(0.01, 4.0)).max(f64::EPSILON);
+            step = ((until - done) * self.run.pace(begin.elapsed())).max(f64::EPSILON);
             done = until;
         }
         EndedBy::Effort

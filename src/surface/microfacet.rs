@@ -1,5 +1,7 @@
 //! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
 
+use super::diffuse::cosine_sample;
+use super::{Bsdf, BsdfSample};
 use crate::simd::{Lanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
@@ -83,6 +85,29 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         let c = (L::one() - a * a - b * b).max(L::zero()).sqrt();
         let n = t1.mul_add(a, t2.mul_add(b, stretched * c));
         Vec3::new(n.x * self.ax, n.y * self.ay, n.z.max(L::splat(1e-6))).normalize()
+    }
+}
+
+/// Samples a glossy coat over a diffuse base: visible normals or, with probability `diffuse`, a cosine; `B` weighs the result by both.
+#[inline(always)]
+pub fn sample_coated<B: Bsdf, L: Lanes>(
+    row: &[L; 8],
+    wo: Vec3<L>,
+    u: [L; 3],
+    diffuse: L,
+) -> BsdfSample<L> {
+    let distribution = TrowbridgeReitz::of_row(row);
+    let (up, sign) = upper(wo);
+    let h = distribution.sample_normal(up, u[0], u[1]);
+    let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
+    let wi = Vec3::select(u[2].lt(diffuse), cosine_sample(up, u).0, glossy);
+    let value = B::eval(row, up, wi);
+    let valid = value.pdf.gt(L::zero());
+    BsdfSample {
+        wi: Vec3::new(wi.x, wi.y, wi.z * sign),
+        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        pdf: value.pdf,
+        pdf_reverse: value.pdf_reverse,
     }
 }
 

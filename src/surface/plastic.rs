@@ -1,7 +1,7 @@
 //! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
 
-use super::diffuse::{cosine_sample, same_side};
-use super::microfacet::{TrowbridgeReitz, upper};
+use super::diffuse::same_side;
+use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -28,20 +28,7 @@ impl Bsdf for Plastic {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        let distribution = TrowbridgeReitz::of_row(row);
-        let (up, sign) = upper(wo);
-        let diffuse = u[2].lt(diffuse_probability(row));
-        let h = distribution.sample_normal(up, u[0], u[1]);
-        let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
-        let wi = Vec3::select(diffuse, cosine_sample(up, u).0, glossy);
-        let value = Self::eval(row, up, wi);
-        let valid = value.pdf.gt(L::zero());
-        BsdfSample {
-            wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
-            pdf: value.pdf,
-            pdf_reverse: value.pdf_reverse,
-        }
+        sample_coated::<Self, L>(row, wo, u, diffuse_probability(row))
     }
 
     #[inline(always)]

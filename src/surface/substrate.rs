@@ -4,8 +4,8 @@
 //! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
 //! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
 
-use super::diffuse::{cosine_sample, same_side};
-use super::microfacet::{TrowbridgeReitz, upper};
+use super::diffuse::same_side;
+use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -33,20 +33,7 @@ impl Bsdf for Substrate {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        let distribution = TrowbridgeReitz::of_row(row);
-        let (up, sign) = upper(wo);
-        let h = distribution.sample_normal(up, u[0], u[1]);
-        let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
-        let diffuse = u[2].lt(L::splat(0.5));
-        let wi = Vec3::select(diffuse, cosine_sample(up, u).0, glossy);
-        let value = Self::eval(row, up, wi);
-        let valid = value.pdf.gt(L::zero());
-        BsdfSample {
-            wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
-            pdf: value.pdf,
-            pdf_reverse: value.pdf_reverse,
-        }
+        sample_coated::<Self, L>(row, wo, u, L::splat(0.5))
     }
 
     #[inline(always)]
