@@ -141,7 +141,8 @@ fn sampling_follows_the_density() {
                     jacobian.push(j);
                 }
             }
-            let values = Kernels::eval::<f32x8>(kind, &row, &vec![wo32; wi.len()], &wi);
+            let values =
+                Kernels::eval::<f32x8>(kind, &row, &vec![wo32; wi.len()], &wi, Mode::Radiance);
             let cell = TAU / (n * n) as f64 * SAMPLES as f64;
             for ((value, at), j) in values.iter().zip(&at).zip(&jacobian) {
                 expected[*at] += f64::from(value.1) * j * cell;
@@ -195,8 +196,8 @@ fn samples_and_evaluations_are_consistent() {
                     .collect();
                 let sampled = Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Importance);
                 let wi: Vec<[f32; 3]> = sampled.iter().map(|s| s.0).collect();
-                let forth = Kernels::eval::<f32x8>(kind, &row, &wo, &wi);
-                let back = Kernels::eval::<f32x8>(kind, &row, &wi, &wo);
+                let forth = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, Mode::Importance);
+                let back = Kernels::eval::<f32x8>(kind, &row, &wi, &wo, Mode::Radiance);
                 for (i, (wi, weight, pdf, pdf_reverse)) in sampled.into_iter().enumerate() {
                     if weight == [0.0; 3] {
                         continue;
@@ -246,6 +247,11 @@ fn values_are_those_of_the_formulas() {
     let mut random = Random(3);
     for (kind, row) in rough_rows() {
         let row64 = row.map(f64::from);
+        let mode = if random.uniform() < 0.5 {
+            Mode::Radiance
+        } else {
+            Mode::Importance
+        };
         let wo: Vec<[f32; 3]> = (0..2000).map(|_| narrow(random.direction())).collect();
         // Half of the directions near the mirror direction, where lobes are.
         let wi: Vec<[f32; 3]> = (wo.iter().enumerate())
@@ -255,9 +261,9 @@ fn values_are_those_of_the_formulas() {
                 narrow(unit(add(mirror, scale(random.direction(), spread))))
             })
             .collect();
-        let values = Kernels::eval::<f32x8>(kind, &row, &wo, &wi);
+        let values = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, mode);
         for ((wo, wi), (f, pdf, reverse)) in wo.iter().zip(&wi).zip(values) {
-            let want = bsdf::eval(kind, &row64, wide(*wo), wide(*wi));
+            let want = bsdf::eval(kind, &row64, wide(*wo), wide(*wi), mode);
             // Directions are as good as their last place; a half vector made of them in `f32`, a few places worse.
             let (mut shaken, mut trial) = ([0.0f64; 5], 0);
             while trial < 8 {
@@ -265,7 +271,7 @@ fn values_are_those_of_the_formulas() {
                     let moved = add(wide(w), scale(random.direction(), 4.0 * EPSILON));
                     unit(moved)
                 };
-                let other = bsdf::eval(kind, &row64, shake(*wo), shake(*wi));
+                let other = bsdf::eval(kind, &row64, shake(*wo), shake(*wi), mode);
                 let change = [
                     other.pdf - want.pdf,
                     other.pdf_reverse - want.pdf_reverse,
@@ -399,11 +405,13 @@ fn both_widths_give_the_same_bits() {
                 assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
             }
         }
-        let one = Kernels::eval::<f32>(kind, &row, &wo, &wi);
-        let eight = Kernels::eval::<f32x8>(kind, &row, &wo, &wi);
-        for (a, b) in one.iter().zip(&eight) {
-            let bits = |v: &Evaluated| (v.0.map(f32::to_bits), v.1.to_bits(), v.2.to_bits());
-            assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
+        for mode in [Mode::Radiance, Mode::Importance] {
+            let one = Kernels::eval::<f32>(kind, &row, &wo, &wi, mode);
+            let eight = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, mode);
+            for (a, b) in one.iter().zip(&eight) {
+                let bits = |v: &Evaluated| (v.0.map(f32::to_bits), v.1.to_bits(), v.2.to_bits());
+                assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
+            }
         }
     }
 }
@@ -438,7 +446,8 @@ fn grazing_angles_give_numbers() {
                 }
             }
             for &i in &wo {
-                let (f, pdf, reverse) = Kernels::eval::<f32>(kind, &row, &[o], &[i])[0];
+                let (f, pdf, reverse) =
+                    Kernels::eval::<f32>(kind, &row, &[o], &[i], Mode::Radiance)[0];
                 let what = format!("{kind:?} {row:?} {o:?} {i:?}: {f:?} {pdf} {reverse}");
                 assert!(f.iter().all(|v| v.is_finite() && *v >= 0.0), "{what}");
                 assert!(pdf.is_finite() && pdf >= 0.0, "{what}");

@@ -119,9 +119,15 @@ proptest! {
 
     /// Values and densities of any two directions are numbers.
     #[test]
-    fn scattering_has_values_that_are_numbers((kind, row) in material(), wo in direction(), wi in direction()) {
-        let value = Kernels::eval::<f32>(kind, &row, &[wo], &[wi])[0];
-        prop_assert_eq!(value, Kernels::eval::<f32x8>(kind, &row, &[wo], &[wi])[0]);
+    fn scattering_has_values_that_are_numbers(
+        (kind, row) in material(),
+        wo in direction(),
+        wi in direction(),
+        importance in any::<bool>(),
+    ) {
+        let mode = if importance { Mode::Importance } else { Mode::Radiance };
+        let value = Kernels::eval::<f32>(kind, &row, &[wo], &[wi], mode)[0];
+        prop_assert_eq!(value, Kernels::eval::<f32x8>(kind, &row, &[wo], &[wi], mode)[0]);
         let (f, pdf, reverse) = value;
         prop_assert!(f.iter().chain([&pdf, &reverse]).all(|x| good(*x)), "{:?}", value);
     }

@@ -1,7 +1,7 @@
 //! The scattering functions once more: `f64`, textbook forms, not those of the renderer.
 
 use super::vector::{V, add, dot, unit};
-use crate::surface::Kind;
+use crate::surface::{Kind, Mode};
 use std::f64::consts::PI;
 
 /// Unpolarised Fresnel reflectance of a dielectric, `eta` far over near side, from Snell's law and the two amplitudes; and the cosine of the
@@ -76,7 +76,7 @@ pub struct Value {
     pub pdf_reverse: f64,
 }
 
-pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
+pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, _: Mode) -> Value {
     let dark = Value {
         f: [0.0; 3],
         pdf: 0.0,

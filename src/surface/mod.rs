@@ -140,6 +140,7 @@ pub trait Bsdf {
     /// Samples a direction from three primary samples (the third is 0 unless [`Kind::has_lobes`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
 
-    /// Value and densities for two given directions (0 for delta BSDFs).
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L>;
+    /// Value and densities for two given directions (0 for delta BSDFs). Reflection is the same in both modes; of transmission, one mode is
+    /// the other with the directions swapped.
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L>;
 }

@@ -27,14 +27,14 @@ impl Bsdf for Plastic {
     const LOBES: bool = true;
 
     #[inline(always)]
-    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
         let distribution = TrowbridgeReitz::of_row(row);
         let (up, sign) = upper(wo);
         let diffuse = u[2].lt(diffuse_probability(row));
         let h = distribution.sample_normal(up, u[0], u[1]);
         let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
         let wi = Vec3::select(diffuse, cosine_sample(up, u).0, glossy);
-        let value = Self::eval(row, up, wi);
+        let value = Self::eval(row, up, wi, mode);
         let valid = value.pdf.gt(L::zero());
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * sign),
@@ -45,7 +45,7 @@ impl Bsdf for Plastic {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let distribution = TrowbridgeReitz::of_row(row);
         let valid = same_side(wo, wi);
         let (o, i) = (upper(wo).0, upper(wi).0);
