@@ -5,6 +5,7 @@
 //! as they are in `f32`; the parameters of a textured BSDF are those that `f32` looked up.
 
 use super::Recorder;
+use super::bsdf::unpacked_alphas;
 use super::lights::ellipsoid;
 use super::path::{End, Path, Vertex};
 use super::reference::axes;
@@ -373,11 +374,21 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
                 glossy()
             })
         }
+        Kind::RoughDielectric => {
+            let (ax, ay) = unpacked_alphas(row[7]);
+            let h = visible_normal(up, ax, ay, u);
+            let c = dot(up, h);
+            with_side(if reflected(step) {
+                sub(scale(h, 2.0 * c), up)
+            } else {
+                // Walter et al. 2007, equation 40.
+                let eta = if z > 0.0 { 1.0 / row[6] } else { row[6] };
+                let root = (1.0 + eta * eta * (c * c - 1.0)).max(0.0).sqrt();
+                sub(scale(h, eta * c - root), scale(up, eta))
+            })
+        }
         Kind::SmoothDielectric => {
-            let ns = step.vertex.ns;
-            let side = |w: [f32; 3]| dot(wide(w), ns) > 0.0;
-            let reflected = step.sampled.is_some_and(|s| side(s.wi) == side(step.wo));
-            if reflected {
+            if reflected(step) {
                 [-x, -y, z]
             } else {
                 let eta = if z > 0.0 { row[6] } else { 1.0 / row[6] };
@@ -391,6 +402,12 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
         }
     };
     unit(from_axes([s, t, v.ns], wi))
+}
+
+/// Whether the direction that `f32` sampled is on the side that it came from.
+fn reflected(step: &Step) -> bool {
+    let side = |w: [f32; 3]| dot(wide(w), step.vertex.ns) > 0.0;
+    step.sampled.is_some_and(|s| side(s.wi) == side(step.wo))
 }
 
 /// A visible normal of the Trowbridge-Reitz distribution (Heitz 2018, listing 1).

@@ -262,7 +262,11 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
             let bend = 1.0 / (eta * eta);
             lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
         }
-        Kind::Diffuse | Kind::OrenNayar | Kind::RoughConductor | Kind::Plastic => {
+        Kind::Diffuse
+        | Kind::OrenNayar
+        | Kind::RoughConductor
+        | Kind::Plastic
+        | Kind::RoughDielectric => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let value = bsdf::eval(v.kind, &row, local(wo), local(wi), Mode::Radiance);

@@ -14,6 +14,7 @@ pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod rough_dielectric;
 pub mod texture;
 
 pub use self::material::MaterialTable;
@@ -30,10 +31,11 @@ pub enum Kind {
     RoughConductor,
     SmoothDielectric,
     Plastic,
+    RoughDielectric,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 7] = [
+    pub const ALL: [Kind; 8] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -41,6 +43,7 @@ impl Kind {
         Kind::RoughConductor,
         Kind::SmoothDielectric,
         Kind::Plastic,
+        Kind::RoughDielectric,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
@@ -53,7 +56,10 @@ impl Kind {
 
     /// [`Bsdf::LOBES`].
     pub fn has_lobes(self) -> bool {
-        matches!(self, Kind::SmoothDielectric | Kind::Plastic)
+        matches!(
+            self,
+            Kind::SmoothDielectric | Kind::Plastic | Kind::RoughDielectric
+        )
     }
 
     pub fn name(self) -> &'static str {
@@ -65,6 +71,7 @@ impl Kind {
             Kind::RoughConductor => "rough conductor",
             Kind::SmoothDielectric => "smooth dielectric",
             Kind::Plastic => "plastic",
+            Kind::RoughDielectric => "rough dielectric",
         }
     }
 }
@@ -81,6 +88,7 @@ macro_rules! for_kind {
             $crate::surface::Kind::RoughConductor => $self.$f::<$crate::surface::conductor::Rough $(, $g)*>($($arg),*),
             $crate::surface::Kind::SmoothDielectric => $self.$f::<$crate::surface::dielectric::Smooth $(, $g)*>($($arg),*),
             $crate::surface::Kind::Plastic => $self.$f::<$crate::surface::plastic::Plastic $(, $g)*>($($arg),*),
+            $crate::surface::Kind::RoughDielectric => $self.$f::<$crate::surface::rough_dielectric::Rough $(, $g)*>($($arg),*),
         }
     };
 }

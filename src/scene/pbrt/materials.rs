@@ -3,7 +3,7 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
-use super::params::{ParamSet, Values};
+use super::params::ParamSet;
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::spectrum;
 use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
@@ -89,7 +89,6 @@ pub(super) fn build(
             roughness: roughness(set, names, 0.1)?,
         },
         (Dialect::V3, "glass") => {
-            smooth(set, names)?;
             let eta = match float_param(set, names, "eta")? {
                 Some(eta) => eta,
                 None => float_param_or(set, names, "index", 1.5)?,
@@ -98,10 +97,10 @@ pub(super) fn build(
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
                 eta: positive(set, eta)?,
+                roughness: roughness_by_axis(set, names, Param::Constant([0.0; 3]))?,
             }
         }
         (Dialect::V4, "dielectric") => {
-            smooth(set, names)?;
             let is_number = set
                 .find("eta")
                 .is_some_and(|p| p.ty == super::params::Type::Float);
@@ -118,6 +117,7 @@ pub(super) fn build(
                 reflectance: Param::Constant([1.0; 3]),
                 transmittance: Param::Constant([1.0; 3]),
                 eta: positive(set, eta.unwrap_or(Param::Constant([1.5; 3])))?,
+                roughness: roughness(set, names, 0.0)?,
             }
         }
         (dialect, other) => {
@@ -160,6 +160,15 @@ fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, Scene
 
 fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
+    roughness_by_axis(set, names, both)
+}
+
+/// Of materials without `roughness`; `both` is what an axis has that is not given.
+fn roughness_by_axis(
+    set: &ParamSet,
+    names: &TextureNames,
+    both: Param,
+) -> Result<Roughness, SceneError> {
     let one = |name: &str| -> Result<Param, SceneError> {
         let value = float_param(set, names, name)?.unwrap_or(both);
         match value {
@@ -176,22 +185,6 @@ fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Rough
         (true, Dialect::V4) => Remap::V4,
     };
     Ok(Roughness { u, v, remap })
-}
-
-/// Glass must be smooth, whatever way its roughness is written.
-fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
-    let given = roughness(set, names, 0.0)?;
-    if given.u == Param::Constant([0.0; 3]) && given.v == given.u {
-        return Ok(());
-    }
-    let what = "rough dielectrics are not supported; use roughness 0";
-    for name in ["uroughness", "vroughness", "roughness"] {
-        let rough = |p: &&super::params::Param| p.values != Values::Numbers(vec![0.0]);
-        if let Some(param) = set.find(name).filter(rough) {
-            return Err(set.error_at(param, what));
-        }
-    }
-    Err(set.error(what))
 }
 
 fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
@@ -223,7 +216,13 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             reflectance,
             transmittance,
             eta,
-        } => textured(reflectance) || textured(transmittance) || textured(eta),
+            roughness,
+        } => {
+            textured(reflectance)
+                || textured(transmittance)
+                || textured(eta)
+                || anisotropic(roughness)
+        }
         MaterialKind::Plastic {
             diffuse,
             specular,
