@@ -126,12 +126,12 @@ impl Camera {
 
     /// True if the lens takes two primary samples.
     pub fn has_lens(&self) -> bool {
-        self.lens_radius > 0.0
+        !crate::BARE && self.lens_radius > 0.0
     }
 
     /// True if `pdf` values are per area on a plane and distances to the camera leave densities alone.
     pub fn is_parallel(&self) -> bool {
-        self.projection == Projection::Orthographic
+        !crate::BARE && self.projection == Projection::Orthographic
     }
 
     /// Where the camera stands, internal space.

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::builder::PossibleValue;
 use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
 
 use super::Failure;
@@ -11,6 +12,7 @@ pub use super::compare::args::CompareArgs;
 pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::integrate::{Settings, Width};
+use crate::plan::Forced;
 use crate::scene::{Film, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
@@ -111,6 +113,18 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub chains: ChainArgs,
+
+    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
+    ///
+    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
+    #[arg(
+        long,
+        value_name = "EFFECTS",
+        value_delimiter = ',',
+        hide_short_help = true,
+        help_heading = "Algorithm"
+    )]
+    pub force_effects: Vec<Forced>,
 
     /// Samples per pixel (pt)
     #[arg(
@@ -269,6 +283,23 @@ pub struct InspectArgs {
     /// Most scattering events on a path [default: as the scene says]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
     pub max_depth: Option<u32>,
+
+    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
+    ///
+    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
+    #[arg(
+        long,
+        value_name = "EFFECTS",
+        value_delimiter = ',',
+        hide_short_help = true
+    )]
+    pub force_effects: Vec<Forced>,
+
+    /// Print a JSON object in place of tables
+    ///
+    /// Lengths are those of the scene file; sizes are in bytes, times in seconds.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Measure how fast this machine renders a scene, and where the time goes
@@ -313,6 +344,17 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
     pub max_depth: Option<u32>,
 
+    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
+    ///
+    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
+    #[arg(
+        long,
+        value_name = "EFFECTS",
+        value_delimiter = ',',
+        hide_short_help = true
+    )]
+    pub force_effects: Vec<Forced>,
+
     /// Independent paths per depth that start the chains [default: as the scene says]
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP))]
     pub bootstrap: Option<u64>,
@@ -324,6 +366,16 @@ pub struct BenchArgs {
     /// Print nothing but the figures, warnings and errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl ValueEnum for Forced {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.name()))
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -380,6 +432,7 @@ impl RenderArgs {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
         s.target_error = self.target_error;
         s.estimate_error = !self.no_estimate;
+        s.forced = self.force_effects.clone();
         s.error_layers = self.error_layers;
         if self.target_error.is_some() && self.time.is_none() {
             s.mutations_per_pixel = ENDLESS;

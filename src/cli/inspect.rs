@@ -1,5 +1,7 @@
 //! `phalanx inspect`: what a scene holds, and how it would be rendered. To stdout.
 
+mod json;
+
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
 
@@ -13,7 +15,7 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
+    Camera, Filter, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -27,7 +29,11 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
         let message = format!("{}: maxdepth {max_depth} is beyond {most}", input.name);
         return Err(Failure::Input(message));
     }
-    let world = World::new(&input.scene, max_depth);
+    let world = World::with_forced(&input.scene, max_depth, &args.force_effects);
+    if args.json {
+        outputs::print(&json::document(&input, &world))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut text = String::new();
     // Writing to a string does not fail.
     let _ = report(&mut text, &input, &world);
@@ -236,13 +242,7 @@ fn film(out: &mut String, scene: &Scene) -> fmt::Result {
     if film.crop != [0, film.width, 0, film.height] {
         writeln!(out, "  crop          x {x0} to {x1}, y {y0} to {y1}")?;
     }
-    let filter = match film.filter.kind {
-        FilterKind::Box => "box".to_string(),
-        FilterKind::Triangle => "triangle".to_string(),
-        FilterKind::Gaussian { alpha } => format!("Gaussian (alpha {alpha})"),
-        FilterKind::Mitchell { b, c } => format!("Mitchell (B {b}, C {c})"),
-        FilterKind::Sinc { tau } => format!("Lanczos-windowed sinc (tau {tau})"),
-    };
+    let filter = film_filter(&film.filter);
     let radius = film.filter.radius;
     writeln!(
         out,
@@ -256,6 +256,23 @@ fn film(out: &mut String, scene: &Scene) -> fmt::Result {
         writeln!(out, "  filename      {name}")?;
     }
     Ok(())
+}
+
+fn film_filter(filter: &Filter) -> String {
+    match filter.kind {
+        FilterKind::Box => "box".to_string(),
+        FilterKind::Triangle => "triangle".to_string(),
+        FilterKind::Gaussian { alpha } => format!("Gaussian (alpha {alpha})"),
+        FilterKind::Mitchell { b, c } => format!("Mitchell (B {b}, C {c})"),
+        FilterKind::Sinc { tau } => format!("Lanczos-windowed sinc (tau {tau})"),
+    }
+}
+
+fn projection_name(projection: Projection) -> &'static str {
+    match projection {
+        Projection::Perspective => "perspective",
+        Projection::Orthographic => "orthographic",
+    }
 }
 
 fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {

@@ -284,6 +284,7 @@ mod tests {
             estimate_error: true,
             error_layers: false,
             batch: None,
+            forced: Vec::new(),
             switches: crate::switches::Switches::NONE,
         };
         let list = attributes("a.pbrt", &settings, &stats);

@@ -27,7 +27,7 @@ pub struct Geometry<'a> {
 }
 
 /// What a hit point needs beyond position and geometric normal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
     /// Texture coordinates.
     pub uv: bool,
@@ -62,6 +62,14 @@ pub struct AreaSample<L: Lanes> {
     pub ng: Vec3<L>,
     /// Per internal area.
     pub pdf: L,
+}
+
+impl Wanted {
+    /// What a build without effects can want.
+    #[inline(always)]
+    fn known(self) -> Self {
+        if crate::BARE { Self::default() } else { self }
+    }
 }
 
 impl<'a> Geometry<'a> {
@@ -132,6 +140,7 @@ impl<'a> Geometry<'a> {
         [t, b1, b2]: [L; 3],
         wanted: Wanted,
     ) -> SurfacePoint<L> {
+        let wanted = wanted.known();
         let point = self.triangle_point(prim, b1, b2, wanted);
         let triangles = self.triangles.len() as u32;
         if !wanted.spheres || prim.iter().all(|p| *p < triangles) {
@@ -254,13 +263,7 @@ impl<'a> Geometry<'a> {
         // pbrt-v3, section 13.6.5.
         let root = u.sqrt();
         let b1 = v * root;
-        let wanted = Wanted {
-            uv: false,
-            tangent: false,
-            normals: false,
-            spheres: false,
-        };
-        let point = self.triangle_point(prim, b1, L::one() - root, wanted);
+        let point = self.triangle_point(prim, b1, L::one() - root, Wanted::default());
         AreaSample {
             p: point.p,
             error: point.error,
@@ -274,13 +277,7 @@ impl<'a> Geometry<'a> {
     pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L) -> AreaSample<L> {
         let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
         let w = math::uniform_sphere(u, v);
-        let wanted = Wanted {
-            uv: false,
-            tangent: false,
-            normals: false,
-            spheres: true,
-        };
-        let point = self.sphere_point(&map, w, wanted);
+        let point = self.sphere_point(&map, w, Wanted::default());
         AreaSample {
             p: point.p,
             error: point.error,

@@ -15,6 +15,7 @@ pub use self::mixed::{CrossCheck, DepthStats};
 pub use self::needs::{Need, Needs};
 pub use self::revisit::{Visit, Whose, revisit};
 
+use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::switches::{self, Switches};
@@ -54,6 +55,8 @@ pub struct Settings {
     pub error_layers: bool,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
     pub batch: Option<usize>,
+    /// Effects that are on though the scene does not call for them.
+    pub forced: Vec<Forced>,
     /// Cheaper alternatives that are on; none unless this is a bench build.
     pub switches: Switches,
 }
@@ -95,6 +98,7 @@ impl Settings {
             estimate_error: true,
             error_layers: false,
             batch: None,
+            forced: Vec::new(),
             switches: Switches::NONE,
         }
     }
@@ -227,8 +231,16 @@ pub fn render(
     check(settings)?;
     let pool = pool(settings.threads)?;
     observer.progress(Phase::Build, 0, 1);
-    let world = World::new(scene, settings.max_depth);
+    let world = World::with_forced(scene, settings.max_depth, &settings.forced);
     observer.progress(Phase::Build, 1, 1);
+    if crate::BARE
+        && let [first, ..] = &world.plan.effects.beyond_bare()[..]
+    {
+        return Err(RenderError::Settings(format!(
+            "this build was made without the effects that the scene calls for: {} ({})",
+            first.effect, first.reason
+        )));
+    }
     let run = Run {
         scene,
         world: &world,

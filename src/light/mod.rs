@@ -20,7 +20,7 @@ use crate::trace::offset;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// The kinds of light kernels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Kind {
     Triangle,
@@ -33,7 +33,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    const ALL: [Kind; 7] = [
+    pub const ALL: [Kind; 7] = [
         Kind::Triangle,
         Kind::Sphere,
         Kind::Point,
@@ -42,6 +42,17 @@ impl Kind {
         Kind::InfiniteConstant,
         Kind::InfiniteImage,
     ];
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Triangle => "area light of triangles",
+            Kind::Sphere => "sphere light",
+            Kind::Point => "point light",
+            Kind::Spot => "spotlight",
+            Kind::Distant => "distant light",
+            Kind::InfiniteConstant => "constant environment",
+            Kind::InfiniteImage => "environment image",
+        }
+    }
     pub fn is_delta(self) -> bool {
         matches!(self, Kind::Point | Kind::Spot | Kind::Distant)
     }
@@ -232,6 +243,11 @@ impl LightTable {
         factor * f64::from((colour[0] + colour[1] + colour[2]) / 3.0)
     }
 
+    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there.
+    pub fn try_every_kind(&mut self) {
+        self.present = Kind::ALL.into();
+    }
+
     pub fn len(&self) -> usize {
         self.kinds.len()
     }
@@ -306,6 +322,7 @@ impl LightTable {
         };
         let base = L::load_rows(&self.base, light);
         for &kind in &self.present {
+            let kind = if crate::BARE { Kind::Triangle } else { kind };
             let mask = self.mask_of::<L>(kind, light);
             if !mask.any() {
                 continue;
@@ -425,6 +442,7 @@ impl LightTable {
         };
         let base = L::load_rows(&self.base, light);
         for &kind in &self.present {
+            let kind = if crate::BARE { Kind::Triangle } else { kind };
             let mask = self.mask_of::<L>(kind, light);
             if !mask.any() {
                 continue;

@@ -2,16 +2,19 @@
 //!
 //! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
 
-use crate::camera::Camera;
-use crate::light::LightTable;
-use crate::scene::Scene;
-use crate::surface::{Kind, MaterialTable};
-use std::fmt;
+mod effects;
+mod report;
+
+pub use self::effects::{Effect, Effects, Forced, Member};
+pub use self::report::Report;
+use crate::surface::Kind;
 use std::ops::Range;
 
 /// The plan of a render.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// What all the rest follows from.
+    pub effects: Effects,
     /// BSDF kernels, a queue each.
     pub kinds: Vec<Kind>,
     /// One plan per depth, `0..=max_depth`.
@@ -79,34 +82,16 @@ impl Layout {
 }
 
 impl Plan {
-    pub fn new(
-        scene: &Scene,
-        max_depth: u32,
-        materials: &MaterialTable,
-        lights: &LightTable,
-        camera: &Camera,
-    ) -> Self {
-        let mut used = vec![false; materials.entries.len()];
-        for shape in &scene.shapes {
-            used[shape.material as usize] = true;
-        }
-        let mut kinds: Vec<Kind> = (materials.entries.iter().enumerate())
-            .filter(|(i, _)| used[*i])
-            .map(|(_, e)| e.kind)
-            .collect();
-        kinds.sort();
-        kinds.dedup();
+    /// For paths of up to `max_depth` scattering events.
+    pub fn new(effects: Effects, max_depth: u32) -> Self {
         let mut plan = Self {
-            per_bounce: if kinds.iter().any(|k| k.has_lobes()) {
-                3
-            } else {
-                2
-            },
-            lens: camera.has_lens(),
-            light_choice: lights.needs_choice(),
-            connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
-            hits_lights: lights.any_non_delta(),
-            kinds,
+            kinds: effects.kinds(),
+            per_bounce: if effects.has(Effect::Lobes) { 3 } else { 2 },
+            lens: effects.has(Effect::Lens),
+            light_choice: effects.has(Effect::LightChoice),
+            connectable: effects.has(Effect::Connections),
+            hits_lights: effects.has(Effect::ChanceHits),
+            effects,
             depths: Vec::new(),
         };
         plan.depths = (0..=max_depth).map(|k| plan.depth_plan(k)).collect();
@@ -168,90 +153,5 @@ impl Plan {
             per_bounce: self.per_bounce,
             total: next,
         }
-    }
-}
-
-impl fmt::Display for Plan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<_> = self.kinds.iter().map(|k| k.name()).collect();
-        writeln!(
-            f,
-            "  kernels       {}",
-            if names.is_empty() {
-                "none".into()
-            } else {
-                names.join(", ")
-            }
-        )?;
-        let yes = |on: bool, what: &'static str, why: &'static str| {
-            format!(
-                "{} ({why})",
-                if on {
-                    what.to_string()
-                } else {
-                    format!("no {what}")
-                }
-            )
-        };
-        let lens = if self.lens {
-            "lensradius > 0"
-        } else {
-            "pinhole"
-        };
-        writeln!(
-            f,
-            "  lens          {}",
-            yes(self.lens, "lens samples", lens)
-        )?;
-        let many = if self.light_choice {
-            "more than one light"
-        } else {
-            "at most one light"
-        };
-        writeln!(
-            f,
-            "  lights        {}",
-            yes(self.light_choice, "choice sample", many)
-        )?;
-        let lobes = if self.per_bounce == 3 {
-            "a BSDF has several lobes"
-        } else {
-            "every BSDF has one lobe"
-        };
-        writeln!(
-            f,
-            "  lobes         {}",
-            yes(self.per_bounce == 3, "lobe sample", lobes)
-        )?;
-        let chance = if self.hits_lights {
-            "an area or infinite light"
-        } else {
-            "every light is a delta light"
-        };
-        writeln!(
-            f,
-            "  s = 0         {}",
-            yes(self.hits_lights, "camera subpaths meet lights", chance)
-        )?;
-        let join = if self.connectable {
-            "a BSDF that is not a delta"
-        } else {
-            "no light, or delta BSDFs only"
-        };
-        writeln!(
-            f,
-            "  s >= 1        {}",
-            yes(self.connectable, "connections", join)
-        )?;
-        writeln!(f, "  depth  strategies s          primary samples")?;
-        for d in &self.depths {
-            let list = match d.strategies.as_slice() {
-                [] => "none".to_string(),
-                [one] => one.to_string(),
-                [first, .., last] => format!("{first}..{last}"),
-            };
-            writeln!(f, "  {:>5}  {:<21} {}", d.depth, list, d.layout.total)?;
-        }
-        Ok(())
     }
 }

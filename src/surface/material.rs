@@ -15,6 +15,8 @@ pub struct Entry {
     pub kind: Kind,
     /// Its row must be evaluated per hit.
     pub textured: bool,
+    /// It needs a tangent.
+    pub anisotropic: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
@@ -27,8 +29,6 @@ pub struct MaterialTable<'a> {
     images: &'a [Image],
     /// Image textures of each material.
     looked_up: Vec<Vec<u32>>,
-    /// Some material needs a tangent.
-    pub anisotropic: bool,
 }
 
 impl<'a> MaterialTable<'a> {
@@ -40,20 +40,14 @@ impl<'a> MaterialTable<'a> {
             textures: &scene.textures,
             images: &scene.images,
             looked_up: Vec::new(),
-            anisotropic: false,
         };
         for Material { kind, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
             let entry = Entry {
                 kind: kernel(kind),
                 textured,
+                anisotropic: roughness(kind).is_some_and(|r| r.u != r.v),
             };
-            if let MaterialKind::Conductor { roughness, .. }
-            | MaterialKind::Substrate { roughness, .. }
-            | MaterialKind::Dielectric { roughness, .. } = kind
-            {
-                table.anisotropic |= roughness.u != roughness.v;
-            }
             table.entries.push(entry);
             let mut images = Vec::new();
             for param in params(kind) {
@@ -66,6 +60,13 @@ impl<'a> MaterialTable<'a> {
             table.rows.push(row);
         }
         table
+    }
+
+    /// Has every row evaluated per hit, as those of textured materials are.
+    pub fn evaluate_per_hit(&mut self) {
+        for entry in &mut self.entries {
+            entry.textured = true;
+        }
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
@@ -148,6 +149,17 @@ impl<'a> MaterialTable<'a> {
             MaterialKind::Interface => {}
         }
         Row(row)
+    }
+}
+
+/// The roughness that makes lobes of different widths along `u` and `v`.
+fn roughness(kind: &MaterialKind) -> Option<Roughness> {
+    match kind {
+        MaterialKind::Conductor { roughness, .. }
+        | MaterialKind::Substrate { roughness, .. }
+        | MaterialKind::Plastic { roughness, .. }
+        | MaterialKind::Dielectric { roughness, .. } => Some(*roughness),
+        _ => None,
     }
 }
 

@@ -6,6 +6,7 @@ use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Lists, Paths, Side, Tip};
 use super::samples::Samples;
+use crate::BARE;
 use crate::geometry::shading_frame;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, Vec3};
@@ -151,7 +152,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[0].load::<L>(chunk);
-            let light = if self.plan.light_choice {
+            let light = if !BARE && self.plan.light_choice {
                 self.lights
                     .choose::<L>(samples.gather(at.choice, chunk), chunk.len())
             } else {
@@ -196,7 +197,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
-            let lens = if self.plan.lens {
+            let lens = if !BARE && self.plan.lens {
                 (
                     samples.gather(at.point, chunk),
                     samples.gather(at.point + 1, chunk),

@@ -24,7 +24,7 @@ pub use self::paths::{Outcome, Paths};
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
-use crate::plan::Plan;
+use crate::plan::{Effects, Forced, Plan};
 use crate::scene::Scene;
 use crate::surface::MaterialTable;
 use crate::trace::Tracer;
@@ -44,25 +44,32 @@ pub struct World<'a> {
 impl<'a> World<'a> {
     /// Builds the tracer and every table; `max_depth` is the largest number of scattering events.
     pub fn new(scene: &'a Scene, max_depth: u32) -> Self {
+        Self::with_forced(scene, max_depth, &[])
+    }
+
+    /// With effects turned on that the scene does not call for.
+    pub fn with_forced(scene: &'a Scene, max_depth: u32, forced: &[Forced]) -> Self {
         let geometry = Geometry::new(scene);
-        let materials = MaterialTable::new(scene);
-        let lights = LightTable::new(scene, &geometry);
+        let mut materials = MaterialTable::new(scene);
+        let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
-        let plan = Plan::new(scene, max_depth, &materials, &lights, &camera);
-        let wanted = Wanted {
-            uv: materials.entries.iter().any(|e| e.textured),
-            tangent: materials.anisotropic,
-            normals: scene.vertices.iter().any(|v| v.n != [0.0; 3]),
-            spheres: !scene.spheres.is_empty(),
-        };
+        let mut effects = Effects::of(scene, &materials, &lights);
+        effects.force(forced);
+        let on = |group| forced.contains(&group) || forced.contains(&Forced::All);
+        if on(Forced::Textures) {
+            materials.evaluate_per_hit();
+        }
+        if on(Forced::Lights) {
+            lights.try_every_kind();
+        }
         Self {
+            wanted: effects.wanted(),
+            plan: Plan::new(effects, max_depth),
             tracer: Tracer::build(scene),
             geometry,
             materials,
             lights,
             camera,
-            plan,
-            wanted,
         }
     }
 }

@@ -6,6 +6,7 @@ use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Paths, Side};
 use super::samples::Samples;
+use crate::BARE;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::Bsdf;
@@ -46,7 +47,7 @@ impl World<'_> {
         for chunk in list.chunks(L::N) {
             let u: L = samples.gather(raster, chunk);
             let v: L = samples.gather(raster + 1, chunk);
-            let lens = if self.plan.lens {
+            let lens = if !BARE && self.plan.lens {
                 (samples.gather(lens, chunk), samples.gather(lens + 1, chunk))
             } else {
                 (L::zero(), L::zero())
@@ -82,7 +83,7 @@ impl World<'_> {
         started: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let light = if self.plan.light_choice {
+            let light = if !BARE && self.plan.light_choice {
                 self.lights
                     .choose::<L>(samples.gather(choice, chunk), chunk.len())
             } else {
@@ -163,7 +164,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if entry.textured {
+                if !BARE && entry.textured {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     self.materials.announce(shape.material as usize, uv);

@@ -88,7 +88,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         );
         return Err(RenderError::Settings(message).into());
     }
-    let world = World::new(scene, settings.max_depth);
+    let world = World::with_forced(scene, settings.max_depth, &settings.forced);
     let (bootstraps, bootstrap) = pool.install(|| run_bootstrap(&world, settings));
     if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {
         return Err(dark(&world, settings));

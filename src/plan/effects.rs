@@ -1,0 +1,306 @@
+//! The effects that a scene calls for, each with the reason. Everything else in a [`Plan`](super::Plan) follows from this set.
+
+use crate::geometry::Wanted;
+use crate::light::{self, LightTable};
+use crate::scene::{Material, Scene};
+use crate::surface::{Kind, MaterialTable};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Something that some scenes need and others do not, and that costs time where it is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// A BSDF kernel with a queue of its own.
+    Surface(Kind),
+    /// A third primary sample per bounce, which chooses among the lobes of a BSDF.
+    Lobes,
+    /// Parameter rows evaluated per hit, from texture coordinates.
+    Textures,
+    /// A tangent at hits, for anisotropic lobes.
+    Tangents,
+    /// Shading normals that differ from the geometric ones.
+    ShadingNormals,
+    /// Analytic spheres beside triangles.
+    Spheres,
+    /// A kernel that samples lights of a kind.
+    Light(light::Kind),
+    /// A primary sample that chooses a light.
+    LightChoice,
+    /// Two primary samples that choose a point of the lens.
+    Lens,
+    /// Camera subpaths can meet lights: `s = 0`.
+    ChanceHits,
+    /// Subpaths can be joined: `s >= 1`.
+    Connections,
+}
+
+impl Effect {
+    pub fn name(self) -> &'static str {
+        match self {
+            Effect::Surface(kind) => kind.name(),
+            Effect::Lobes => "choice of lobe",
+            Effect::Textures => "textures",
+            Effect::Tangents => "tangents",
+            Effect::ShadingNormals => "shading normals",
+            Effect::Spheres => "spheres",
+            Effect::Light(kind) => kind.name(),
+            Effect::LightChoice => "choice of light",
+            Effect::Lens => "lens",
+            Effect::ChanceHits => "lights met by chance (s = 0)",
+            Effect::Connections => "connections (s >= 1)",
+        }
+    }
+
+    /// What [`Forced`] calls it.
+    pub fn group(self) -> Forced {
+        match self {
+            Effect::Surface(_) => Forced::Surfaces,
+            Effect::Lobes => Forced::Lobes,
+            Effect::Textures => Forced::Textures,
+            Effect::Tangents => Forced::Tangents,
+            Effect::ShadingNormals => Forced::Normals,
+            Effect::Spheres => Forced::Spheres,
+            Effect::Light(_) => Forced::Lights,
+            Effect::LightChoice => Forced::LightChoice,
+            Effect::Lens => Forced::Lens,
+            Effect::ChanceHits | Effect::Connections => Forced::Strategies,
+        }
+    }
+
+    /// Every effect there is.
+    pub fn all() -> impl Iterator<Item = Effect> {
+        let single = [
+            Effect::Lobes,
+            Effect::Textures,
+            Effect::Tangents,
+            Effect::ShadingNormals,
+            Effect::Spheres,
+            Effect::LightChoice,
+            Effect::Lens,
+            Effect::ChanceHits,
+            Effect::Connections,
+        ];
+        let surfaces = Kind::ALL.into_iter().map(Effect::Surface);
+        let lights = light::Kind::ALL.into_iter().map(Effect::Light);
+        surfaces.chain(lights).chain(single)
+    }
+}
+
+/// Effects that can be turned on in a scene that does not call for them, to see what they cost and that they change nothing.
+///
+/// The picture stays the same but for noise. Those that move no primary samples and no directions (all but [`Lobes`](Self::Lobes),
+/// [`Tangents`](Self::Tangents), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Forced {
+    /// Everything below.
+    All,
+    /// A queue for every kind of BSDF.
+    Surfaces,
+    /// A sample per bounce for the choice of a lobe.
+    Lobes,
+    /// Texture coordinates, and parameters evaluated per hit.
+    Textures,
+    /// Tangents at hits.
+    Tangents,
+    /// Interpolated normals.
+    Normals,
+    /// Tests for spheres.
+    Spheres,
+    /// A kernel for every kind of light.
+    Lights,
+    /// A sample for the choice of a light.
+    LightChoice,
+    /// Samples for a point of the lens.
+    Lens,
+    /// All strategies, also those that cannot carry light.
+    Strategies,
+}
+
+impl Forced {
+    pub const ALL: [Forced; 11] = [
+        Forced::All,
+        Forced::Surfaces,
+        Forced::Lobes,
+        Forced::Textures,
+        Forced::Tangents,
+        Forced::Normals,
+        Forced::Spheres,
+        Forced::Lights,
+        Forced::LightChoice,
+        Forced::Lens,
+        Forced::Strategies,
+    ];
+
+    /// As on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Forced::All => "all",
+            Forced::Surfaces => "surfaces",
+            Forced::Lobes => "lobes",
+            Forced::Textures => "textures",
+            Forced::Tangents => "tangents",
+            Forced::Normals => "normals",
+            Forced::Spheres => "spheres",
+            Forced::Lights => "lights",
+            Forced::LightChoice => "light-choice",
+            Forced::Lens => "lens",
+            Forced::Strategies => "strategies",
+        }
+    }
+}
+
+/// A set of effects, and why each is in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Effects {
+    reasons: BTreeMap<Effect, String>,
+}
+
+/// A member of [`Effects`], for reports.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Member {
+    pub effect: &'static str,
+    /// Such as `material "Pot1", scene.pbrt:42`.
+    pub reason: String,
+}
+
+impl Effects {
+    /// What the tables of a scene call for.
+    pub fn of(scene: &Scene, materials: &MaterialTable, lights: &LightTable) -> Self {
+        let mut effects = Self::default();
+        effects.surfaces(scene, materials);
+        effects.shapes(scene);
+        effects.lights(scene, lights);
+        if scene.camera.lens_radius > 0.0 {
+            effects.add(Effect::Lens, || "the camera's lensradius".into());
+        }
+        effects
+    }
+
+    /// Only the first reason is kept.
+    fn add(&mut self, effect: Effect, reason: impl FnOnce() -> String) {
+        self.reasons.entry(effect).or_insert_with(reason);
+    }
+
+    fn surfaces(&mut self, scene: &Scene, materials: &MaterialTable) {
+        let mut used = vec![false; scene.materials.len()];
+        for shape in &scene.shapes {
+            used[shape.material as usize] = true;
+        }
+        let entries = materials.entries.iter().zip(&scene.materials);
+        for ((entry, material), _) in entries.zip(used).filter(|(_, used)| *used) {
+            let why = || named(material);
+            self.add(Effect::Surface(entry.kind), why);
+            if entry.kind.has_lobes() {
+                self.add(Effect::Lobes, why);
+            }
+            if entry.textured {
+                self.add(Effect::Textures, why);
+            }
+            if entry.anisotropic {
+                self.add(Effect::Tangents, why);
+            }
+            if !entry.kind.is_delta() && !scene.lights.is_empty() {
+                self.add(Effect::Connections, || {
+                    format!("{} can be joined to a light", named(material))
+                });
+            }
+        }
+    }
+
+    fn shapes(&mut self, scene: &Scene) {
+        if !scene.spheres.is_empty() {
+            self.add(Effect::Spheres, || match scene.spheres.len() {
+                1 => "one sphere".into(),
+                n => format!("{n} spheres"),
+            });
+        }
+        let smooth = || scene.vertices.iter().filter(|v| v.n != [0.0; 3]);
+        if smooth().next().is_some() {
+            self.add(Effect::ShadingNormals, || {
+                format!("{} vertices have normals", smooth().count())
+            });
+        }
+    }
+
+    fn lights(&mut self, scene: &Scene, table: &LightTable) {
+        for (i, light) in scene.lights.iter().enumerate() {
+            let kind = table.kind(i as u32);
+            let why = || format!("light, {}", light.origin);
+            self.add(Effect::Light(kind), why);
+            if !kind.is_delta() {
+                self.add(Effect::ChanceHits, why);
+            }
+        }
+        if table.needs_choice() {
+            self.add(Effect::LightChoice, || {
+                format!("{} lights (a triangle or sphere each)", table.len())
+            });
+        }
+    }
+
+    pub fn has(&self, effect: Effect) -> bool {
+        self.reasons.contains_key(&effect)
+    }
+
+    /// The BSDF kernels, in order.
+    pub fn kinds(&self) -> Vec<Kind> {
+        let kind = |effect: &Effect| match effect {
+            Effect::Surface(kind) => Some(*kind),
+            _ => None,
+        };
+        self.reasons.keys().filter_map(kind).collect()
+    }
+
+    /// What hit points must compute.
+    pub fn wanted(&self) -> Wanted {
+        Wanted {
+            uv: self.has(Effect::Textures),
+            tangent: self.has(Effect::Tangents),
+            normals: self.has(Effect::ShadingNormals),
+            spheres: self.has(Effect::Spheres),
+        }
+    }
+
+    /// The members that a build with the feature `bare` leaves out.
+    pub fn beyond_bare(&self) -> Vec<Member> {
+        let kept = [
+            Effect::Surface(Kind::Diffuse).name(),
+            Effect::Light(light::Kind::Triangle).name(),
+            Effect::ChanceHits.name(),
+            Effect::Connections.name(),
+        ];
+        let mut members = self.members();
+        members.retain(|m| !kept.contains(&m.effect));
+        members
+    }
+
+    /// Adds the effects of `groups`.
+    pub fn force(&mut self, groups: &[Forced]) {
+        let all = groups.contains(&Forced::All);
+        for effect in Effect::all().filter(|e| all || groups.contains(&e.group())) {
+            self.add(effect, || "forced".into());
+        }
+    }
+
+    pub fn members(&self) -> Vec<Member> {
+        let member = |(effect, reason): (&Effect, &String)| Member {
+            effect: effect.name(),
+            reason: reason.clone(),
+        };
+        self.reasons.iter().map(member).collect()
+    }
+
+    /// Names of what the scene does without.
+    pub fn absent(&self) -> Vec<&'static str> {
+        let absent = Effect::all().filter(|e| !self.has(*e));
+        absent.map(Effect::name).collect()
+    }
+}
+
+/// `material "Pot1", scene.pbrt:42`
+fn named(material: &Material) -> String {
+    match (material.name.as_str(), material.origin.as_str()) {
+        (name, "") => format!("material \"{name}\""),
+        (name, origin) => format!("material \"{name}\", {origin}"),
+    }
+}
