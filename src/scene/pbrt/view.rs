@@ -228,7 +228,7 @@ pub(super) fn camera(
         }),
         "realistic" => {
             return Err(set.error(
-                "systems of lenses are not supported; use perspective with lensradius and focaldistance",
+                "this camera is not supported; use perspective with lensradius and focaldistance",
             ));
         }
         _ => {
