@@ -181,7 +181,7 @@ impl Sphere {
             let column = left - row * nx;
             x = L::select(here, column.mul_add(dx, x0), x);
             y = L::select(here, row.mul_add(dy, y0), y);
-            left = left - nx * ny;
+            left -= nx * ny;
         }
         let valid = defined.and(count.gt(L::zero()));
         ((x, y), one * count, valid)

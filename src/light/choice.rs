@@ -137,7 +137,7 @@ mod tests {
         // Over 24 orders of magnitude, scattered; some without power.
         let power = |i: usize| {
             let hash = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
-            if hash % 7 == 0 {
+            if hash.is_multiple_of(7) {
                 0.0
             } else {
                 10f64.powf(hash as f64 / f64::from(CELLS) * 24.0 - 12.0)
