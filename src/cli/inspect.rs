@@ -15,7 +15,7 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Camera, Filter, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
+    Camera, Filter, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -212,6 +212,8 @@ fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
                 length(y0, y1)
             )
         }
+        Projection::Sphere(SphereMap::Equirectangular) => "every direction, equirectangular".into(),
+        Projection::Sphere(SphereMap::EqualArea) => "every direction, equal-area".into(),
     };
     writeln!(
         out,
@@ -272,6 +274,8 @@ fn projection_name(projection: Projection) -> &'static str {
     match projection {
         Projection::Perspective => "perspective",
         Projection::Orthographic => "orthographic",
+        Projection::Sphere(SphereMap::Equirectangular) => "equirectangular",
+        Projection::Sphere(SphereMap::EqualArea) => "equal-area",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Projection, Scene};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -28,6 +28,10 @@ pub enum Effect {
     LightChoice,
     /// Two primary samples that choose a point of the lens.
     Lens,
+    /// A camera of parallel rays.
+    Orthographic,
+    /// A camera that sees every direction.
+    Panorama,
     /// Camera subpaths can meet lights: `s = 0`.
     ChanceHits,
     /// Subpaths can be joined: `s >= 1`.
@@ -46,14 +50,16 @@ impl Effect {
             Effect::Light(kind) => kind.name(),
             Effect::LightChoice => "choice of light",
             Effect::Lens => "lens",
+            Effect::Orthographic => "orthographic camera",
+            Effect::Panorama => "camera of every direction",
             Effect::ChanceHits => "lights met by chance (s = 0)",
             Effect::Connections => "connections (s >= 1)",
         }
     }
 
-    /// What [`Forced`] calls it.
-    pub fn group(self) -> Forced {
-        match self {
+    /// What [`Forced`] calls it; a camera is of one kind.
+    pub fn group(self) -> Option<Forced> {
+        Some(match self {
             Effect::Surface(_) => Forced::Surfaces,
             Effect::Lobes => Forced::Lobes,
             Effect::Textures => Forced::Textures,
@@ -63,8 +69,9 @@ impl Effect {
             Effect::Light(_) => Forced::Lights,
             Effect::LightChoice => Forced::LightChoice,
             Effect::Lens => Forced::Lens,
+            Effect::Orthographic | Effect::Panorama => return None,
             Effect::ChanceHits | Effect::Connections => Forced::Strategies,
-        }
+        })
     }
 
     /// Every effect there is.
@@ -77,6 +84,8 @@ impl Effect {
             Effect::Spheres,
             Effect::LightChoice,
             Effect::Lens,
+            Effect::Orthographic,
+            Effect::Panorama,
             Effect::ChanceHits,
             Effect::Connections,
         ];
@@ -170,6 +179,12 @@ impl Effects {
         effects.surfaces(scene, materials);
         effects.shapes(scene);
         effects.lights(scene, lights);
+        let directive = || "the Camera directive".into();
+        match scene.camera.projection {
+            Projection::Perspective => {}
+            Projection::Orthographic => effects.add(Effect::Orthographic, directive),
+            Projection::Sphere(_) => effects.add(Effect::Panorama, directive),
+        }
         if scene.camera.lens_radius > 0.0 {
             effects.add(Effect::Lens, || "the camera's lensradius".into());
         }
@@ -277,7 +292,8 @@ impl Effects {
     /// Adds the effects of `groups`.
     pub fn force(&mut self, groups: &[Forced]) {
         let all = groups.contains(&Forced::All);
-        for effect in Effect::all().filter(|e| all || groups.contains(&e.group())) {
+        let chosen = |e: &Effect| e.group().is_some_and(|g| all || groups.contains(&g));
+        for effect in Effect::all().filter(chosen) {
             self.add(effect, || "forced".into());
         }
     }
