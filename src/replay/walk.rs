@@ -12,6 +12,7 @@ use crate::plan::DepthPlan;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
 use crate::surface::Mode;
+use crate::surface::texture::Place;
 use crate::trace::offset;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
@@ -412,7 +413,12 @@ impl Recorder<'_> {
         let (shape, light) = world.geometry.shape_of(primitive);
         let entry = world.materials.entries[shape.material as usize];
         let row = if entry.textured {
-            (world.materials).evaluate(shape.material as usize, point.uv)
+            let place = Place {
+                uv: point.uv,
+                p: point.p.lane(0),
+                n: point.ng.lane(0),
+            };
+            (world.materials).evaluate(shape.material as usize, &place)
         } else {
             world.materials.rows[shape.material as usize]
         };

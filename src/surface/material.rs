@@ -1,8 +1,9 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
+use super::Kind;
 use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::SMOOTH_ALPHA;
-use super::{Kind, texture};
+use super::texture::{self, Place};
 use crate::scene::{
     ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
 };
@@ -60,22 +61,22 @@ impl<'a> MaterialTable<'a> {
             images.sort();
             images.dedup();
             table.looked_up.push(images);
-            let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
+            let row = table.evaluate(table.entries.len() - 1, &Place::default());
             table.rows.push(row);
         }
         table
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
-    pub fn announce(&self, material: usize, uv: [f32; 2]) {
+    pub fn announce(&self, material: usize, place: &Place) {
         for &texture in &self.looked_up[material] {
-            texture::announce(self.textures, self.images, texture, uv);
+            texture::announce(self.textures, self.images, texture, place);
         }
     }
 
-    /// The parameter row of a material at texture coordinates `uv`.
-    pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
-        let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
+    /// The parameter row of a material at a place.
+    pub fn evaluate(&self, material: usize, place: &Place) -> Row {
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
         let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
         let mut row = [0.0; 8];

@@ -3,13 +3,24 @@
 use crate::scene::{Image, Param, Rgb, Texture, UvMapping, Wrap};
 use crate::simd::prefetch::prefetch;
 
-/// Evaluates a parameter at texture coordinates `uv`.
-pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 2]) -> Rgb {
+/// Where a texture is evaluated: all of a hit point that textures look at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Hit point, internal space.
+    pub p: [f32; 3],
+    /// Unit geometric normal, either side, internal space.
+    pub n: [f32; 3],
+}
+
+/// Evaluates a parameter at a place.
+pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, place: &Place) -> Rgb {
     let texture = match param {
         Param::Constant(value) => return value,
         Param::Texture(index) => &textures[index as usize],
     };
-    let child = |p: Param| evaluate(textures, images, p, uv);
+    let child = |p: Param| evaluate(textures, images, p, place);
     match *texture {
         Texture::Constant(value) => value,
         Texture::Scale { a, b } => combine(child(a), child(b), |a, b| a * b),
@@ -18,7 +29,7 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
             std::array::from_fn(|c| (1.0 - t[c]) * a[c] + t[c] * b[c])
         }
         Texture::Checkerboard { a, b, mapping } => {
-            let (s, t) = map(mapping, uv);
+            let (s, t) = map(mapping, place);
             let even = (s.floor() as i64).wrapping_add(t.floor() as i64) & 1 == 0;
             child(if even { a } else { b })
         }
@@ -29,7 +40,7 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
             scale,
             invert,
         } => {
-            let (s, t) = map(mapping, uv);
+            let (s, t) = map(mapping, place);
             let mut value = bilinear(&images[image as usize], s, t, wrap);
             for v in &mut value {
                 *v *= scale;
@@ -43,7 +54,7 @@ pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, uv: [f32; 
 }
 
 /// Asks for the texels that [`evaluate`] will read of a texture. Images are larger than caches, and hits are anywhere.
-pub fn announce(textures: &[Texture], images: &[Image], texture: u32, uv: [f32; 2]) {
+pub fn announce(textures: &[Texture], images: &[Image], texture: u32, place: &Place) {
     if let Texture::Image {
         image,
         mapping,
@@ -52,7 +63,7 @@ pub fn announce(textures: &[Texture], images: &[Image], texture: u32, uv: [f32; 
     } = textures[texture as usize]
     {
         let image = &images[image as usize];
-        let (s, t) = map(mapping, uv);
+        let (s, t) = map(mapping, place);
         let (x, y) = texel_coordinates(image, s, t);
         let row = |y: f32| wrapped(y as i64, image.height, wrap);
         if let Some(x) = wrapped(x.floor() as i64, image.width, wrap) {
@@ -67,8 +78,9 @@ fn combine(a: Rgb, b: Rgb, f: impl Fn(f32, f32) -> f32) -> Rgb {
     std::array::from_fn(|c| f(a[c], b[c]))
 }
 
-fn map(m: UvMapping, uv: [f32; 2]) -> (f32, f32) {
-    (m.su * uv[0] + m.du, m.sv * uv[1] + m.dv)
+fn map(m: UvMapping, place: &Place) -> (f32, f32) {
+    let [u, v] = place.uv;
+    (m.su * u + m.du, m.sv * v + m.dv)
 }
 
 fn texel_coordinates(image: &Image, s: f32, t: f32) -> (f32, f32) {

@@ -80,7 +80,7 @@ pub struct Paths {
     /// Parameter rows: first those of the materials, then one per path and side for textured hits.
     pub params: Vec<Row>,
     materials: usize,
-    /// Parameter rows to be evaluated, with material and texture coordinates.
+    /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
     pub link: Vec<Row>,

@@ -8,6 +8,7 @@ use super::paths::{Paths, Side};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::surface::texture::Place;
 use crate::surface::{Bsdf, Mode};
 
 /// Where the primary samples of a bounce are.
@@ -166,8 +167,13 @@ impl World<'_> {
                 if entry.textured {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
-                    self.materials.announce(shape.material as usize, uv);
-                    paths.textured.push((params[i], shape.material, uv));
+                    let place = Place {
+                        uv,
+                        p: point.p.lane(i),
+                        n: point.ng.lane(i),
+                    };
+                    self.materials.announce(shape.material as usize, &place);
+                    paths.textured.push((path, shape.material, uv));
                 }
             }
             let bits = |v: &[u32; 8]| L::from_fn(|i| f32::from_bits(v[i]));
@@ -210,8 +216,17 @@ impl World<'_> {
             );
         }
         // Texels have been asked for, and have had time to come.
-        for &(row, material, uv) in &paths.textured {
-            paths.params[row as usize] = self.materials.evaluate(material as usize, uv);
+        let tips = &paths.tips[side as usize];
+        for &(path, material, uv) in &paths.textured {
+            let [x, y, z, ..] = tips.place[path as usize].0;
+            let [nx, ny, nz, ..] = tips.frame[path as usize].0;
+            let place = Place {
+                uv,
+                p: [x, y, z],
+                n: [nx, ny, nz],
+            };
+            let row = paths.own_params(side, path) as usize;
+            paths.params[row] = self.materials.evaluate(material as usize, &place);
         }
         paths.textured.clear();
         paths.clock.count(Stage::Surface, list.len(), L::N);
