@@ -29,6 +29,10 @@ pub struct MaterialTable<'a> {
     looked_up: Vec<Vec<u32>>,
     /// Some material needs a tangent.
     pub anisotropic: bool,
+    /// Some texture looks at texture coordinates.
+    pub uses_uv: bool,
+    /// Some texture looks at the point or the normal.
+    pub uses_point: bool,
 }
 
 impl<'a> MaterialTable<'a> {
@@ -41,6 +45,8 @@ impl<'a> MaterialTable<'a> {
             images: &scene.images,
             looked_up: Vec::new(),
             anisotropic: false,
+            uses_uv: false,
+            uses_point: false,
         };
         for Material { kind, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
@@ -56,7 +62,13 @@ impl<'a> MaterialTable<'a> {
             table.entries.push(entry);
             let mut images = Vec::new();
             for param in params(kind) {
-                collect_images(&scene.textures, param, &mut images);
+                param.visit(&scene.textures, &mut |index, texture| {
+                    table.uses_uv |= texture.uses_uv();
+                    table.uses_point |= texture.uses_point();
+                    if matches!(texture, Texture::Image { .. }) {
+                        images.push(index);
+                    }
+                });
             }
             images.sort();
             images.dedup();
@@ -167,25 +179,6 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::Substrate { .. } => Kind::Substrate,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
-    }
-}
-
-/// Appends the image textures below a parameter.
-fn collect_images(textures: &[Texture], param: Param, images: &mut Vec<u32>) {
-    let Param::Texture(index) = param else {
-        return;
-    };
-    let mut below = |params: &[Param]| {
-        for &param in params {
-            collect_images(textures, param, images);
-        }
-    };
-    match textures[index as usize] {
-        Texture::Constant(_) => {}
-        Texture::Scale { a, b } => below(&[a, b]),
-        Texture::Mix { a, b, amount } => below(&[a, b, amount]),
-        Texture::Checkerboard { a, b, .. } => below(&[a, b]),
-        Texture::Image { .. } => images.push(index),
     }
 }
 

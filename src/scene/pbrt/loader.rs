@@ -557,11 +557,13 @@ impl Loader {
             }
         };
         let (kind, set) = self.kind_and_params(site, "texture")?;
+        let ctm = self.states.current.fixed_ctm(&set.site);
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
             class,
             &set,
+            &ctm,
             names,
             &mut self.tables,
             &mut self.report,
@@ -741,7 +743,7 @@ impl Loader {
             ctm,
             reverse: self.states.current.reverse,
             material,
-            needs_uv: materials::needs_uv(material_kind),
+            needs_uv: materials::needs_uv(material_kind, self.tables.textures()),
             light,
         };
         let geometry = match &mut self.open_object {

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::params::{ParamSet, Values};
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::spectrum;
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
+use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness, Texture};
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
 const OVERRIDABLE: [&str; 14] = [
@@ -265,8 +265,8 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
 }
 
 /// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
-pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
-    let textured = |p: &Param| matches!(p, Param::Texture(_));
+pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
+    let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
         MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
