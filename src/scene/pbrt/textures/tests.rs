@@ -515,7 +515,17 @@ fn every_parameter_may_be_a_texture() {
             ],
         ),
         ("plastic", &["Kd:s", "Ks:s", "roughness:f"]),
-        ("glass", &["Kr:s", "Kt:s", "eta:f", "index:f"]),
+        (
+            "glass",
+            &[
+                "Kr:s",
+                "Kt:s",
+                "eta:f",
+                "index:f",
+                "uroughness:f",
+                "vroughness:f",
+            ],
+        ),
         (
             "substrate",
             &["Kd:s", "Ks:s", "uroughness:f", "vroughness:f"],
@@ -535,6 +545,10 @@ fn every_parameter_may_be_a_texture() {
             ],
         ),
         ("conductor", &["reflectance:s"]),
+        (
+            "dielectric",
+            &["roughness:f", "uroughness:f", "vroughness:f"],
+        ),
         ("diffusetransmission", &["reflectance:s", "transmittance:s"]),
     ];
     for (head, list) in [("image", &v3[..]), ("rgb", &v4[..])] {
