@@ -11,7 +11,7 @@ use super::params::{ParamSet, Type, Values};
 use crate::scene::budget::Budget;
 use crate::scene::image::{self, Encoding, Image};
 use crate::scene::spectrum::luminance;
-use crate::scene::{Material, Param, Rgb, Texture, UvMapping, Wrap};
+use crate::scene::{Alpha, Material, Param, Rgb, Texture, UvMapping, Wrap};
 
 /// Something defined under a name that may not be usable: the reason is reported where it is used.
 pub(super) type Deferred<T> = Result<T, SceneError>;
@@ -29,6 +29,8 @@ pub(super) struct Tables {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
+    /// What is cut out of shapes.
+    pub alphas: Vec<Alpha>,
     /// Textures below each of `textures`, itself included, as often as they are named.
     steps: Vec<u32>,
     loaded: HashMap<(PathBuf, String, Channels), u32>,
