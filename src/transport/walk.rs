@@ -8,9 +8,9 @@ use super::paths::{Paths, Side};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::surface::Bsdf;
 use crate::surface::bump::{Relief, Tilted};
 use crate::surface::texture::Place;
-use crate::surface::{Bsdf, Mode};
 use glam::DVec3;
 
 /// Where the primary samples of a bounce are.
@@ -312,10 +312,7 @@ impl World<'_> {
         bounce: Bounce,
         alive: &mut List,
     ) {
-        let mode = match side {
-            Side::Camera => Mode::Radiance,
-            Side::Light => Mode::Importance,
-        };
+        let mode = side.mode();
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[side as usize].load::<L>(chunk);
             let mut params = [0u32; 8];

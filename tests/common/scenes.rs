@@ -95,6 +95,7 @@ const BLUE: &str = "Material \"matte\" \"rgb Kd\" [0.2 0.3 0.8]";
 const ROUGH: &str = "Material \"matte\" \"rgb Kd\" [0.6 0.7 0.6] \"float sigma\" 40";
 const MIRROR: &str = "Material \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]";
 const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
+const FROSTED: &str = "Material \"glass\" \"rgb Kr\" [0.9 1 0.8] \"rgb Kt\" [0.8 0.9 1] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
 const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
 const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
@@ -103,6 +104,10 @@ const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0
 const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
+
+/// Textures have to be made before they are named.
+const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
+const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
     format!(
@@ -311,6 +316,57 @@ fn texts() -> Vec<(&'static str, String)> {
                 + MATTE
                 + &area("5 4 3", true, &lamp()),
         )),
+        build(
+            "frosted ball around a lamp and frosted smooth mesh, clear wedge",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "{}{}{}AttributeBegin {GLASS} Translate -0.3 -0.7 -0.2 {} AttributeEnd
+                 AttributeBegin {FROSTED} Translate 0 0.2 -0.8 Rotate 80 1 0 0 Scale 0.8 1 0.6 {} AttributeEnd\n",
+                walls([MATTE, MATTE, ROUGH, PLASTIC, BLUE]),
+                sphere(0.4, 0.2, 0.2, 0.4, FROSTED),
+                area("9 8 7", false, &sphere(0.4, 0.2, 0.2, 0.15, MATTE)),
+                wedge(),
+                wave(5),
+            ),
+        ),
+        in_v4(build(
+            "cut-outs",
+            format!("{LOOK}{PINHOLE}"),
+            CHECKS.to_string()
+                + &walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{BLUE}\nTranslate 0 0.3 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4).replace("\n", " \"texture alpha\" \"checks\"\n")
+                )
+                + &sphere(-0.4, -0.5, 0.0, 0.4, MATTE).replace("radius\" 0.4", "radius\" 0.4 \"float alpha\" 0.6")
+                + &sphere(0.4, -0.4, 0.2, 0.35, PAPER)
+                    .replace("radius\" 0.35", "radius\" 0.35 \"texture alpha\" \"checks\"")
+                + MATTE
+                + &area(
+                    "8 7 5",
+                    true,
+                    &lamp().replace("\n", " \"texture alpha\" \"checks\"\n"),
+                )
+                + &area(
+                    "2 2 3",
+                    false,
+                    &sphere(0.6, 0.3, -0.4, 0.2, MATTE)
+                        .replace("radius\" 0.2", "radius\" 0.2 \"texture alpha\" \"checks\""),
+                ),
+        )),
+        build(
+            "bumps",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "Texture \"heights\" \"float\" \"imagemap\" \"string filename\" \"sky.pfm\" \"float scale\" 0.1\n\
+                 {}AttributeBegin {MATTE} {BUMPY} Translate 0 -0.7 0 {} AttributeEnd\n{}{}{MATTE}\n{}",
+                walls([MATTE, MATTE, &format!("{BLUE} {BUMPY}"), BLUE, MATTE]),
+                wave(5),
+                sphere(-0.4, 0.1, 0.2, 0.35, &format!("{PLASTIC} {BUMPY}")),
+                sphere(0.45, 0.0, 0.1, 0.35, &format!("{BRUSHED} {BUMPY}")),
+                area("5 4 3", false, &lamp()),
+            ),
+        ),
     ]
 }
 
