@@ -123,7 +123,23 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     if bumped > 0 {
         writeln!(out, "  bumps         {}", tally(bumped, &bumps))?;
     }
-    let textures = ["constant", "scale", "mix", "checkerboard", "image"].map(|name| {
+    let kinds = [
+        "constant",
+        "scale",
+        "mix",
+        "directionmix",
+        "checkerboard",
+        "3D checkerboard",
+        "dots",
+        "bilerp",
+        "uv",
+        "fbm",
+        "wrinkled",
+        "windy",
+        "marble",
+        "image",
+    ];
+    let textures = kinds.map(|name| {
         let count = scene
             .textures
             .iter()
@@ -184,7 +200,16 @@ fn texture_name(texture: &Texture) -> &'static str {
         Texture::Constant(_) => "constant",
         Texture::Scale { .. } => "scale",
         Texture::Mix { .. } => "mix",
+        Texture::DirectionMix { .. } => "directionmix",
         Texture::Checkerboard { .. } => "checkerboard",
+        Texture::Blocks { .. } => "3D checkerboard",
+        Texture::Dots { .. } => "dots",
+        Texture::Bilerp { .. } => "bilerp",
+        Texture::Uv { .. } => "uv",
+        Texture::Fbm { .. } => "fbm",
+        Texture::Wrinkled { .. } => "wrinkled",
+        Texture::Windy { .. } => "windy",
+        Texture::Marble { .. } => "marble",
         Texture::Image { .. } => "image",
     }
 }

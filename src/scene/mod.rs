@@ -12,11 +12,15 @@ pub mod pbrt;
 pub mod ply;
 pub mod shapes;
 pub mod spectrum;
+pub mod texture;
 
 use glam::{DVec3, Vec2, Vec3};
 
 pub use self::image::Image;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
+pub use self::texture::{
+    Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,
+};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;
@@ -88,14 +92,6 @@ pub enum AlphaTest {
     NotZero,
     /// pbrt-v4: the value is the part of the surface that is there.
     Fraction,
-}
-
-/// A material parameter: a constant or a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Param {
-    Constant(Rgb),
-    /// Index into [`Scene::textures`].
-    Texture(u32),
 }
 
 /// A material as the file means it, both dialects reduced to one set of kinds.
@@ -195,54 +191,6 @@ pub enum Remap {
     V3,
     /// pbrt-v4's `sqrt(roughness)`.
     V4,
-}
-
-/// A texture; children are indices of earlier entries of [`Scene::textures`] or constants, so the table has no cycles.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Texture {
-    Constant(Rgb),
-    /// Product of two textures.
-    Scale {
-        a: Param,
-        b: Param,
-    },
-    /// `(1 - amount) * a + amount * b`, per channel.
-    Mix {
-        a: Param,
-        b: Param,
-        amount: Param,
-    },
-    /// 2D checkerboard over `mapping`: `a` where `floor(s) + floor(t)` is even.
-    Checkerboard {
-        a: Param,
-        b: Param,
-        mapping: UvMapping,
-    },
-    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this order, as pbrt-v4). Image
-    /// row 0 is the top: `t = 1`.
-    Image {
-        image: u32,
-        mapping: UvMapping,
-        wrap: Wrap,
-        scale: f32,
-        invert: bool,
-    },
-}
-
-/// `(s, t) = (su * u + du, sv * v + dv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UvMapping {
-    pub su: f32,
-    pub sv: f32,
-    pub du: f32,
-    pub dv: f32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrap {
-    Repeat,
-    Black,
-    Clamp,
 }
 
 /// A light. Power-like values are linear sRGB with every `scale`, `power` and unit conversion already applied.

@@ -9,7 +9,8 @@
 //!
 //! What is looked up is apart from what is made of it, so that the same look-up can be followed in double precision.
 
-use super::texture::{self, Place, bilinear};
+use super::texture::image::bilinear;
+use super::texture::{self, Place};
 use crate::geometry::Derivatives;
 use crate::scene::{Bump, Image, Tangents, Texture, Wrap};
 use glam::DVec3;
@@ -150,7 +151,7 @@ fn normalized(v: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Param;
+    use crate::scene::{Mapping, Param, UvMapping};
 
     const PLANE: Derivatives = Derivatives {
         dpdu: DVec3::new(2.0, 0.0, 0.0),
@@ -268,12 +269,12 @@ mod tests {
         };
         let texture = Texture::Image {
             image: 0,
-            mapping: crate::scene::UvMapping {
+            mapping: Mapping::Uv(UvMapping {
                 su: 1.0,
                 sv: 1.0,
                 du: 0.0,
                 dv: 0.0,
-            },
+            }),
             wrap: Wrap::Repeat,
             scale: 1.0,
             invert: false,

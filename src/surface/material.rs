@@ -35,6 +35,10 @@ pub struct MaterialTable<'a> {
     looked_up: Vec<Vec<u32>>,
     /// Some material needs a tangent.
     pub anisotropic: bool,
+    /// Some texture looks at texture coordinates.
+    pub uses_uv: bool,
+    /// Some texture looks at the point or the normal.
+    pub uses_point: bool,
 }
 
 impl<'a> MaterialTable<'a> {
@@ -48,6 +52,8 @@ impl<'a> MaterialTable<'a> {
             images: &scene.images,
             looked_up: Vec::new(),
             anisotropic: false,
+            uses_uv: false,
+            uses_point: false,
         };
         for Material { kind, bump, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
@@ -63,11 +69,20 @@ impl<'a> MaterialTable<'a> {
             }
             table.entries.push(entry);
             let mut images = Vec::new();
-            for param in params(kind) {
-                collect_images(&scene.textures, param, &mut images);
+            let mut list = params(kind);
+            match bump {
+                Some(Bump::Height { height, .. }) => list.push(*height),
+                Some(Bump::Normal { .. }) => table.uses_uv = true,
+                None => {}
             }
-            if let Some(Bump::Height { height, .. }) = bump {
-                collect_images(&scene.textures, *height, &mut images);
+            for param in list {
+                param.visit(&scene.textures, &mut |index, texture| {
+                    table.uses_uv |= texture.uses_uv();
+                    table.uses_point |= texture.uses_point();
+                    if matches!(texture, Texture::Image { .. }) {
+                        images.push(index);
+                    }
+                });
             }
             images.sort();
             images.dedup();
@@ -249,25 +264,6 @@ fn glass_alphas(u: f32, v: f32, remap: Remap) -> [f32; 2] {
         [SMOOTH_ALPHA; 2]
     } else {
         [alpha(u, remap), alpha(v, remap)]
-    }
-}
-
-/// Appends the image textures below a parameter.
-fn collect_images(textures: &[Texture], param: Param, images: &mut Vec<u32>) {
-    let Param::Texture(index) = param else {
-        return;
-    };
-    let mut below = |params: &[Param]| {
-        for &param in params {
-            collect_images(textures, param, images);
-        }
-    };
-    match textures[index as usize] {
-        Texture::Constant(_) => {}
-        Texture::Scale { a, b } => below(&[a, b]),
-        Texture::Mix { a, b, amount } => below(&[a, b, amount]),
-        Texture::Checkerboard { a, b, .. } => below(&[a, b]),
-        Texture::Image { .. } => images.push(index),
     }
 }
 

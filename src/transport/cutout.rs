@@ -5,7 +5,7 @@
 
 use super::World;
 use super::list::List;
-use crate::geometry::Wanted;
+use crate::geometry::{SurfacePoint, Wanted, sampled_barycentrics};
 use crate::light;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Row, Vec3};
@@ -43,14 +43,12 @@ impl World<'_> {
         if !self.plan.cutouts {
             return 0;
         }
+        through.reserve(rays.len());
         let Through {
             rays: beyond,
             left,
             next,
-        } = {
-            through.reserve(rays.len());
-            through
-        };
+        } = through;
         left.clear();
         left.extend(list);
         let mut more = 0;
@@ -156,7 +154,7 @@ impl World<'_> {
         origin: Vec3<f32>,
         direction: Vec3<f32>,
         hit: [f32; 3],
-    ) -> (bool, crate::geometry::SurfacePoint<f32>) {
+    ) -> (bool, SurfacePoint<f32>) {
         let wanted = Wanted {
             uv: true,
             tangent: false,
@@ -193,7 +191,7 @@ impl World<'_> {
         }
         let (mut p, mut hit) = (Vec3::zero(), [0.0; 3]);
         if self.lights.kind(light) == light::Kind::Triangle {
-            let [b1, b2] = crate::geometry::sampled_barycentrics(u, v);
+            let [b1, b2] = sampled_barycentrics(u, v);
             hit = [0.0, b1, b2];
         } else {
             let sphere = primitive - self.geometry.triangles();

@@ -52,7 +52,7 @@ impl<'a> World<'a> {
         let camera = Camera::new(&scene.camera, &scene.film);
         let plan = Plan::new(scene, max_depth, &materials, &lights, &camera);
         let wanted = Wanted {
-            uv: materials.entries.iter().any(|e| e.textured),
+            uv: materials.uses_uv,
             tangent: materials.anisotropic,
             normals: scene.vertices.iter().any(|v| v.n != [0.0; 3]),
             spheres: !scene.spheres.is_empty(),

@@ -170,11 +170,14 @@ impl World<'_> {
                 if entry.textured {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
-                    let place = Place {
+                    let mut place = Place {
                         uv,
-                        p: point.p.lane(i),
-                        n: point.ng.lane(i),
+                        ..Place::default()
                     };
+                    if self.materials.uses_point {
+                        place.p = point.p.lane(i);
+                        place.n = point.ng.lane(i);
+                    }
                     self.materials.announce(shape.material as usize, &place);
                     paths.textured.push((path, shape.material, uv));
                 }
@@ -221,13 +224,14 @@ impl World<'_> {
         // Texels have been asked for, and have had time to come.
         let tips = &paths.tips[side as usize];
         for &(path, material, uv) in &paths.textured {
-            let [x, y, z, ..] = tips.place[path as usize].0;
-            let [nx, ny, nz, ..] = tips.frame[path as usize].0;
-            let place = Place {
+            let mut place = Place {
                 uv,
-                p: [x, y, z],
-                n: [nx, ny, nz],
+                ..Place::default()
             };
+            if self.materials.uses_point {
+                place.p.copy_from_slice(&tips.place[path as usize].0[..3]);
+                place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
+            }
             let row = paths.own_params(side, path) as usize;
             paths.params[row] = self.materials.evaluate(material as usize, &place);
         }

@@ -104,6 +104,10 @@ const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0
 const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
+const STONE: &str = "Material \"matte\" \"texture Kd\" \"marble\"";
+const DOTTED: &str = "Material \"matte\" \"texture Kd\" \"dots\"";
+const CREASED: &str =
+    "Material \"plastic\" \"texture Kd\" \"globe\" \"texture roughness\" \"creases\"";
 
 /// Textures have to be made before they are named.
 const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
@@ -300,6 +304,22 @@ fn texts() -> Vec<(&'static str, String)> {
                     "AttributeBegin\n{LACQUER}\nTranslate 0.3 -0.4 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
                     wave(5)
                 ),
+        ),
+        build(
+            "marble, dots and creases",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "TransformBegin Scale 4 4 4 Rotate 40 1 1 0
+                 Texture \"marble\" \"spectrum\" \"marble\" \"float variation\" 3
+                 Texture \"creases\" \"float\" \"wrinkled\" \"integer octaves\" 4
+                 TransformEnd
+                 Texture \"dots\" \"spectrum\" \"dots\" \"float uscale\" 5 \"float vscale\" 5 \"texture inside\" \"marble\" \"rgb outside\" [.2 .1 .4]
+                 Texture \"globe\" \"spectrum\" \"bilerp\" \"string mapping\" \"spherical\" \"rgb v00\" [.7 .6 .2] \"rgb v01\" [.2 .3 .6] \"rgb v10\" [.1 .1 .1] \"rgb v11\" [.5 .2 .2]
+                 {}{}{}",
+                walls([STONE, MATTE, DOTTED, BLUE, STONE]),
+                sphere(0.2, -0.3, 0.2, 0.5, CREASED),
+                MATTE.to_owned() + &area("5 4 3", false, &lamp()),
+            ),
         ),
         in_v4(build(
             "sheets",

@@ -64,7 +64,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         shapes: Vec::with_capacity(loader.geometry.shapes.len()),
         alphas: std::mem::take(&mut loader.tables.alphas),
         materials: std::mem::take(&mut loader.tables.materials),
-        textures: std::mem::take(&mut loader.tables.textures),
+        textures: loader.tables.take_textures(&space),
         images: std::mem::take(&mut loader.tables.images),
         lights: loader
             .lights

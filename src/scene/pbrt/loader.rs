@@ -20,7 +20,7 @@ use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
 use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE, Param};
+use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -558,11 +558,13 @@ impl Loader {
             }
         };
         let (kind, set) = self.kind_and_params(site, "texture")?;
+        let ctm = self.states.current.fixed_ctm(&set.site);
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
             class,
             &set,
+            &ctm,
             names,
             &mut self.tables,
             &mut self.report,
@@ -771,8 +773,10 @@ impl Loader {
                  alpha of 1",
             ));
         }
-        let textured = |alpha: Alpha| matches!(alpha.value, Param::Texture(_));
-        let needs_uv = materials::needs_uv(material_kind) || bumped || alpha.is_some_and(textured);
+        let textures = self.tables.textures();
+        let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
+        let needs_uv =
+            materials::needs_uv(material_kind, textures) || bumped || alpha.is_some_and(textured);
         let setting = Setting {
             site: Rc::new(set.site.clone()),
             ctm,

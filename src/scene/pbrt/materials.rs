@@ -9,7 +9,9 @@ use super::textures::{
 };
 use crate::scene::image::Encoding;
 use crate::scene::spectrum;
-use crate::scene::{Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents};
+use crate::scene::{
+    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
+};
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
 const OVERRIDABLE: [&str; 15] = [
@@ -296,8 +298,8 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
 }
 
 /// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
-pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
-    let textured = |p: &Param| matches!(p, Param::Texture(_));
+pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
+    let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
         MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
