@@ -13,7 +13,8 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, SphereMap, Texture,
+    Bump, Camera, FilterKind, IntegratorKind, LightKind, Material, NONE, Projection, Scene, Space,
+    SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -92,6 +93,10 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     for (name, count) in rows {
         writeln!(out, "  {name:<13} {count}")?;
     }
+    let cut = scene.shapes.iter().filter(|s| s.alpha != NONE).count();
+    if cut > 0 {
+        writeln!(out, "  cut-outs      in {cut} of the shapes")?;
+    }
     let kernels = Kind::ALL.map(|kind| {
         let count = world
             .materials
@@ -106,6 +111,18 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
         "  materials     {}",
         tally(scene.materials.len(), &kernels)
     )?;
+    let bumps = ["bump map", "normal map"].map(|name| {
+        let is_normal = name == "normal map";
+        let has = |m: &&Material| {
+            m.bump
+                .is_some_and(|b| matches!(b, Bump::Normal { .. }) == is_normal)
+        };
+        (name, scene.materials.iter().filter(has).count())
+    });
+    let bumped = bumps.iter().map(|b| b.1).sum();
+    if bumped > 0 {
+        writeln!(out, "  bumps         {}", tally(bumped, &bumps))?;
+    }
     let kinds = [
         "constant",
         "scale",

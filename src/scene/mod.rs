@@ -74,6 +74,24 @@ pub struct Shape {
     pub light: u32,
     /// First primitive of this shape in its table (triangles or spheres).
     pub first: u32,
+    /// Index into [`Scene::alphas`], or [`NONE`]: nothing is cut out of it.
+    pub alpha: u32,
+}
+
+/// What is cut out of shapes. Never a constant that leaves all of a shape or nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alpha {
+    /// A number.
+    pub value: Param,
+    pub test: AlphaTest,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaTest {
+    /// pbrt-v3: the surface is there wherever the value is not 0.
+    NotZero,
+    /// pbrt-v4: the value is the part of the surface that is there.
+    Fraction,
 }
 
 /// A material as the file means it, both dialects reduced to one set of kinds.
@@ -84,6 +102,25 @@ pub struct Material {
     /// Where it was made (`scene.pbrt:42`), for reports.
     pub origin: String,
     pub kind: MaterialKind,
+    pub bump: Option<Bump>,
+}
+
+/// What tilts the shading normals of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bump {
+    /// v3 `bumpmap`, v4 `displacement`: a height along the normal, in lengths of the scene file.
+    Height { height: Param, tangents: Tangents },
+    /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z` along the normal.
+    Normal { image: u32 },
+}
+
+/// What heights are measured along on meshes with vertex normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangents {
+    /// v3: directions of length 1 in the scene file.
+    Unit,
+    /// v4: as long as dp/du, both.
+    LikeU,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -341,6 +378,7 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     pub spheres: Vec<Sphere>,
     pub shapes: Vec<Shape>,
+    pub alphas: Vec<Alpha>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
@@ -363,6 +401,7 @@ impl Scene {
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.shapes[..])
+            + size_of_val(&self.alphas[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.textures[..])
             + size_of_val(&self.lights[..]);

@@ -1,20 +1,23 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
 use super::Kind;
+use super::bump::{self, Relief, Tilted};
 use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::texture::{self, Place};
+use crate::geometry::Derivatives;
 use crate::scene::{
-    ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
+    Bump, ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
 };
 use crate::simd::Row;
+use glam::DVec3;
 
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub kind: Kind,
-    /// Its row must be evaluated per hit.
+    /// Its row, or its shading normal, must be evaluated per hit.
     pub textured: bool,
 }
 
@@ -24,6 +27,8 @@ pub struct MaterialTable<'a> {
     /// Parameter rows; those of textured materials are unused.
     pub rows: Vec<Row>,
     materials: &'a [Material],
+    /// Length of a unit of the scene file.
+    unit: f64,
     textures: &'a [Texture],
     images: &'a [Image],
     /// Image textures of each material.
@@ -42,6 +47,7 @@ impl<'a> MaterialTable<'a> {
             entries: Vec::new(),
             rows: Vec::new(),
             materials: &scene.materials,
+            unit: scene.space.scale,
             textures: &scene.textures,
             images: &scene.images,
             looked_up: Vec::new(),
@@ -49,11 +55,11 @@ impl<'a> MaterialTable<'a> {
             uses_uv: false,
             uses_point: false,
         };
-        for Material { kind, .. } in &scene.materials {
+        for Material { kind, bump, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
             let entry = Entry {
                 kind: kernel(kind),
-                textured,
+                textured: textured || bump.is_some(),
             };
             if let MaterialKind::Conductor { roughness, .. }
             | MaterialKind::Substrate { roughness, .. }
@@ -63,7 +69,13 @@ impl<'a> MaterialTable<'a> {
             }
             table.entries.push(entry);
             let mut images = Vec::new();
-            for param in params(kind) {
+            let mut list = params(kind);
+            match bump {
+                Some(Bump::Height { height, .. }) => list.push(*height),
+                Some(Bump::Normal { .. }) => table.uses_uv = true,
+                None => {}
+            }
+            for param in list {
                 param.visit(&scene.textures, &mut |index, texture| {
                     table.uses_uv |= texture.uses_uv();
                     table.uses_point |= texture.uses_point();
@@ -86,6 +98,43 @@ impl<'a> MaterialTable<'a> {
         for &texture in &self.looked_up[material] {
             texture::announce(self.textures, self.images, texture, place);
         }
+    }
+
+    /// Whether shading normals of a material are other than those of its surfaces.
+    pub fn is_bumped(&self, material: usize) -> bool {
+        self.materials[material].bump.is_some()
+    }
+
+    /// What the bump or normal map of a material says at a place with shading normal `ns`.
+    pub fn relief(
+        &self,
+        material: usize,
+        place: &Place,
+        d: &Derivatives,
+        ns: DVec3,
+    ) -> Option<Relief> {
+        let bump = self.materials[material].bump.as_ref()?;
+        Some(bump::look_up(
+            self.textures,
+            self.images,
+            bump,
+            place,
+            d,
+            ns,
+            self.unit,
+        ))
+    }
+
+    /// The shading frame that follows from it, for shading and geometric normal `[ns, ng]`.
+    pub fn tilt(
+        &self,
+        material: usize,
+        relief: &Relief,
+        d: &Derivatives,
+        normals: [DVec3; 2],
+    ) -> Option<Tilted> {
+        let bump = self.materials[material].bump.as_ref()?;
+        Some(bump::tilt(bump, relief, d, normals, self.unit))
     }
 
     /// The parameter row of a material at a place.

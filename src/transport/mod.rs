@@ -11,6 +11,7 @@
 
 pub mod clock;
 pub mod connect;
+pub mod cutout;
 pub mod evaluate;
 mod list;
 pub mod mis;
@@ -26,13 +27,14 @@ use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::surface::MaterialTable;
+use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
 
 /// A scene prepared for transport.
 pub struct World<'a> {
     pub geometry: Geometry<'a>,
     pub materials: MaterialTable<'a>,
+    pub cutouts: Cutouts<'a>,
     pub lights: LightTable,
     pub camera: Camera,
     pub tracer: Tracer,
@@ -57,6 +59,7 @@ impl<'a> World<'a> {
         };
         Self {
             tracer: Tracer::build(scene),
+            cutouts: Cutouts::new(scene),
             geometry,
             materials,
             lights,

@@ -6,6 +6,7 @@ use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::clock::Clock;
+use crate::transport::cutout::Through;
 use crate::transport::list::List;
 use crate::transport::sort::Sorter;
 
@@ -108,6 +109,8 @@ pub struct Paths {
     pub outcome: Vec<Outcome>,
     /// Puts waves in the order they are traced.
     pub(super) sorter: Sorter,
+    /// Rays on their way through cut-outs.
+    pub(super) through: Through,
     /// Rays traced so far.
     pub rays: u64,
     /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
@@ -185,6 +188,7 @@ impl Paths {
             t: Vec::new(),
             outcome: Vec::new(),
             sorter: Sorter::default(),
+            through: Through::default(),
             rays: 0,
             light_subpaths: 1.0,
             lists: Lists::default(),

@@ -109,6 +109,10 @@ const DOTTED: &str = "Material \"matte\" \"texture Kd\" \"dots\"";
 const CREASED: &str =
     "Material \"plastic\" \"texture Kd\" \"globe\" \"texture roughness\" \"creases\"";
 
+/// Textures have to be made before they are named.
+const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
+const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
+
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
     format!(
         "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}] \"bool twosided\" \"{two_sided}\"\n{shape}AttributeEnd\n"
@@ -365,6 +369,44 @@ fn texts() -> Vec<(&'static str, String)> {
                     + &area("5 4 3", true, &lamp())
             ),
         )),
+        in_v4(build(
+            "cut-outs",
+            format!("{LOOK}{PINHOLE}"),
+            CHECKS.to_string()
+                + &walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{BLUE}\nTranslate 0 0.3 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4).replace("\n", " \"texture alpha\" \"checks\"\n")
+                )
+                + &sphere(-0.4, -0.5, 0.0, 0.4, MATTE).replace("radius\" 0.4", "radius\" 0.4 \"float alpha\" 0.6")
+                + &sphere(0.4, -0.4, 0.2, 0.35, PAPER)
+                    .replace("radius\" 0.35", "radius\" 0.35 \"texture alpha\" \"checks\"")
+                + MATTE
+                + &area(
+                    "8 7 5",
+                    true,
+                    &lamp().replace("\n", " \"texture alpha\" \"checks\"\n"),
+                )
+                + &area(
+                    "2 2 3",
+                    false,
+                    &sphere(0.6, 0.3, -0.4, 0.2, MATTE)
+                        .replace("radius\" 0.2", "radius\" 0.2 \"texture alpha\" \"checks\""),
+                ),
+        )),
+        build(
+            "bumps",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "Texture \"heights\" \"float\" \"imagemap\" \"string filename\" \"sky.pfm\" \"float scale\" 0.1\n\
+                 {}AttributeBegin {MATTE} {BUMPY} Translate 0 -0.7 0 {} AttributeEnd\n{}{}{MATTE}\n{}",
+                walls([MATTE, MATTE, &format!("{BLUE} {BUMPY}"), BLUE, MATTE]),
+                wave(5),
+                sphere(-0.4, 0.1, 0.2, 0.35, &format!("{PLASTIC} {BUMPY}")),
+                sphere(0.45, 0.0, 0.1, 0.35, &format!("{BRUSHED} {BUMPY}")),
+                area("5 4 3", false, &lamp()),
+            ),
+        ),
     ]
 }
 

@@ -23,7 +23,7 @@ use super::transform::rows;
 use crate::scene::budget::Budget;
 use crate::scene::image::{Encoding, Image, bytes_needed, read_image};
 use crate::scene::spectrum::luminance;
-use crate::scene::{Material, Param, Space, Texture};
+use crate::scene::{Alpha, Material, Param, Space, Texture};
 
 /// Something defined under a name that may not be usable: the reason is reported where it is used.
 pub(super) type Deferred<T> = Result<T, SceneError>;
@@ -43,6 +43,8 @@ pub(super) struct Tables {
     /// World to texture space, of textures that look at points; the matrices in the textures come last.
     to_texture: Vec<Option<DAffine3>>,
     pub images: Vec<Image>,
+    /// What is cut out of shapes.
+    pub alphas: Vec<Alpha>,
     /// Textures below each of `textures`, itself included, as often as they are named.
     steps: Vec<u32>,
     loaded: HashMap<(PathBuf, String, Channels), u32>,
