@@ -424,6 +424,7 @@ impl Recorder<'_> {
                 error: point.error.into(),
                 ng: wide(point.ng.lane(0)),
                 ns: wide(point.ns.lane(0)),
+                surface: [b1, b2],
                 tangent: wide(point.tangent.lane(0)),
                 kind: entry.kind,
                 row: row.0,
