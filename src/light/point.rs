@@ -15,7 +15,7 @@ impl LightTable {
         let w = v * (L::one() / d2.sqrt());
         let (intensity, pdf, lit) = if lot.kind.is_mapped() {
             let (intensity, pdf) = self.mapped(lot, -w);
-            (intensity, pdf, sends(intensity, pdf))
+            (intensity, pdf, shines(intensity))
         } else {
             let (factor, pdf) = self.directional(lot.kind, &place, base, -w);
             let colour = Vec3::new(base[1], base[2], base[3]);
@@ -56,7 +56,8 @@ impl LightTable {
         let (beta, pdf, lit) = if lot.kind.is_mapped() {
             let (intensity, pdf) = self.mapped(lot, direction);
             let beta = intensity * (L::one() / pdf * inv_choice);
-            (beta, pdf, sends(intensity, pdf))
+            // Rounding can turn a direction into a texel that is never chosen.
+            (beta, pdf, shines(intensity).and(pdf.gt(L::zero())))
         } else {
             let (factor, pdf) = self.directional(lot.kind, &place, base, direction);
             let colour = Vec3::new(base[1], base[2], base[3]);
@@ -136,9 +137,9 @@ impl LightTable {
     }
 }
 
-/// Where there is light, and emission would find it.
+/// Where there is light at all.
 #[inline(always)]
-fn sends<L: Lanes>(intensity: Vec3<L>, pdf: L) -> L::Mask {
+fn shines<L: Lanes>(intensity: Vec3<L>) -> L::Mask {
     let most = intensity.x.max(intensity.y).max(intensity.z);
-    most.gt(L::zero()).and(pdf.ge(L::zero()))
+    most.gt(L::zero())
 }

@@ -342,7 +342,7 @@ fn texts() -> Vec<(&'static str, String)> {
                      Translate 0.2 -0.4 0.2 Rotate 50 1 1 0 Shape \"sphere\" \"float radius\" 0.3
                      AttributeEnd
                      {}",
-                    sphere(-0.5, -0.5, 0.2, 0.4, "Material \"conductor\""),
+                    sphere(-0.5, -0.5, 0.2, 0.4, PAPER),
                 ),
         )),
         build(
