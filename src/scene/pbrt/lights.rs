@@ -308,6 +308,20 @@ fn image_of<'a>(
     }
 }
 
+/// In v4 an image takes the place of a spectrum.
+fn check_exclusive(set: &ParamSet) -> Result<(), SceneError> {
+    if set.dialect == Dialect::V3 {
+        return Ok(());
+    }
+    let image = set.string("filename")?.is_some_and(|f| !f.is_empty());
+    if image && set.has("L") {
+        return Err(
+            set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
+        );
+    }
+    Ok(())
+}
+
 /// World to light space, for lights that show an image.
 fn turned(set: &ParamSet, ctm: &DAffine3) -> Result<DMat3, SceneError> {
     // The inverse, which of an orthonormal frame is its transpose. Directions do not feel the scale.
@@ -444,11 +458,7 @@ fn infinite(
         "portals are not supported; remove it: the light is then all around, and where the portal is the scene's only opening the picture stays \
          the same but for noise",
     )?;
-    if set.dialect == Dialect::V4 && set.has("filename") && set.has("L") {
-        return Err(
-            set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
-        );
-    }
+    check_exclusive(set)?;
     let l = emission(set, "L")?;
     let Some((image, picture)) = image_of(set, Channels::Rgb, tables)? else {
         let l = with_unit(set, l, "illuminance", PI)?;
@@ -531,11 +541,8 @@ impl AreaLight {
                 &["filename", "mapname"],
                 "area lights of this dialect have no image; use \"rgb L\", or the v4 dialect",
             )?;
-        } else if set.has("filename") && set.has("L") {
-            return Err(set.error(
-                "\"L\" and \"filename\" exclude each other; scale the image with \"scale\"",
-            ));
         }
+        check_exclusive(&set)?;
         let mut l = emission(&set, "L")?;
         let (mut image, mut mean) = (None, 1.0);
         if set.dialect == Dialect::V4
