@@ -19,7 +19,7 @@ mod picture;
 mod point;
 mod projector;
 
-use self::choice::LightChoice;
+pub use self::choice::LightChoice;
 use self::environment::Environment;
 use self::picture::Picture;
 use self::projector::Projector;

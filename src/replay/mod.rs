@@ -18,6 +18,7 @@ mod frustum;
 mod join;
 mod kernel;
 pub mod lights;
+pub mod panorama;
 pub mod path;
 pub mod reference;
 pub mod report;
