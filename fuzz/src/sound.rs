@@ -38,8 +38,18 @@ pub fn tables(scene: &Scene) {
         assert!(shape.light == NONE || (shape.light as usize) < scene.lights.len());
     }
     for light in &scene.lights {
-        if let LightKind::Point { p, .. } | LightKind::Spot { p, .. } = light.kind {
-            finite(&p.to_array());
+        match light.kind {
+            LightKind::Point { p, .. } | LightKind::Spot { p, .. } => finite(&p.to_array()),
+            LightKind::Goniometric { p, image, .. } | LightKind::Projection { p, image, .. } => {
+                finite(&p.to_array());
+                assert!((image as usize) < scene.images.len());
+            }
+            LightKind::ImageTriangle { image, .. }
+            | LightKind::ImageSphere { image, .. }
+            | LightKind::InfiniteImage { image, .. } => {
+                assert!((image as usize) < scene.images.len());
+            }
+            _ => {}
         }
     }
     for bound in scene.bounds {

@@ -266,6 +266,11 @@ impl Recorder<'_> {
                 triangle,
                 two_sided,
                 ..
+            }
+            | LightKind::ImageTriangle {
+                triangle,
+                two_sided,
+                ..
             } => {
                 let [a, b, c] = self.corners(triangle);
                 let (e1, e2) = (sub(b, a), sub(c, a));
@@ -274,6 +279,9 @@ impl Recorder<'_> {
                 Some((p, unit(cross(e1, e2)), two_sided))
             }
             LightKind::Sphere {
+                sphere, two_sided, ..
+            }
+            | LightKind::ImageSphere {
                 sphere, two_sided, ..
             } => {
                 let sphere = self.scene.spheres.get(sphere as usize)?;
@@ -328,6 +336,13 @@ impl Recorder<'_> {
                 let (sin, cos) = (TAU * u[3]).sin_cos();
                 let direction = around(unit(wide(axis.to_array())), [r * cos, r * sin, z]);
                 Some(((wide(p.to_array()), direction), end))
+            }
+            (
+                End::Point { light },
+                LightKind::Goniometric { p, .. } | LightKind::Projection { p, .. },
+            ) => {
+                let map = self.skies.get(light as usize)?.as_ref()?;
+                Some(((wide(p.to_array()), map.sample(u[2], u[3])), end))
             }
             (_, LightKind::Distant { direction, .. }) => {
                 let d = unit(wide(direction.to_array()));

@@ -32,11 +32,11 @@ impl Recorder<'_> {
         if light == NONE {
             return Fate::Dark;
         }
-        let p = tip.vertex.p;
+        let (p, surface) = (tip.vertex.p, tip.vertex.surface);
         let tip = Tip::of(tip);
         let cos = tip.wo.dot(tip.ng);
         let lights = &self.world.lights;
-        let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos);
+        let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos, surface);
         let weight = (tip.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
         let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.choices as f32);
         walk.meetings.push(Meeting {
@@ -94,13 +94,13 @@ impl Recorder<'_> {
         let scale = weight * walk.choices as f32 / seen.pdf;
         let rgb = tip.beta.mul_elem(value.f).mul_elem(seen.radiance) * scale;
         let end = match lights.kind(light) {
-            Kind::Triangle | Kind::Sphere => End::Area {
+            kind if kind.is_area() => End::Area {
                 light,
                 p: self.on_light(light, wide(seen.target.lane(0))),
             },
-            Kind::Point | Kind::Spot => End::Point { light },
+            kind if kind.is_point() => End::Point { light },
             Kind::Distant => End::Distant { light },
-            Kind::InfiniteConstant | Kind::InfiniteImage => End::Sky {
+            _ => End::Sky {
                 light,
                 direction: wide(w.lane(0)),
             },
@@ -210,13 +210,13 @@ impl Recorder<'_> {
             (l.light, l.origin, l.direction)
         });
         match self.world.lights.kind(light) {
-            Kind::Triangle | Kind::Sphere => End::Area {
+            kind if kind.is_area() => End::Area {
                 light,
                 p: self.on_light(light, wide(origin)),
             },
-            Kind::Point | Kind::Spot => End::Point { light },
+            kind if kind.is_point() => End::Point { light },
             Kind::Distant => End::Distant { light },
-            Kind::InfiniteConstant | Kind::InfiniteImage => End::Sky {
+            _ => End::Sky {
                 light,
                 direction: reversed(direction),
             },

@@ -14,6 +14,8 @@ pub struct Vertex {
     pub ng: V,
     /// Unit shading normal.
     pub ns: V,
+    /// Barycentric coordinates that the tracer reported; of no meaning on spheres.
+    pub surface: [f32; 2],
     /// Along increasing `u`, of any length; zero where no BSDF asks for it.
     pub tangent: V,
     pub kind: Kind,

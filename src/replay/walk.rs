@@ -437,6 +437,7 @@ impl Recorder<'_> {
                 error: point.error.into(),
                 ng: wide(point.ng.lane(0)),
                 ns: wide(ns),
+                surface: [b1, b2],
                 tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,

@@ -215,6 +215,21 @@ pub enum LightKind {
         l: Rgb,
         two_sided: bool,
     },
+    /// v4: emission of one triangle by an image, radiance `scale * image(u, v)`, negative texels as 0; bilinear, clamped to its border, row 0 at
+    /// `v = 1`.
+    ImageTriangle {
+        triangle: u32,
+        image: u32,
+        scale: f32,
+        two_sided: bool,
+    },
+    /// The same for one analytic sphere.
+    ImageSphere {
+        sphere: u32,
+        image: u32,
+        scale: f32,
+        two_sided: bool,
+    },
     /// Intensity `i` (W/sr, per internal length squared) at `p`.
     Point { p: Vec3, i: Rgb },
     /// As pbrt: intensity `i` times `smoothstep`-like falloff between the two cosines around unit `axis`.
@@ -225,6 +240,27 @@ pub enum LightKind {
         cos_total: f32,
         cos_falloff: f32,
         falloff: SpotFalloff,
+    },
+    /// Intensity `scale * image(direction)` at `p`, negative texels as 0; `to_light` are the rows of the rotation from internal to light space (`y` and
+    /// `z` already exchanged, as pbrt has it). A v3 map is looked up bilinearly, a v4 map at the nearest texel.
+    Goniometric {
+        p: Vec3,
+        image: u32,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        layout: EnvLayout,
+    },
+    /// Intensity `scale * image(x, y)` at `p` towards the light space direction `(x, y, 1)`, the image filling `|x| <= extent[0]`,
+    /// `|y| <= extent[1]` with row 0 at `y = -extent[1]`; 0 outside, negative texels as 0. `to_light` are the rows of the rotation from internal to
+    /// light space. Bilinear look-ups take the image to be repeated beyond its border.
+    Projection {
+        p: Vec3,
+        image: u32,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        /// Tangents of half the angles of view.
+        extent: [f32; 2],
+        filtering: Filtering,
     },
     /// Light travelling along unit `direction` (from the light into the scene) with irradiance `l` on a facing surface.
     Distant { direction: Vec3, l: Rgb },
@@ -237,6 +273,15 @@ pub enum LightKind {
         to_light: [[f32; 3]; 3],
         layout: EnvLayout,
     },
+}
+
+/// How a light's image is looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filtering {
+    /// pbrt-v4's projection and goniometric lights.
+    Nearest,
+    /// pbrt-v3's.
+    Bilinear,
 }
 
 /// How the spot's smooth edge is shaped between `cos_total` (0) and `cos_falloff` (1), `x` linear in the cosine.

@@ -29,7 +29,8 @@ impl<L: Lanes> Tip<L> {
 }
 
 impl World<'_> {
-    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times.
+    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times. Their last hits are still those of the tips: paths of
+    /// this strategy have no light subpath.
     pub(super) fn emission<L: Lanes>(
         &self,
         paths: &mut Paths,
@@ -50,7 +51,12 @@ impl World<'_> {
             let tip = paths.tips[0].load::<L>(chunk);
             let cos = tip.wo.dot(tip.ng);
             let lights = &lights[..chunk.len()];
-            let seen = self.lights.emitted(&self.geometry, lights, tip.p, cos);
+            let mut surface = [L::zero(); 2];
+            if self.lights.has_pictures() {
+                let [_, b1, b2, ..] = L::load_rows(&paths.hit, chunk);
+                surface = [b1, b2];
+            }
+            let seen = (self.lights).emitted(&self.geometry, lights, tip.p, cos, surface);
             let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
             let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
             let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));

@@ -6,7 +6,6 @@
 use super::World;
 use super::list::List;
 use crate::geometry::{SurfacePoint, Wanted, sampled_barycentrics};
-use crate::light;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::texture::Place;
@@ -190,12 +189,12 @@ impl World<'_> {
             return true;
         }
         let (mut p, mut hit) = (Vec3::zero(), [0.0; 3]);
-        if self.lights.kind(light) == light::Kind::Triangle {
+        if primitive < self.geometry.triangles() {
             let [b1, b2] = sampled_barycentrics(u, v);
             hit = [0.0, b1, b2];
         } else {
             let sphere = primitive - self.geometry.triangles();
-            p = self.geometry.sample_spheres(&[sphere], u, v).p;
+            p = self.geometry.sample_spheres(&[sphere], u, v, false).p;
         }
         self.is_there(primitive, p, Vec3::zero(), hit).0
     }

@@ -175,7 +175,7 @@ pub fn sky(width: u32, height: u32) -> Picture {
 /// Every scene of the transport tests, by name.
 pub fn all() -> Vec<(&'static str, Scene)> {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    write_sky(dir.path());
+    write_images(dir.path());
     let load = |(name, text): (_, String)| (name, load(&text, dir.path()));
     texts().into_iter().map(load).collect()
 }
@@ -183,7 +183,7 @@ pub fn all() -> Vec<(&'static str, Scene)> {
 /// The same as files in a folder.
 pub fn write_all(dir: &Path) -> Vec<PathBuf> {
     std::fs::create_dir_all(dir).expect("a folder");
-    write_sky(dir);
+    write_images(dir);
     let file = |(i, (_, text)): (usize, (&str, String))| {
         let path = dir.join(format!("{i}.pbrt"));
         std::fs::write(&path, text).expect("a written scene");
@@ -192,8 +192,11 @@ pub fn write_all(dir: &Path) -> Vec<PathBuf> {
     texts().into_iter().enumerate().map(file).collect()
 }
 
-fn write_sky(dir: &Path) {
-    write(&dir.join("sky.pfm"), &sky(16, 8), &[], 0.0).expect("a written image");
+fn write_images(dir: &Path) {
+    for (name, width, height) in [("sky", 16, 8), ("square", 12, 12), ("slide", 7, 5)] {
+        let path = dir.join(format!("{name}.pfm"));
+        write(&path, &sky(width, height), &[], 0.0).expect("a written image");
+    }
 }
 
 /// Names and scene files.
@@ -335,6 +338,36 @@ fn texts() -> Vec<(&'static str, String)> {
                 )
                 + MATTE
                 + &area("5 4 3", true, &lamp()),
+        )),
+        build(
+            "goniometric lamp and a slide",
+            format!("{LOOK}{PINHOLE}"),
+            walls([PLASTIC, MATTE, ROUGH, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin Translate 0.3 0.5 0 Rotate 40 1 2 0 LightSource \"goniometric\" \"string mapname\" \"sky.pfm\" \"rgb I\" [1 1 0.8] AttributeEnd
+                     AttributeBegin Translate -0.4 0.6 -0.6 Rotate 65 1 0.2 0 LightSource \"projection\" \"string mapname\" \"slide.pfm\" \"float fov\" 50 AttributeEnd
+                     {}{}",
+                    sphere(-0.4, -0.4, 0.2, 0.4, GLASS),
+                    sphere(0.5, -0.4, 0.3, 0.35, METAL),
+                ),
+        ),
+        in_v4(build(
+            "image lamps and a slide",
+            format!("{LOOK}{LENS}"),
+            walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin Translate -0.4 0.5 -0.6 Rotate 70 1 -0.2 0 LightSource \"projection\" \"string filename\" \"slide.pfm\" \"float power\" 6 \"float fov\" 60 AttributeEnd
+                     AttributeBegin Translate 0.6 0.3 -0.3 LightSource \"goniometric\" \"string filename\" \"square.pfm\" \"float power\" 8 AttributeEnd
+                     AttributeBegin
+                     {MATTE}
+                     AreaLightSource \"diffuse\" \"string filename\" \"slide.pfm\" \"float scale\" 2 \"bool twosided\" \"true\"
+                     Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-0.6 0.7 -0.4 0.5 0.8 -0.4 0.5 0.6 0.5 -0.6 0.6 0.4] \"float uv\" [0 0 1 0.1 0.9 1.2 -0.1 1]
+                     AreaLightSource \"diffuse\" \"string filename\" \"sky.pfm\" \"float power\" 5
+                     Translate 0.2 -0.4 0.2 Rotate 50 1 1 0 Shape \"sphere\" \"float radius\" 0.3
+                     AttributeEnd
+                     {}",
+                    sphere(-0.5, -0.5, 0.2, 0.4, PAPER),
+                ),
         )),
         build(
             "frosted ball around a lamp and frosted smooth mesh, clear wedge",

@@ -20,7 +20,7 @@ use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
 use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE};
+use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE, Param};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -695,6 +695,26 @@ impl Loader {
         Ok(index)
     }
 
+    /// What rays pass straight through, yet meet.
+    fn clear_material(&mut self) -> u32 {
+        let kind = MaterialKind::ThinDielectric {
+            eta: Param::Constant([1.0; 3]),
+        };
+        let materials = &mut self.tables.materials;
+        let known = materials
+            .iter()
+            .rposition(|m| m.kind == kind && m.bump.is_none());
+        known.unwrap_or_else(|| {
+            materials.push(Material {
+                name: "none".to_owned(),
+                origin: "emissive shapes".to_owned(),
+                kind,
+                bump: None,
+            });
+            materials.len() - 1
+        }) as u32
+    }
+
     fn add_material(
         &mut self,
         made: &MaterialDef,
@@ -722,7 +742,7 @@ impl Loader {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "light")?;
         if directive == "AreaLightSource" {
-            let light = AreaLight::build(&kind, set, &mut self.report)?;
+            let light = AreaLight::build(&kind, set, &mut self.tables, &mut self.report)?;
             self.states.current.light = Some(Rc::new(light));
             return Ok(());
         }
@@ -737,14 +757,10 @@ impl Loader {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "shape")?;
         let ctm = self.states.current.fixed_ctm(&set.site)?;
-        let material = self.material_for(&set)?;
-        let made = &self.tables.materials[material as usize];
-        let (material_kind, bumped) = (&made.kind, made.bump.is_some());
+        let mut material = self.material_for(&set)?;
         let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
-        if light.is_some()
-            && *material_kind == MaterialKind::Interface
-            && self.dialect == Dialect::V4
-        {
+        let interface = self.tables.materials[material as usize].kind == MaterialKind::Interface;
+        if light.is_some() && interface && self.dialect == Dialect::V4 {
             self.report.warn_at(
                 &set.site,
                 "its area light is ignored, as its material is \"interface\"",
@@ -773,10 +789,21 @@ impl Loader {
                  alpha of 1",
             ));
         }
+        if light.is_some() && interface {
+            // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
+            self.report.warn_at(
+                &set.site,
+                "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
+            );
+            material = self.clear_material();
+        }
+        let made = &self.tables.materials[material as usize];
         let textures = self.tables.textures();
         let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
-        let needs_uv =
-            materials::needs_uv(material_kind, textures) || bumped || alpha.is_some_and(textured);
+        let needs_uv = materials::needs_uv(&made.kind, textures)
+            || made.bump.is_some()
+            || alpha.is_some_and(textured)
+            || light.as_ref().is_some_and(|l| l.image.is_some());
         let setting = Setting {
             site: Rc::new(set.site.clone()),
             ctm,

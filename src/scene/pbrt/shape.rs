@@ -215,10 +215,8 @@ fn bilinear(
     geometry: &mut Geometry,
     report: &mut Report,
 ) -> Result<(), SceneError> {
-    set.refuse(
-        &["emissionfilename"],
-        "images on area lights are not supported; use \"rgb L\"",
-    )?;
+    // A hint where to look for light, which does not change the picture.
+    set.accept(&["emissionfilename"]);
     let Some(positions) = set.triples("P", Type::Point3)? else {
         return Err(set.error("needs vertex positions, \"point3 P\""));
     };

@@ -583,7 +583,7 @@ fn what_is_not_supported_says_so_where_it_stands() {
         ),
         (
             "LightSource \"projection\"".into(),
-            "t.pbrt:3:1: LightSource \"projection\": this light is not supported; use",
+            "t.pbrt:3:1: LightSource \"projection\": needs an image, \"string ",
         ),
         (
             "Shape \"curve\"".into(),
