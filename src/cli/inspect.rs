@@ -106,6 +106,16 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
         "  materials     {}",
         tally(scene.materials.len(), &kernels)
     )?;
+    for material in &scene.materials {
+        if let Some(index) = material.kind.dispersion() {
+            let [violet, red] = [400.0, 700.0].map(|nm| index.at(nm));
+            writeln!(
+                out,
+                "  dispersive    {} ({}): index {violet:.4} at 400 nm, {red:.4} at 700 nm",
+                material.name, material.origin
+            )?;
+        }
+    }
     let textures = ["constant", "scale", "mix", "checkerboard", "image"].map(|name| {
         let count = scene
             .textures

@@ -22,6 +22,7 @@ pub mod reference;
 pub mod report;
 pub mod sensitivity;
 pub mod sky;
+pub mod spectral;
 pub mod vector;
 pub mod walk;
 pub mod warp;

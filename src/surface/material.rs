@@ -4,23 +4,29 @@ use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::{Kind, texture};
+use crate::scene::spectrum::IndexCurve;
 use crate::scene::{
     ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
 };
 use crate::simd::Row;
+use std::sync::Arc;
 
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub kind: Kind,
-    /// Its row must be evaluated per hit.
+    /// Some parameter is a texture.
     pub textured: bool,
+    /// Its index of refraction depends on the wavelength.
+    pub dispersive: bool,
+    /// Its row must be evaluated per hit: textured or dispersive.
+    pub per_hit: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
 pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
-    /// Parameter rows; those of textured materials are unused.
+    /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
     materials: &'a [Material],
     textures: &'a [Texture],
@@ -47,6 +53,8 @@ impl<'a> MaterialTable<'a> {
             let entry = Entry {
                 kind: kernel(kind),
                 textured,
+                dispersive: kind.dispersion().is_some(),
+                per_hit: textured || kind.dispersion().is_some(),
             };
             if let MaterialKind::Conductor { roughness, .. }
             | MaterialKind::Substrate { roughness, .. }
@@ -62,7 +70,7 @@ impl<'a> MaterialTable<'a> {
             images.sort();
             images.dedup();
             table.looked_up.push(images);
-            let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
+            let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0], 0.0);
             table.rows.push(row);
         }
         table
@@ -75,8 +83,12 @@ impl<'a> MaterialTable<'a> {
         }
     }
 
-    /// The parameter row of a material at texture coordinates `uv`.
-    pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
+    /// The parameter row of a material at texture coordinates `uv`, for light of the wavelength `nm` (of which only dispersive materials know).
+    pub fn evaluate(&self, material: usize, uv: [f32; 2], nm: f32) -> Row {
+        let index = |eta: Param, curve: &Option<Arc<IndexCurve>>| match curve {
+            Some(curve) => curve.at(nm),
+            None => texture::evaluate(self.textures, self.images, eta, uv)[0],
+        };
         let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
         let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
@@ -103,11 +115,12 @@ impl<'a> MaterialTable<'a> {
                 reflectance,
                 transmittance,
                 eta,
+                dispersion,
                 roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*reflectance));
                 row[3..6].copy_from_slice(&unit(*transmittance));
-                row[6] = at(*eta)[0].max(f32::MIN_POSITIVE);
+                row[6] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
                 if self.entries[material].kind == Kind::RoughDielectric {
                     let (u, v) = (at(roughness.u)[0], at(roughness.v)[0]);
                     let [ax, ay] = glass_alphas(u, v, roughness.remap);
@@ -130,8 +143,8 @@ impl<'a> MaterialTable<'a> {
                 row[6] = alpha(at(roughness.u)[0], roughness.remap);
                 row[7] = alpha(at(roughness.v)[0], roughness.remap);
             }
-            MaterialKind::ThinDielectric { eta } => {
-                row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            MaterialKind::ThinDielectric { eta, dispersion } => {
+                row[0] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
             }
             MaterialKind::DiffuseTransmission {
                 reflectance,
@@ -241,6 +254,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             let mut list = rough(roughness).to_vec();
@@ -261,7 +275,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             list.extend([*diffuse, *specular]);
             list
         }
-        MaterialKind::ThinDielectric { eta } => vec![*eta],
+        MaterialKind::ThinDielectric { eta, .. } => vec![*eta],
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

@@ -6,6 +6,7 @@ use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::clock::Clock;
+use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
 use crate::transport::sort::Sorter;
 
@@ -88,11 +89,13 @@ pub struct Paths {
     /// Per path `[beta (3), dVCM, dVC, distant (0 or 1), 0, 0]` of the subpath on its way.
     pub flight: Vec<Row>,
     pub tips: [Tips; 2],
-    /// Parameter rows: first those of the materials, then one per path and side for textured hits.
+    /// Parameter rows: first those of the materials, then one per path and side for hits that have their own.
     pub params: Vec<Row>,
     materials: usize,
     /// Parameter rows to be evaluated, with material and texture coordinates.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
+    /// Wavelengths.
+    pub(super) dispersion: Dispersion,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
     pub link: Vec<Row>,
     /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
@@ -177,6 +180,7 @@ impl Paths {
             params: world.materials.rows.clone(),
             materials,
             textured: Vec::new(),
+            dispersion: Dispersion::default(),
             link: Vec::new(),
             end: Vec::new(),
             value: Default::default(),
@@ -224,10 +228,17 @@ impl Paths {
         }
     }
 
-    /// The parameter row reserved for a textured tip.
+    /// The parameter row reserved for a tip that has its own.
     #[inline(always)]
     pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
         (self.materials + 2 * path as usize + side as usize) as u32
+    }
+
+    /// The wavelength of the path that one of these rows is reserved for, in nanometres; 0 in a scene without dispersion.
+    #[inline(always)]
+    pub(super) fn wavelength_of(&self, own_params: u32) -> f32 {
+        self.dispersion
+            .nm((own_params as usize - self.materials) / 2)
     }
 
     /// True if the ray of `path` hit nothing.

@@ -163,7 +163,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if entry.textured {
+                if entry.per_hit {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     self.materials.announce(shape.material as usize, uv);
@@ -211,9 +211,13 @@ impl World<'_> {
         }
         // Texels have been asked for, and have had time to come.
         for &(row, material, uv) in &paths.textured {
-            paths.params[row as usize] = self.materials.evaluate(material as usize, uv);
+            let nm = paths.wavelength_of(row);
+            paths.params[row as usize] = self.materials.evaluate(material as usize, uv, nm);
         }
         paths.textured.clear();
+        if self.plan.dispersion {
+            self.note_dispersive(paths, list, side);
+        }
         paths.clock.count(Stage::Surface, list.len(), L::N);
         paths.clock.lap(Stage::Surface);
     }
