@@ -55,7 +55,7 @@ pub struct Layout {
     pub emission: usize,
     pub light_bounce: usize,
     pub connection_choice: usize,
-    /// Two samples: a point on a light (`s = 1`) or on the lens (`t = 1`).
+    /// Two samples: a point on a light (`s = 1`), on the lens, or one of several places on the film (`t = 1`).
     pub connection: usize,
     pub per_bounce: usize,
     /// Rows of the matrix.
