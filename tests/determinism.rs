@@ -31,6 +31,15 @@ WorldBegin
 Texture "checks" "spectrum" "checkerboard" "float uscale" [4] "float vscale" [4] "rgb tex1" [.2 .2 .1] "rgb tex2" [.7 .8 .6]
 Texture "sky" "spectrum" "imagemap" "string filename" "sky.pfm"
 Texture "dim" "spectrum" "scale" "texture tex1" "sky" "rgb tex2" [.3 .3 .3]
+Texture "marble" "spectrum" "marble" "float variation" [2]
+Texture "creases" "float" "wrinkled"
+Texture "waves" "float" "windy"
+Texture "mottle" "float" "fbm"
+Texture "blocks" "float" "checkerboard" "integer dimension" [3] "texture tex1" "creases" "texture tex2" "mottle"
+Texture "round" "spectrum" "uv" "string mapping" "spherical"
+Texture "dots" "spectrum" "dots" "string mapping" "cylindrical" "texture inside" "marble" "texture outside" "round"
+Texture "plane" "spectrum" "bilerp" "string mapping" "planar"
+Texture "all" "spectrum" "mix" "texture tex1" "dots" "texture tex2" "plane" "texture amount" "waves"
 LightSource "infinite" "string mapname" "sky.pfm" "rgb scale" [.2 .2 .2]
 LightSource "infinite" "rgb L" [.05 .05 .1]
 LightSource "distant" "rgb L" [.4 .4 .3] "point from" [1 2 1] "point to" [0 0 0]
@@ -57,7 +66,7 @@ AttributeBegin
   Shape "sphere" "float radius" [0.7]
 AttributeEnd
 AttributeBegin
-  Material "plastic" "rgb Kd" [.3 .1 .1] "rgb Ks" [.4 .4 .4] "float roughness" [.1]
+  Material "plastic" "texture Kd" "all" "rgb Ks" [.4 .4 .4] "texture roughness" "blocks"
   Translate -0.8 0.7 -1
   Shape "sphere" "float radius" [0.7]
 AttributeEnd

@@ -82,7 +82,10 @@ fn odd_scene(dir: &Path) -> Scene {
         Texture "check" "spectrum" "checkerboard" "float uscale" 3 "rgb tex1" [.2 .3 .4] "rgb tex2" [.8 .7 .6]
         Material "diffuse" "texture reflectance" "check"
         Shape "bilinearmesh" "point3 P" [-3 -1 -3  3 -1 -3  -3 -1.2 3  3 -1 3]
-        Material "conductor" "float roughness" .1
+        Texture "creases" "float" "wrinkled"
+        Texture "marble" "spectrum" "marble" "float scale" 3
+        Texture "up" "spectrum" "directionmix" "texture tex1" "marble" "rgb tex2" [.9 .8 .7]
+        Material "conductor" "texture roughness" "creases" "texture reflectance" "up"
         Shape "sphere" "float radius" 1
         Material "dielectric"
         Translate 1 0 1.5

@@ -57,12 +57,9 @@ pub fn tables(scene: &Scene) {
             Param::Texture(child) => assert!((child as usize) < i),
             Param::Constant(_) => {}
         };
-        use phalanx::scene::Texture::*;
-        match *texture {
-            Constant(_) => {}
-            Scale { a, b } | Checkerboard { a, b, .. } => [a, b].map(earlier).into_iter().collect(),
-            Mix { a, b, amount } => [a, b, amount].map(earlier).into_iter().collect(),
-            Image { image, .. } => assert!((image as usize) < scene.images.len()),
+        texture.children().for_each(earlier);
+        if let phalanx::scene::Texture::Image { image, .. } = texture {
+            assert!((*image as usize) < scene.images.len());
         }
     }
 }

@@ -3,8 +3,10 @@
 //! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere), never taken from the ray, and
 //! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
 
+mod derivatives;
 mod sphere;
 
+pub use self::derivatives::Derivatives;
 use self::sphere::{SphereMap, sphere_rows};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
 use crate::simd::{Frame, Lanes, Mask, Row, Vec3, math};
@@ -100,6 +102,11 @@ impl<'a> Geometry<'a> {
                 1.0
             },
         }
+    }
+
+    /// How many triangles there are: the first primitive that is a sphere.
+    pub fn triangles(&self) -> u32 {
+        self.triangles.len() as u32
     }
 
     /// The shape of a primitive (triangles first, then spheres), and the light it is, or [`NONE`].
@@ -251,16 +258,14 @@ impl<'a> Geometry<'a> {
         v: L,
         inv_area: L,
     ) -> AreaSample<L> {
-        // pbrt-v3, section 13.6.5.
-        let root = u.sqrt();
-        let b1 = v * root;
+        let [b1, b2] = sampled_barycentrics(u, v);
         let wanted = Wanted {
             uv: false,
             tangent: false,
             normals: false,
             spheres: false,
         };
-        let point = self.triangle_point(prim, b1, L::one() - root, wanted);
+        let point = self.triangle_point(prim, b1, b2, wanted);
         AreaSample {
             p: point.p,
             error: point.error,
@@ -356,6 +361,13 @@ impl<'a> Geometry<'a> {
         };
         (L::Mask::from_bits(valid), map)
     }
+}
+
+/// Barycentric coordinates of vertices 1 and 2, uniform over a triangle (pbrt-v3, section 13.6.5).
+#[inline(always)]
+pub fn sampled_barycentrics<L: Lanes>(u: L, v: L) -> [L; 2] {
+    let root = u.sqrt();
+    [v * root, L::one() - root]
 }
 
 /// Unit normal of `a x b`, safe against underflow for tiny edges.

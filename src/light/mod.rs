@@ -14,7 +14,7 @@ mod environment;
 pub use self::choice::LightChoice;
 use self::environment::Environment;
 use crate::geometry::{AreaSample, Geometry};
-use crate::scene::{LightKind, Rgb, Scene, SpotFalloff};
+use crate::scene::{LightKind, NONE, Rgb, Scene, SpotFalloff};
 use crate::simd::{Frame, Lanes, Mask, Row, UintLanes, Vec3, math};
 use crate::trace::offset;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
@@ -261,6 +261,16 @@ impl LightTable {
             *light = self.choice.sample(u.lane(i));
         }
         chosen
+    }
+
+    /// The primitive that a light is, or [`NONE`].
+    pub fn primitive(&self, geometry: &Geometry, light: u32) -> u32 {
+        let index = self.base[light as usize].0[5].to_bits();
+        match self.kind(light) {
+            Kind::Triangle => index,
+            Kind::Sphere => geometry.triangles() + index,
+            _ => NONE,
+        }
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@
 
 use crate::camera::Camera;
 use crate::light::LightTable;
-use crate::scene::Scene;
+use crate::scene::{NONE, Scene};
 use crate::surface::{Kind, MaterialTable};
 use std::fmt;
 use std::ops::Range;
@@ -28,6 +28,12 @@ pub struct Plan {
     pub connectable: bool,
     /// Camera subpaths can meet a light by chance.
     pub hits_lights: bool,
+    /// Some material has a bump or normal map.
+    pub bumps: bool,
+    /// Parts of shapes are cut out: rays pass there.
+    pub cutouts: bool,
+    /// Some of these shapes are lights: not every point of a light emits.
+    pub cut_lights: bool,
 }
 
 /// The plan for paths with `depth` scattering events.
@@ -113,6 +119,9 @@ impl Plan {
             light_choice: lights.needs_choice(),
             connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
             hits_lights: lights.any_non_delta(),
+            bumps: (scene.materials.iter().zip(&used)).any(|(m, used)| *used && m.bump.is_some()),
+            cutouts: scene.shapes.iter().any(|s| s.alpha != NONE),
+            cut_lights: (scene.shapes.iter()).any(|s| s.alpha != NONE && s.light != NONE),
             kinds,
             depths: Vec::new(),
         };
@@ -262,6 +271,17 @@ impl fmt::Display for Plan {
             "  s >= 1        {}",
             yes(self.connectable, "connections", join)
         )?;
+        if self.bumps {
+            writeln!(f, "  bumps         shading normals from textures")?;
+        }
+        if self.cutouts {
+            let lights = if self.cut_lights {
+                "; points on lights, too"
+            } else {
+                ""
+            };
+            writeln!(f, "  alpha         rays pass what is cut out{lights}")?;
+        }
         writeln!(f, "  depth  strategies s          primary samples")?;
         for d in &self.depths {
             let list = match d.strategies.as_slice() {

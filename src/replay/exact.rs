@@ -187,7 +187,7 @@ impl Recorder<'_> {
         } else {
             [0.0; 3]
         };
-        Some(Vertex {
+        let v = Vertex {
             p,
             ng,
             ns: if dot(smooth, smooth) > 1e-12 {
@@ -197,7 +197,26 @@ impl Recorder<'_> {
             },
             tangent,
             ..near.clone()
-        })
+        };
+        Some(self.tilted(v, [b1, b2]))
+    }
+
+    /// With the shading frame that its bump or normal map makes of it.
+    fn tilted(&self, v: Vertex, b: [f64; 2]) -> Vertex {
+        let Some(relief) = v.relief else {
+            return v;
+        };
+        let world = self.world;
+        let d = world.geometry.derivatives(v.primitive, b, v.p.into());
+        let normals = [v.ns.into(), v.ng.into()];
+        match (world.materials).tilt(v.material as usize, &relief, &d, normals) {
+            Some(tilted) => Vertex {
+                ns: tilted.ns.to_array(),
+                tangent: tilted.tangent.to_array(),
+                ..v
+            },
+            None => v,
+        }
     }
 
     fn hit_sphere(&self, (o, d): Ray, near: &Vertex, index: u32) -> Option<Vertex> {
@@ -229,7 +248,7 @@ impl Recorder<'_> {
         let w = at(t);
         let p = transform_point(&sphere.to_world, w);
         let (n, _) = ellipsoid(sphere, p);
-        Some(Vertex {
+        let v = Vertex {
             p,
             ng: n,
             ns: n,
@@ -239,7 +258,8 @@ impl Recorder<'_> {
                 [0.0; 3]
             },
             ..near.clone()
-        })
+        };
+        Some(self.tilted(v, [0.0; 2]))
     }
 
     /// A point of an area light, and its unit normal.

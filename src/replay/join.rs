@@ -8,6 +8,7 @@ use crate::geometry::shading_frame;
 use crate::light::Kind;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
+use crate::transport::cutout::Through;
 use crate::transport::mis;
 use crate::transport::paths::Side;
 
@@ -79,7 +80,7 @@ impl Recorder<'_> {
         let tip = Tip::of(step);
         let lights = &self.world.lights;
         let seen = lights.sample_direct::<f32>(&self.world.geometry, &[light], tip.p, u);
-        if !seen.valid {
+        if !seen.valid || self.world.emits(&[light], u) & 1 == 0 {
             return Fate::Unlit;
         }
         let w = seen.to_light;
@@ -238,8 +239,9 @@ impl Recorder<'_> {
         if rgb != [0.0; 3] {
             let (o, d) = (from.lane(0), (to - from).lane(0));
             let ray = [Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0])];
-            let mut blocked = [0];
-            self.world.tracer.occluded::<f32>(&ray, &[0], &mut blocked);
+            let (mut blocked, mut hit) = ([0], [Row::default()]);
+            let mut through = Through::default();
+            (self.world).occluded::<f32>(&ray, &[0], &mut blocked, &mut hit, &mut through);
             walk.visible = Some(blocked[0] == 0);
         }
         walk.meetings.push(Meeting { end, weight, rgb });

@@ -2,6 +2,7 @@
 
 use super::vector::V;
 use crate::surface::Kind;
+use crate::surface::bump::Relief;
 
 /// A vertex on a surface; internal space.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub struct Vertex {
     pub primitive: u32,
     /// Index into the scene's materials.
     pub material: u32,
+    /// What its bump or normal map says, as looked up in `f32`.
+    pub relief: Option<Relief>,
 }
 
 /// Where a path meets its light.

@@ -11,7 +11,9 @@ use crate::geometry::shading_frame;
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
+use crate::surface::texture::Place;
 use crate::trace::offset;
+use crate::transport::cutout::Through;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
 use crate::transport::wavelength::Wavelength;
@@ -400,7 +402,8 @@ impl Recorder<'_> {
             distant: ray.distant,
         };
         walk.light = Some(flight.subpath(0.0, light));
-        ray.valid.then_some(flight)
+        let emits = self.world.emits(&[light], [u[0], u[1]]) & 1 != 0;
+        (ray.valid && emits).then_some(flight)
     }
 
     /// Walks a subpath to its `length`-th surface vertex; `bounce` gives the samples of each.
@@ -445,7 +448,7 @@ impl Recorder<'_> {
             0.0,
         ])];
         let mut hit = [Row::default()];
-        world.tracer.closest::<f32>(&ray, &[0], &mut hit);
+        world.closest::<f32>(&ray, &[0], &mut hit, &mut Through::default());
         let [t, b1, b2, primitive, ..] = hit[0].0;
         let primitive = primitive.to_bits();
         if primitive == NONE {
@@ -461,10 +464,21 @@ impl Recorder<'_> {
         );
         let (shape, light) = world.geometry.shape_of(primitive);
         let entry = world.materials.entries[shape.material as usize];
+        let material = shape.material as usize;
+        let place = Place {
+            uv: point.uv,
+            p: point.p.lane(0),
+            n: point.ng.lane(0),
+        };
         let row = if entry.per_hit {
-            (world.materials).evaluate(shape.material as usize, point.uv, nm)
+            world.materials.evaluate(material, &place, nm)
         } else {
-            world.materials.rows[shape.material as usize]
+            world.materials.rows[material]
+        };
+        let (relief, ns, tangent) = if world.materials.is_bumped(material) {
+            world.shading_at(material, primitive, [b1, b2], &place, point.ns.lane(0))
+        } else {
+            (None, point.ns.lane(0), point.tangent.lane(0))
         };
         let distance2 = if flight.distant { 1.0 } else { t * t };
         let cos = direction.dot(point.ng).abs();
@@ -473,14 +487,15 @@ impl Recorder<'_> {
                 p: wide(point.p.lane(0)),
                 error: point.error.into(),
                 ng: wide(point.ng.lane(0)),
-                ns: wide(point.ns.lane(0)),
-                tangent: wide(point.tangent.lane(0)),
+                ns: wide(ns),
+                tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,
                 dispersive: entry.dispersive,
                 light,
                 primitive,
                 material: shape.material,
+                relief,
             },
             wo: (-direction).lane(0),
             beta: flight.beta,

@@ -12,6 +12,7 @@ pub mod pbrt;
 pub mod ply;
 pub mod shapes;
 pub mod spectrum;
+pub mod texture;
 
 use glam::{DVec3, Vec2, Vec3};
 use spectrum::IndexCurve;
@@ -19,6 +20,9 @@ use std::sync::Arc;
 
 pub use self::image::Image;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
+pub use self::texture::{
+    Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,
+};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;
@@ -72,14 +76,24 @@ pub struct Shape {
     pub light: u32,
     /// First primitive of this shape in its table (triangles or spheres).
     pub first: u32,
+    /// Index into [`Scene::alphas`], or [`NONE`]: nothing is cut out of it.
+    pub alpha: u32,
 }
 
-/// A material parameter: a constant or a texture.
+/// What is cut out of shapes. Never a constant that leaves all of a shape or nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Param {
-    Constant(Rgb),
-    /// Index into [`Scene::textures`].
-    Texture(u32),
+pub struct Alpha {
+    /// A number.
+    pub value: Param,
+    pub test: AlphaTest,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaTest {
+    /// pbrt-v3: the surface is there wherever the value is not 0.
+    NotZero,
+    /// pbrt-v4: the value is the part of the surface that is there.
+    Fraction,
 }
 
 /// A material as the file means it, both dialects reduced to one set of kinds.
@@ -90,6 +104,25 @@ pub struct Material {
     /// Where it was made (`scene.pbrt:42`), for reports.
     pub origin: String,
     pub kind: MaterialKind,
+    pub bump: Option<Bump>,
+}
+
+/// What tilts the shading normals of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bump {
+    /// v3 `bumpmap`, v4 `displacement`: a height along the normal, in lengths of the scene file.
+    Height { height: Param, tangents: Tangents },
+    /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z` along the normal.
+    Normal { image: u32 },
+}
+
+/// What heights are measured along on meshes with vertex normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangents {
+    /// v3: directions of length 1 in the scene file.
+    Unit,
+    /// v4: as long as dp/du, both.
+    LikeU,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -177,54 +210,6 @@ pub enum Remap {
     V3,
     /// pbrt-v4's `sqrt(roughness)`.
     V4,
-}
-
-/// A texture; children are indices of earlier entries of [`Scene::textures`] or constants, so the table has no cycles.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Texture {
-    Constant(Rgb),
-    /// Product of two textures.
-    Scale {
-        a: Param,
-        b: Param,
-    },
-    /// `(1 - amount) * a + amount * b`, per channel.
-    Mix {
-        a: Param,
-        b: Param,
-        amount: Param,
-    },
-    /// 2D checkerboard over `mapping`: `a` where `floor(s) + floor(t)` is even.
-    Checkerboard {
-        a: Param,
-        b: Param,
-        mapping: UvMapping,
-    },
-    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this order, as pbrt-v4). Image
-    /// row 0 is the top: `t = 1`.
-    Image {
-        image: u32,
-        mapping: UvMapping,
-        wrap: Wrap,
-        scale: f32,
-        invert: bool,
-    },
-}
-
-/// `(s, t) = (su * u + du, sv * v + dv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UvMapping {
-    pub su: f32,
-    pub sv: f32,
-    pub du: f32,
-    pub dv: f32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrap {
-    Repeat,
-    Black,
-    Clamp,
 }
 
 /// A light. Power-like values are linear sRGB with every `scale`, `power` and unit conversion already applied.
@@ -412,6 +397,7 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     pub spheres: Vec<Sphere>,
     pub shapes: Vec<Shape>,
+    pub alphas: Vec<Alpha>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
@@ -434,6 +420,7 @@ impl Scene {
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.shapes[..])
+            + size_of_val(&self.alphas[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.textures[..])
             + size_of_val(&self.lights[..]);

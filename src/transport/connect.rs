@@ -136,7 +136,14 @@ impl World<'_> {
         paths.rays += lists.trace.len() as u64;
         paths.sorter.sort(&paths.ray, &lists.trace);
         paths.clock.lap(Stage::Sort);
-        (self.tracer).occluded::<L>(&paths.ray, paths.sorter.sorted(), &mut paths.blocked);
+        // Hits have been arrived at, and their rows are free.
+        paths.rays += self.occluded::<L>(
+            &paths.ray,
+            paths.sorter.sorted(),
+            &mut paths.blocked,
+            &mut paths.hit,
+            &mut paths.through,
+        );
         paths.clock.count(Stage::Occlusion, lists.trace.len(), L::N);
         paths.clock.lap(Stage::Occlusion);
         for &path in &*lists.trace {
@@ -192,7 +199,7 @@ impl World<'_> {
                 &mut paths.end,
                 chunk,
             );
-            joined.push_where(chunk, seen.valid.bits());
+            joined.push_where(chunk, seen.valid.bits() & self.emits(light, u));
         }
     }
 

@@ -12,6 +12,7 @@
 
 pub mod clock;
 pub mod connect;
+pub mod cutout;
 mod dispersion;
 pub mod evaluate;
 mod list;
@@ -29,7 +30,7 @@ use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::surface::MaterialTable;
+use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
 
@@ -37,6 +38,7 @@ use wavelength::Wavelengths;
 pub struct World<'a> {
     pub geometry: Geometry<'a>,
     pub materials: MaterialTable<'a>,
+    pub cutouts: Cutouts<'a>,
     pub lights: LightTable,
     pub camera: Camera,
     pub tracer: Tracer,
@@ -56,7 +58,7 @@ impl<'a> World<'a> {
         let camera = Camera::new(&scene.camera, &scene.film);
         let plan = Plan::new(scene, max_depth, &materials, &lights, &camera);
         let wanted = Wanted {
-            uv: materials.entries.iter().any(|e| e.textured),
+            uv: materials.uses_uv,
             tangent: materials.anisotropic,
             normals: scene.vertices.iter().any(|v| v.n != [0.0; 3]),
             spheres: !scene.spheres.is_empty(),
@@ -64,6 +66,7 @@ impl<'a> World<'a> {
         Self {
             wavelengths: plan.dispersion.then(Wavelengths::new),
             tracer: Tracer::build(scene),
+            cutouts: Cutouts::new(scene),
             geometry,
             materials,
             lights,

@@ -6,6 +6,7 @@ use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::clock::Clock;
+use crate::transport::cutout::Through;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
 use crate::transport::sort::Sorter;
@@ -92,7 +93,7 @@ pub struct Paths {
     /// Parameter rows: first those of the materials, then one per path and side for hits that have their own.
     pub params: Vec<Row>,
     materials: usize,
-    /// Parameter rows to be evaluated, with material and texture coordinates.
+    /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
     /// Wavelengths.
     pub(super) dispersion: Dispersion,
@@ -111,6 +112,8 @@ pub struct Paths {
     pub outcome: Vec<Outcome>,
     /// Puts waves in the order they are traced.
     pub(super) sorter: Sorter,
+    /// Rays on their way through cut-outs.
+    pub(super) through: Through,
     /// Rays traced so far.
     pub rays: u64,
     /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
@@ -189,6 +192,7 @@ impl Paths {
             t: Vec::new(),
             outcome: Vec::new(),
             sorter: Sorter::default(),
+            through: Through::default(),
             rays: 0,
             light_subpaths: 1.0,
             lists: Lists::default(),
@@ -232,13 +236,6 @@ impl Paths {
     #[inline(always)]
     pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
         (self.materials + 2 * path as usize + side as usize) as u32
-    }
-
-    /// The wavelength of the path that one of these rows is reserved for, in nanometres; 0 in a scene without dispersion.
-    #[inline(always)]
-    pub(super) fn wavelength_of(&self, own_params: u32) -> f32 {
-        self.dispersion
-            .nm((own_params as usize - self.materials) / 2)
     }
 
     /// True if the ray of `path` hit nothing.

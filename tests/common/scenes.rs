@@ -107,6 +107,14 @@ const HAZE: &str = "Material \"dielectric\" \"spectrum eta\" [400 1.8 500 1.6 70
 const FOIL: &str = "Material \"thindielectric\" \"spectrum eta\" [400 1.8 700 1.4]";
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
+const STONE: &str = "Material \"matte\" \"texture Kd\" \"marble\"";
+const DOTTED: &str = "Material \"matte\" \"texture Kd\" \"dots\"";
+const CREASED: &str =
+    "Material \"plastic\" \"texture Kd\" \"globe\" \"texture roughness\" \"creases\"";
+
+/// Textures have to be made before they are named.
+const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
+const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
 
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
     format!(
@@ -300,6 +308,22 @@ fn texts() -> Vec<(&'static str, String)> {
                     wave(5)
                 ),
         ),
+        build(
+            "marble, dots and creases",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "TransformBegin Scale 4 4 4 Rotate 40 1 1 0
+                 Texture \"marble\" \"spectrum\" \"marble\" \"float variation\" 3
+                 Texture \"creases\" \"float\" \"wrinkled\" \"integer octaves\" 4
+                 TransformEnd
+                 Texture \"dots\" \"spectrum\" \"dots\" \"float uscale\" 5 \"float vscale\" 5 \"texture inside\" \"marble\" \"rgb outside\" [.2 .1 .4]
+                 Texture \"globe\" \"spectrum\" \"bilerp\" \"string mapping\" \"spherical\" \"rgb v00\" [.7 .6 .2] \"rgb v01\" [.2 .3 .6] \"rgb v10\" [.1 .1 .1] \"rgb v11\" [.5 .2 .2]
+                 {}{}{}",
+                walls([STONE, MATTE, DOTTED, BLUE, STONE]),
+                sphere(0.2, -0.3, 0.2, 0.5, CREASED),
+                MATTE.to_owned() + &area("5 4 3", false, &lamp()),
+            ),
+        ),
         in_v4(build(
             "sheets",
             format!("{LOOK}{LENS}"),
@@ -362,6 +386,44 @@ fn texts() -> Vec<(&'static str, String)> {
                     + &area("5 4 3", true, &lamp())
             ),
         )),
+        in_v4(build(
+            "cut-outs",
+            format!("{LOOK}{PINHOLE}"),
+            CHECKS.to_string()
+                + &walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{BLUE}\nTranslate 0 0.3 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4).replace("\n", " \"texture alpha\" \"checks\"\n")
+                )
+                + &sphere(-0.4, -0.5, 0.0, 0.4, MATTE).replace("radius\" 0.4", "radius\" 0.4 \"float alpha\" 0.6")
+                + &sphere(0.4, -0.4, 0.2, 0.35, PAPER)
+                    .replace("radius\" 0.35", "radius\" 0.35 \"texture alpha\" \"checks\"")
+                + MATTE
+                + &area(
+                    "8 7 5",
+                    true,
+                    &lamp().replace("\n", " \"texture alpha\" \"checks\"\n"),
+                )
+                + &area(
+                    "2 2 3",
+                    false,
+                    &sphere(0.6, 0.3, -0.4, 0.2, MATTE)
+                        .replace("radius\" 0.2", "radius\" 0.2 \"texture alpha\" \"checks\""),
+                ),
+        )),
+        build(
+            "bumps",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "Texture \"heights\" \"float\" \"imagemap\" \"string filename\" \"sky.pfm\" \"float scale\" 0.1\n\
+                 {}AttributeBegin {MATTE} {BUMPY} Translate 0 -0.7 0 {} AttributeEnd\n{}{}{MATTE}\n{}",
+                walls([MATTE, MATTE, &format!("{BLUE} {BUMPY}"), BLUE, MATTE]),
+                wave(5),
+                sphere(-0.4, 0.1, 0.2, 0.35, &format!("{PLASTIC} {BUMPY}")),
+                sphere(0.45, 0.0, 0.1, 0.35, &format!("{BRUSHED} {BUMPY}")),
+                area("5 4 3", false, &lamp()),
+            ),
+        ),
     ]
 }
 

@@ -62,8 +62,9 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         triangles: Vec::with_capacity(loader.geometry.triangles.len()),
         spheres: Vec::with_capacity(loader.geometry.spheres.len()),
         shapes: Vec::with_capacity(loader.geometry.shapes.len()),
+        alphas: std::mem::take(&mut loader.tables.alphas),
         materials: std::mem::take(&mut loader.tables.materials),
-        textures: std::mem::take(&mut loader.tables.textures),
+        textures: loader.tables.take_textures(&space),
         images: std::mem::take(&mut loader.tables.images),
         lights: loader
             .lights
@@ -205,6 +206,7 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
             material: shape.material,
             light,
             first,
+            alpha: shape.alpha,
         });
     }
     world.len() - kept
@@ -252,6 +254,7 @@ fn add_spheres(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) {
         material: shape.material,
         light,
         first,
+        alpha: shape.alpha,
     });
 }
 

@@ -14,12 +14,13 @@ use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
 use super::params::ParamSet;
+use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
-use super::{materials, shape, transform};
+use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Material, MaterialKind};
+use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -557,11 +558,13 @@ impl Loader {
             }
         };
         let (kind, set) = self.kind_and_params(site, "texture")?;
+        let ctm = self.states.current.fixed_ctm(&set.site);
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
             class,
             &set,
+            &ctm,
             names,
             &mut self.tables,
             &mut self.report,
@@ -614,7 +617,7 @@ impl Loader {
     }
 
     fn make_material(&mut self, name: String, kind: String, set: ParamSet) -> Rc<MaterialDef> {
-        let built = materials::build(&kind, &set, &self.states.current.textures);
+        let built = self.build_material(&kind, &set);
         if built.is_ok() {
             set.finish(&mut self.report);
         }
@@ -631,6 +634,17 @@ impl Loader {
             self.failed_materials.push(Rc::clone(&made));
         }
         made
+    }
+
+    fn build_material(
+        &mut self,
+        kind: &str,
+        set: &ParamSet,
+    ) -> Result<(MaterialKind, Option<Bump>), SceneError> {
+        let names = &self.states.current.textures;
+        let material = materials::build(kind, set, names)?;
+        let bump = materials::bump(kind, set, names, &mut self.tables, &mut self.report)?;
+        Ok((material, bump))
     }
 
     /// Index of the current material for a shape with these parameters.
@@ -668,13 +682,9 @@ impl Loader {
         };
         made.used.set(true);
         if self.dialect == Dialect::V3 && materials::overrides(shape) {
-            let kind = materials::build(
-                &made.kind,
-                &shape.over(&made.set),
-                &self.states.current.textures,
-            )?;
-            if made.built.as_ref().is_ok_and(|built| *built != kind) || made.built.is_err() {
-                return Ok(self.add_material(&made, kind));
+            let material = self.build_material(&made.kind, &shape.over(&made.set))?;
+            if !made.built.as_ref().is_ok_and(|built| *built == material) {
+                return Ok(self.add_material(&made, material));
             }
         }
         if let Some(index) = made.index.get() {
@@ -685,13 +695,27 @@ impl Loader {
         Ok(index)
     }
 
-    fn add_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
+    fn add_material(
+        &mut self,
+        made: &MaterialDef,
+        (kind, bump): (MaterialKind, Option<Bump>),
+    ) -> u32 {
         self.tables.materials.push(Material {
             name: made.name.clone(),
             origin: made.set.site.origin(),
             kind,
+            bump,
         });
         self.tables.materials.len() as u32 - 1
+    }
+
+    /// Index of a cut-out; shapes that follow each other mostly share one.
+    fn add_alpha(&mut self, alpha: Alpha) -> u32 {
+        let alphas = &mut self.tables.alphas;
+        if alphas.last() != Some(&alpha) {
+            alphas.push(alpha);
+        }
+        alphas.len() as u32 - 1
     }
 
     fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
@@ -714,7 +738,8 @@ impl Loader {
         let (kind, set) = self.kind_and_params(site, "shape")?;
         let ctm = self.states.current.fixed_ctm(&set.site)?;
         let material = self.material_for(&set)?;
-        let material_kind = &self.tables.materials[material as usize].kind;
+        let made = &self.tables.materials[material as usize];
+        let (material_kind, bumped) = (&made.kind, made.bump.is_some());
         let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
         if light.is_some()
             && *material_kind == MaterialKind::Interface
@@ -736,15 +761,35 @@ impl Loader {
                 );
             }
         }
+        let cut = shape::alpha(&kind, &set, &self.states.current.textures)?;
+        let (visible, alpha) = match cut {
+            Cut::Nothing => (true, None),
+            Cut::Partly(alpha) => (true, Some(alpha)),
+            Cut::Everything => (false, None),
+        };
+        if !visible && light.is_some() {
+            return Err(set.error(
+                "area lights that are cut out entirely (alpha 0), and so invisible, are not supported; use a point light, or an \
+                 alpha of 1",
+            ));
+        }
+        let textures = self.tables.textures();
+        let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
+        let needs_uv =
+            materials::needs_uv(material_kind, textures) || bumped || alpha.is_some_and(textured);
         let setting = Setting {
             site: Rc::new(set.site.clone()),
             ctm,
             reverse: self.states.current.reverse,
             material,
-            needs_uv: materials::needs_uv(material_kind),
+            alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
+            needs_uv,
             light,
         };
+        // What is invisible is checked, and left out.
+        let mut nowhere = Geometry::new(Rc::clone(&self.budget));
         let geometry = match &mut self.open_object {
+            _ if !visible => &mut nowhere,
             Some(object) => &mut object.geometry,
             None => &mut self.geometry,
         };

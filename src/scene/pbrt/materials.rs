@@ -2,15 +2,20 @@
 
 use super::color::Use;
 use super::dialect::Dialect;
-use super::error::SceneError;
+use super::error::{Report, SceneError};
 use super::params::ParamSet;
-use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
+use super::textures::{
+    Channels, Tables, TextureNames, color_param, color_param_or, float_param, float_param_or,
+};
+use crate::scene::image::Encoding;
 use crate::scene::spectrum::{self, IndexCurve};
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
+use crate::scene::{
+    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
+};
 use std::sync::Arc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 14] = [
+const OVERRIDABLE: [&str; 15] = [
     "Kd",
     "Ks",
     "Kr",
@@ -25,6 +30,7 @@ const OVERRIDABLE: [&str; 14] = [
     "uroughness",
     "vroughness",
     "remaproughness",
+    "bumpmap",
 ];
 
 /// Whether a v3 shape's own parameters change its material.
@@ -51,10 +57,6 @@ pub(super) fn build(
     set: &ParamSet,
     names: &TextureNames,
 ) -> Result<MaterialKind, SceneError> {
-    set.refuse(
-        &["bumpmap", "displacement", "normalmap"],
-        "bump, displacement and normal maps are not supported; remove it, or displace the mesh itself",
-    )?;
     let material = match (set.dialect, kind) {
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
@@ -166,6 +168,55 @@ pub(super) fn build(
     Ok(material)
 }
 
+/// What tilts the shading normals of a material of type `kind`.
+pub(super) fn bump(
+    kind: &str,
+    set: &ParamSet,
+    names: &TextureNames,
+    tables: &mut Tables,
+    report: &mut Report,
+) -> Result<Option<Bump>, SceneError> {
+    if matches!(kind, "" | "none" | "interface") {
+        return Ok(None);
+    }
+    let (name, tangents) = match set.dialect {
+        Dialect::V3 => {
+            set.refuse(
+                &["displacement", "normalmap"],
+                "is of pbrt-v4; use \"bumpmap\", a float texture of heights",
+            )?;
+            ("bumpmap", Tangents::Unit)
+        }
+        Dialect::V4 => {
+            set.refuse(
+                &["bumpmap"],
+                "is of pbrt-v3; use \"displacement\", a float texture of heights",
+            )?;
+            ("displacement", Tangents::LikeU)
+        }
+    };
+    let height = float_param(set, names, name)?;
+    if set.dialect == Dialect::V4
+        && let Some(filename) = set.string("normalmap")?
+    {
+        if let Some(param) = set.find("displacement") {
+            report.warn_at(
+                &set.site_of(param),
+                "ignored beside a normal map, as in pbrt",
+            );
+        }
+        let path = set.dir.join(filename);
+        let image = tables.image(path, Encoding::Linear, Channels::Rgb);
+        let image = image.map_err(|e| set.error(e))?;
+        return Ok(Some(Bump::Normal { image }));
+    }
+    Ok(match height {
+        // The same height everywhere tilts nothing.
+        None | Some(Param::Constant(_)) => None,
+        Some(height) => Some(Bump::Height { height, tangents }),
+    })
+}
+
 fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
     // Copper is pbrt's default metal; the dialects reduce its spectra differently.
     let or_copper = |name: &str| -> Result<Param, SceneError> {
@@ -271,8 +322,8 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
 }
 
 /// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
-pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
-    let textured = |p: &Param| matches!(p, Param::Texture(_));
+pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
+    let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
         MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
