@@ -168,6 +168,36 @@ fn every_feature_at_once() {
     expect_one_picture(&everything(), [16, 64]);
 }
 
+/// Smooth, rough and thin glass that disperses light.
+#[test]
+fn dispersion() {
+    let text = r#"
+LookAt 0 1 6  0 0.6 0  0 1 0
+Camera "perspective" "float fov" [40]
+Film "rgb" "integer xresolution" [30] "integer yresolution" [24]
+Integrator "mlt" "integer maxdepth" [5]
+WorldBegin
+LightSource "infinite" "rgb L" [.2 .2 .3]
+LightSource "spot" "rgb I" [30 30 30] "point3 from" [-4 3 0] "point3 to" [0 0.5 0] "float coneangle" [15]
+Material "diffuse"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-5 0 -5 -5 0 5 5 0 5 5 0 -5]
+AttributeBegin
+  Material "dielectric" "spectrum eta" "glass-F11"
+  Translate -0.8 0.7 0
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+AttributeBegin
+  Material "dielectric" "spectrum eta" [400 1.7 700 1.4] "float roughness" [.1]
+  Translate 0.8 0.7 0
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+Material "thindielectric" "spectrum eta" "glass-BK7"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.5 1 1 1.5 -1 1 1.5]
+"#;
+    let scene = load_str(text, "glass.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    expect_one_picture(&scene, [8, 32]);
+}
+
 /// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part here.
 #[test]
 fn reference_scenes() {

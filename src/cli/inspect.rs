@@ -111,6 +111,16 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
         "  materials     {}",
         tally(scene.materials.len(), &kernels)
     )?;
+    for material in &scene.materials {
+        if let Some(index) = material.kind.dispersion() {
+            let [violet, red] = [400.0, 700.0].map(|nm| index.at(nm));
+            writeln!(
+                out,
+                "  dispersive    {} ({}): index {violet:.4} at 400 nm, {red:.4} at 700 nm",
+                material.name, material.origin
+            )?;
+        }
+    }
     let bumps = ["bump map", "normal map"].map(|name| {
         let is_normal = name == "normal map";
         let has = |m: &&Material| {

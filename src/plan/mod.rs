@@ -18,6 +18,8 @@ pub struct Plan {
     pub depths: Vec<DepthPlan>,
     /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
     pub per_bounce: usize,
+    /// The index of refraction of some surface depends on the wavelength, which takes one primary sample.
+    pub dispersion: bool,
     /// The lens takes two primary samples.
     pub lens: bool,
     /// Choosing a light takes one primary sample.
@@ -51,6 +53,8 @@ pub struct Layout {
     pub strategy: usize,
     pub raster: usize,
     pub lens: usize,
+    /// Exists if something disperses light.
+    pub wavelength: usize,
     pub camera_bounce: usize,
     pub light_choice: usize,
     /// Four samples: position and direction.
@@ -66,11 +70,12 @@ pub struct Layout {
 
 impl Layout {
     /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 9] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 10] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
-            ("lens", self.lens..self.camera_bounce),
+            ("lens", self.lens..self.wavelength),
+            ("wavelength", self.wavelength..self.camera_bounce),
             ("camera bounces", self.camera_bounce..self.light_choice),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
@@ -108,6 +113,8 @@ impl Plan {
             } else {
                 2
             },
+            dispersion: (materials.entries.iter().zip(&used))
+                .any(|(e, used)| e.dispersive && *used),
             lens: camera.has_lens(),
             light_choice: lights.needs_choice(),
             connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
@@ -158,6 +165,7 @@ impl Plan {
         let strategy = take(usize::from(strategies.len() > 1));
         let raster = take(2);
         let lens = take(if self.lens { 2 } else { 0 });
+        let wavelength = take(usize::from(self.dispersion));
         let camera_bounce = take(depth * self.per_bounce);
         let light_choice = take(if light_subpath { choice } else { 0 });
         let emission = take(if light_subpath { 4 } else { 0 });
@@ -168,6 +176,7 @@ impl Plan {
             strategy,
             raster,
             lens,
+            wavelength,
             camera_bounce,
             light_choice,
             emission,
@@ -211,6 +220,16 @@ impl fmt::Display for Plan {
             f,
             "  lens          {}",
             yes(self.lens, "lens samples", lens)
+        )?;
+        let glass = if self.dispersion {
+            "the index of a glass depends on it: such paths are spectral, all others RGB"
+        } else {
+            "no index of refraction depends on it"
+        };
+        writeln!(
+            f,
+            "  dispersion    {}",
+            yes(self.dispersion, "wavelength sample", glass)
         )?;
         let many = if self.light_choice {
             "more than one light"

@@ -2,7 +2,8 @@
 //!
 //! Every decision is the one that the walk in `f32` took (strategy, light, lobe, primitive hit); what varies smoothly between decisions
 //! (rays, intersections with the known primitive, normals, sampled directions) is computed in `f64`. Numbers of the scene count as exact
-//! as they are in `f32`; the parameters of a textured BSDF are those that `f32` looked up.
+//! as they are in `f32`; the parameters of a textured BSDF, and the index of a dispersive one, are
+//! those that `f32` looked up.
 
 use super::Recorder;
 use super::bsdf::unpacked_alphas;
@@ -77,11 +78,13 @@ impl Recorder<'_> {
         }
         lit.reverse();
         seen.extend(lit);
+        let colour = walk.colour_of(&seen);
         let path = |end| Path {
             s: walk.s,
             camera,
             surface: seen.clone(),
             end,
+            colour,
         };
         Some(ends.into_iter().map(path).collect())
     }

@@ -39,6 +39,7 @@ impl Recorder<'_> {
         let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos, surface);
         let weight = (tip.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
         let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.choices as f32);
+        let rgb = walk.coloured(rgb, true);
         walk.meetings.push(Meeting {
             end: End::Area { light, p },
             weight,
@@ -55,6 +56,7 @@ impl Recorder<'_> {
             let weight = (flight.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
             let rgb =
                 Vec3::splat(flight.beta).mul_elem(seen.radiance) * (weight * walk.choices as f32);
+            let rgb = walk.coloured(rgb, false);
             walk.meetings.push(Meeting {
                 end: End::Sky {
                     light,
@@ -233,7 +235,7 @@ impl Recorder<'_> {
         rgb: Vec3<f32>,
         walk: &mut Walk,
     ) -> Fate {
-        let rgb = rgb.lane(0);
+        let rgb = walk.coloured(rgb, false).lane(0);
         if rgb != [0.0; 3] {
             let (o, d) = (from.lane(0), (to - from).lane(0));
             let ray = [Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0])];

@@ -24,6 +24,7 @@ pub mod reference;
 pub mod report;
 pub mod sensitivity;
 pub mod sky;
+pub mod spectral;
 mod texels;
 pub mod vector;
 pub mod walk;

@@ -21,6 +21,8 @@ pub struct Vertex {
     pub kind: Kind,
     /// Parameters of the BSDF.
     pub row: [f32; 8],
+    /// The index of refraction depends on the wavelength.
+    pub dispersive: bool,
     /// The light that the primitive is, or [`NONE`](crate::scene::NONE).
     pub light: u32,
     /// Triangles first, then spheres.
@@ -73,4 +75,6 @@ pub struct Path {
     /// `x1 ..= xk`.
     pub surface: Vec<Vertex>,
     pub end: End,
+    /// What its light is multiplied by: 1, or the colour of its wavelength if it was dispersed.
+    pub colour: V,
 }

@@ -22,6 +22,10 @@ pub struct Report {
     /// The primary samples, and what they are for.
     pub samples: Vec<f32>,
     pub layout: Vec<Part>,
+    /// Of a path in a scene with dispersion, in nanometres.
+    pub wavelength: Option<f32>,
+    /// What its light is multiplied by, if a surface that disperses light scatters it.
+    pub colour: Option<[f32; 3]>,
     pub fate: String,
     /// Of the joined vertices; `None` if no visibility ray was traced.
     pub visible: Option<bool>,
@@ -136,6 +140,8 @@ impl Recorder<'_> {
                     count: range.len(),
                 })
                 .collect(),
+            wavelength: walk.wavelength.map(|w| w.single.nm),
+            colour: walk.wavelength.map(|w| w.single.colour),
             fate: walk.fate.to_string(),
             visible: walk.visible,
             rejected: walk.rejected,

@@ -6,7 +6,7 @@
 
 use super::path::{End, Path, Vertex};
 use super::vector::{V, scale, wide};
-use super::{Recorder, kernel};
+use super::{Recorder, kernel, spectral};
 use crate::geometry::shading_frame;
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
@@ -16,6 +16,7 @@ use crate::trace::offset;
 use crate::transport::cutout::Through;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
+use crate::transport::wavelength::Wavelength;
 use std::fmt;
 
 /// A subpath's vertex and how the subpath came there and went on.
@@ -121,6 +122,15 @@ pub struct Meeting {
     pub rgb: [f32; 3],
 }
 
+/// The wavelength of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Chosen {
+    /// As the renderer has it.
+    pub single: Wavelength,
+    /// The colour, in `f64`.
+    pub colour_f64: V,
+}
+
 /// A path from its primary samples.
 #[derive(Clone, Debug)]
 pub struct Walk {
@@ -129,6 +139,8 @@ pub struct Walk {
     pub t: u32,
     /// Strategies that the depth chooses among.
     pub choices: usize,
+    /// If the scene has dispersion.
+    pub wavelength: Option<Chosen>,
     /// `None` if `t = 1`.
     pub camera: Option<Subpath>,
     /// `None` if `s < 2`.
@@ -157,19 +169,49 @@ impl Walk {
         self.meetings.iter().map(move |m| {
             let seen = &seen[..seen.len() - usize::from(on_light(m) && !seen.is_empty())];
             let steps = seen.iter().chain(lit.iter().rev());
+            let surface: Vec<Vertex> = steps.map(|s| s.vertex.clone()).collect();
             Path {
+                colour: self.colour_of(&surface),
                 s: self.s,
                 camera: wide(camera.map_or(self.lens, |c| c.origin)),
-                surface: steps.map(|s| s.vertex.clone()).collect(),
+                surface,
                 end: m.end,
             }
         })
+    }
+
+    /// The colour of light scattered at these vertices, in `f64`.
+    pub(super) fn colour_of(&self, surface: &[Vertex]) -> V {
+        match &self.wavelength {
+            Some(w) if surface.iter().any(|v| v.dispersive) => w.colour_f64,
+            _ => [1.0; 3],
+        }
     }
 
     /// The path, if there is one and nothing blocks it. Paths of which nobody asked whether they are blocked count as visible: they carry
     /// nothing, or have met their light.
     pub fn path(&self) -> Option<Path> {
         self.paths().next().filter(|_| self.visible != Some(false))
+    }
+}
+
+impl Walk {
+    /// A contribution as the renderer colours it; `at_light` says that the camera's last vertex is on the light, and does not scatter.
+    pub(super) fn coloured(&self, rgb: Vec3<f32>, at_light: bool) -> Vec3<f32> {
+        let Some(w) = &self.wavelength else {
+            return rgb;
+        };
+        let steps = |side: &Option<Subpath>, less: usize| {
+            side.as_ref().is_some_and(|s| {
+                let count = s.steps.len().saturating_sub(less);
+                s.steps[..count].iter().any(|s| s.vertex.dispersive)
+            })
+        };
+        if steps(&self.camera, usize::from(at_light)) || steps(&self.light, 0) {
+            rgb.mul_elem(Vec3::splat(w.single.colour))
+        } else {
+            rgb
+        }
     }
 }
 
@@ -208,6 +250,13 @@ impl Recorder<'_> {
             s,
             t,
             choices: count,
+            wavelength: self.world.wavelengths.as_ref().map(|table| {
+                let u = u(plan.layout.wavelength);
+                Chosen {
+                    single: table.at(u),
+                    colour_f64: spectral::colour(u.into()),
+                }
+            }),
             camera: None,
             light: None,
             fate: Fate::NoStrategy,
@@ -228,6 +277,7 @@ impl Recorder<'_> {
     fn walk_subpaths(&self, plan: &DepthPlan, u: &dyn Fn(usize) -> f32, walk: &mut Walk) -> Fate {
         let at = &plan.layout;
         let (s, t) = (walk.s, walk.t);
+        let nm = walk.wavelength.map_or(0.0, |w| w.single.nm);
         let bounce = |base: usize, j: usize| {
             let d = base + j * at.per_bounce;
             [
@@ -240,7 +290,7 @@ impl Recorder<'_> {
             let (raster, lens) = ([u(at.raster), u(at.raster + 1)], self.lens(u, at.lens));
             let alone = plan.strategies.len() == 1 || !self.world.plan.connectable;
             let flight = self.camera_flight(raster, lens, alone, walk);
-            let (steps, ended) = self.advance(flight, t as usize - 1, Side::Camera, &|j| {
+            let (steps, ended) = self.advance(flight, nm, t as usize - 1, Side::Camera, &|j| {
                 bounce(at.camera_bounce, j)
             });
             let reached = steps.len();
@@ -269,7 +319,7 @@ impl Recorder<'_> {
         let Some(flight) = self.light_flight(light, numbers, walk) else {
             return Fate::Unlit;
         };
-        let (steps, ended) = self.advance(flight, s as usize - 1, Side::Light, &|j| {
+        let (steps, ended) = self.advance(flight, nm, s as usize - 1, Side::Light, &|j| {
             bounce(at.light_bounce, j)
         });
         if let Some(light) = &mut walk.light {
@@ -360,13 +410,14 @@ impl Recorder<'_> {
     fn advance(
         &self,
         mut flight: Flight,
+        nm: f32,
         length: usize,
         side: Side,
         bounce: &dyn Fn(usize) -> [f32; 3],
     ) -> (Vec<Step>, Ended) {
         let mut steps = Vec::with_capacity(length);
         for j in 0..length {
-            let Some(mut step) = self.arrive(&flight) else {
+            let Some(mut step) = self.arrive(&flight, nm) else {
                 return (steps, Ended::Missed(flight));
             };
             if j + 1 == length {
@@ -383,7 +434,7 @@ impl Recorder<'_> {
         (steps, Ended::Tip)
     }
 
-    fn arrive(&self, flight: &Flight) -> Option<Step> {
+    fn arrive(&self, flight: &Flight, nm: f32) -> Option<Step> {
         let world = self.world;
         let (o, d) = (flight.origin, flight.direction);
         let ray = [Row([
@@ -419,8 +470,8 @@ impl Recorder<'_> {
             p: point.p.lane(0),
             n: point.ng.lane(0),
         };
-        let row = if entry.textured {
-            world.materials.evaluate(material, &place)
+        let row = if entry.per_hit {
+            world.materials.evaluate(material, &place, nm)
         } else {
             world.materials.rows[material]
         };
@@ -441,6 +492,7 @@ impl Recorder<'_> {
                 tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,
+                dispersive: entry.dispersive,
                 light,
                 primitive,
                 material: shape.material,

@@ -15,6 +15,8 @@ pub mod spectrum;
 pub mod texture;
 
 use glam::{DVec3, Vec2, Vec3};
+use spectrum::IndexCurve;
+use std::sync::Arc;
 
 pub use self::image::Image;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
@@ -134,11 +136,13 @@ pub enum MaterialKind {
         fresnel: ConductorFresnel,
         roughness: Roughness,
     },
-    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal (no dispersion).
+    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal; with
+    /// `dispersion` it is that of the helium d line.
     Dielectric {
         reflectance: Param,
         transmittance: Param,
         eta: Param,
+        dispersion: Option<Arc<IndexCurve>>,
         roughness: Roughness,
     },
     /// v3 `plastic`: Lambertian plus glossy dielectric reflection (index 1.5).
@@ -148,7 +152,10 @@ pub enum MaterialKind {
         roughness: Roughness,
     },
     /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
-    ThinDielectric { eta: Param },
+    ThinDielectric {
+        eta: Param,
+        dispersion: Option<Arc<IndexCurve>>,
+    },
     /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
     /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
     DiffuseTransmission {
@@ -164,6 +171,18 @@ pub enum MaterialKind {
     },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
+}
+
+impl MaterialKind {
+    /// How the index of refraction depends on the wavelength, if it does.
+    pub fn dispersion(&self) -> Option<&IndexCurve> {
+        match self {
+            Self::Dielectric { dispersion, .. } | Self::ThinDielectric { dispersion, .. } => {
+                dispersion.as_deref()
+            }
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,24 +7,30 @@ use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::texture::{self, Place};
 use crate::geometry::Derivatives;
+use crate::scene::spectrum::IndexCurve;
 use crate::scene::{
     Bump, ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
 };
 use crate::simd::Row;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub kind: Kind,
-    /// Its row, or its shading normal, must be evaluated per hit.
+    /// Its row, or its shading normal, depends on where it is hit.
     pub textured: bool,
+    /// Its index of refraction depends on the wavelength.
+    pub dispersive: bool,
+    /// Its row, or its shading normal, must be evaluated per hit: textured or dispersive.
+    pub per_hit: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
 pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
-    /// Parameter rows; those of textured materials are unused.
+    /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
     materials: &'a [Material],
     /// Length of a unit of the scene file.
@@ -60,6 +66,8 @@ impl<'a> MaterialTable<'a> {
             let entry = Entry {
                 kind: kernel(kind),
                 textured: textured || bump.is_some(),
+                dispersive: kind.dispersion().is_some(),
+                per_hit: textured || bump.is_some() || kind.dispersion().is_some(),
             };
             if let MaterialKind::Conductor { roughness, .. }
             | MaterialKind::Substrate { roughness, .. }
@@ -87,7 +95,7 @@ impl<'a> MaterialTable<'a> {
             images.sort();
             images.dedup();
             table.looked_up.push(images);
-            let row = table.evaluate(table.entries.len() - 1, &Place::default());
+            let row = table.evaluate(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
         table
@@ -137,8 +145,12 @@ impl<'a> MaterialTable<'a> {
         Some(bump::tilt(bump, relief, d, normals, self.unit))
     }
 
-    /// The parameter row of a material at a place.
-    pub fn evaluate(&self, material: usize, place: &Place) -> Row {
+    /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only dispersive materials know).
+    pub fn evaluate(&self, material: usize, place: &Place, nm: f32) -> Row {
+        let index = |eta: Param, curve: &Option<Arc<IndexCurve>>| match curve {
+            Some(curve) => curve.at(nm),
+            None => texture::evaluate(self.textures, self.images, eta, place)[0],
+        };
         let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
         let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
@@ -165,11 +177,12 @@ impl<'a> MaterialTable<'a> {
                 reflectance,
                 transmittance,
                 eta,
+                dispersion,
                 roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*reflectance));
                 row[3..6].copy_from_slice(&unit(*transmittance));
-                row[6] = at(*eta)[0].max(f32::MIN_POSITIVE);
+                row[6] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
                 if self.entries[material].kind == Kind::RoughDielectric {
                     let (u, v) = (at(roughness.u)[0], at(roughness.v)[0]);
                     let [ax, ay] = glass_alphas(u, v, roughness.remap);
@@ -192,8 +205,8 @@ impl<'a> MaterialTable<'a> {
                 row[6] = alpha(at(roughness.u)[0], roughness.remap);
                 row[7] = alpha(at(roughness.v)[0], roughness.remap);
             }
-            MaterialKind::ThinDielectric { eta } => {
-                row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            MaterialKind::ThinDielectric { eta, dispersion } => {
+                row[0] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
             }
             MaterialKind::DiffuseTransmission {
                 reflectance,
@@ -284,6 +297,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             let mut list = rough(roughness).to_vec();
@@ -304,7 +318,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             list.extend([*diffuse, *specular]);
             list
         }
-        MaterialKind::ThinDielectric { eta } => vec![*eta],
+        MaterialKind::ThinDielectric { eta, .. } => vec![*eta],
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

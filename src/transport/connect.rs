@@ -60,7 +60,7 @@ impl World<'_> {
             let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
             let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
             let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
-            add(paths, chunk, rgb);
+            self.add(paths, chunk, rgb);
         }
     }
 
@@ -82,7 +82,7 @@ impl World<'_> {
                 let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
                 let weight = partial.weight_hit(seen.direct_pdf, emission);
                 let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
-                add(paths, chunk, rgb);
+                self.add(paths, chunk, rgb);
             }
         }
     }
@@ -97,6 +97,16 @@ impl World<'_> {
         at: ConnectionSamples,
         choices: f32,
     ) {
+        if self.plan.dispersion {
+            for (list, side) in [
+                (&lists.direct, Side::Camera),
+                (&lists.general, Side::Camera),
+                (&lists.lens, Side::Light),
+                (&lists.general, Side::Light),
+            ] {
+                paths.dispersion.touch(list, side);
+            }
+        }
         let [direct, lens, general] = &mut lists.joined;
         direct.clear();
         lens.clear();
@@ -323,7 +333,7 @@ impl World<'_> {
                 .mul_elem(f)
                 .mul_elem(Vec3::new(end[0], end[1], end[2]))
                 * scale;
-            keep(paths, chunk, rgb, live);
+            self.keep(paths, chunk, rgb, live);
         }
     }
 
@@ -335,7 +345,7 @@ impl World<'_> {
             let weight = tip.partial().weight_camera(end[3] * value[5], value[4]);
             let f = Vec3::new(value[0], value[1], value[2]);
             let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(choices));
-            keep(paths, chunk, rgb, live);
+            self.keep(paths, chunk, rgb, live);
         }
     }
 
@@ -362,7 +372,45 @@ impl World<'_> {
                 tips[i].beta.mul_elem(Vec3::new(v[0], v[1], v[2]))
             };
             let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * L::splat(choices));
-            keep(paths, chunk, rgb, live);
+            self.keep(paths, chunk, rgb, live);
+        }
+    }
+
+    /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
+    /// alive.
+    #[inline(always)]
+    fn keep<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
+        let rgb = self.coloured(paths, list, rgb);
+        let zero = L::zero();
+        L::store_rows(
+            [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
+            &mut paths.value[0],
+            list,
+        );
+        let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
+        live.push_where(list, dark.not().bits());
+    }
+
+    /// Adds to the outcomes of the paths in `list`.
+    #[inline(always)]
+    fn add<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
+        let rgb = self.coloured(paths, list, rgb);
+        for (i, &path) in list.iter().enumerate() {
+            let v = rgb.lane(i);
+            let out = &mut paths.outcome[path as usize].rgb;
+            for c in 0..3 {
+                out[c] += v[c];
+            }
+        }
+    }
+
+    /// Contributions with the colours of the paths' wavelengths ([`super::wavelength`]).
+    #[inline(always)]
+    fn coloured<L: Lanes>(&self, paths: &Paths, list: &[u32], rgb: Vec3<L>) -> Vec3<L> {
+        if self.plan.dispersion {
+            paths.dispersion.colour(list, rgb)
+        } else {
+            rgb
         }
     }
 }
@@ -386,30 +434,4 @@ fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: 
         links,
         list,
     );
-}
-
-/// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
-/// alive.
-#[inline(always)]
-fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
-    let zero = L::zero();
-    L::store_rows(
-        [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
-        &mut paths.value[0],
-        list,
-    );
-    let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
-    live.push_where(list, dark.not().bits());
-}
-
-/// Adds to the outcomes of the paths in `list`.
-#[inline(always)]
-fn add<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
-    for (i, &path) in list.iter().enumerate() {
-        let v = rgb.lane(i);
-        let out = &mut paths.outcome[path as usize].rgb;
-        for c in 0..3 {
-            out[c] += v[c];
-        }
-    }
 }

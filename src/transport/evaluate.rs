@@ -9,23 +9,27 @@ use super::walk::Bounce;
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
 
-/// Primary samples of a path-traced path: raster (2), lens (2), and per bounce three for the BSDF, one for the choice of a light,
-/// two for a point on it.
+/// Primary samples of a path-traced path: raster (2), lens (2), wavelength (1, if paths have one), and per bounce three for the BSDF, one for
+/// the choice of a light, two for a point on it.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
     pub max_depth: u32,
+    /// [`Plan::dispersion`](crate::plan::Plan::dispersion).
+    pub wavelength: bool,
 }
 
 impl UnidirectionalLayout {
+    const WAVELENGTH: usize = 4;
     const PER_BOUNCE: usize = 6;
 
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
-        4 + Self::PER_BOUNCE * self.max_depth as usize
+        self.at(self.max_depth).0
     }
 
     fn at(&self, depth: u32) -> (usize, ConnectionSamples) {
-        let base = 4 + Self::PER_BOUNCE * depth as usize;
+        let first = Self::WAVELENGTH + usize::from(self.wavelength);
+        let base = first + Self::PER_BOUNCE * depth as usize;
         let connection = ConnectionSamples {
             choice: base + 3,
             point: base + 4,
@@ -52,6 +56,7 @@ impl World<'_> {
         if depth.strategies.is_empty() {
             return;
         }
+        self.start_wavelengths(paths, samples, depth.layout.wavelength, n);
         let mut lists = std::mem::take(&mut paths.lists);
         self.choose_strategies(depth, samples, paths, &mut lists);
         paths.clock.lap(Stage::Sort);
@@ -222,6 +227,9 @@ impl World<'_> {
         if list.is_empty() {
             return;
         }
+        if self.plan.dispersion {
+            paths.dispersion.touch(list, side);
+        }
         self.queue(paths, list, side, &mut lists.queues);
         list.clear();
         paths.clock.lap(Stage::Sort);
@@ -249,6 +257,7 @@ impl World<'_> {
     ) {
         paths.resize(n);
         paths.light_subpaths = 0.0;
+        self.start_wavelengths(paths, samples, UnidirectionalLayout::WAVELENGTH, n);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         for path in 0..n {

@@ -5,13 +5,15 @@
 //!    vertex, since a multiplexed path connects only its tips ([`mis`] says why that suffices).
 //! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
 //! 4. [`connect`] joins tips with one visibility ray.
-//! 5. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
+//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
 pub mod clock;
 pub mod connect;
 pub mod cutout;
+mod dispersion;
 pub mod evaluate;
 mod list;
 pub mod mis;
@@ -19,6 +21,7 @@ pub mod paths;
 pub mod samples;
 mod sort;
 pub mod walk;
+pub mod wavelength;
 
 pub use self::paths::{Outcome, Paths};
 
@@ -29,6 +32,7 @@ use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
+use wavelength::Wavelengths;
 
 /// A scene prepared for transport.
 pub struct World<'a> {
@@ -39,6 +43,8 @@ pub struct World<'a> {
     pub camera: Camera,
     pub tracer: Tracer,
     pub plan: Plan,
+    /// If some index of refraction depends on the wavelength.
+    pub wavelengths: Option<Wavelengths>,
     /// What hit points must compute.
     pub wanted: Wanted,
 }
@@ -58,6 +64,7 @@ impl<'a> World<'a> {
             spheres: !scene.spheres.is_empty(),
         };
         Self {
+            wavelengths: plan.dispersion.then(Wavelengths::new),
             tracer: Tracer::build(scene),
             cutouts: Cutouts::new(scene),
             geometry,

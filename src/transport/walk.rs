@@ -167,7 +167,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if entry.textured {
+                if entry.per_hit {
                     params[i] = paths.own_params(side, path);
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     let mut place = Place {
@@ -233,12 +233,16 @@ impl World<'_> {
                 place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
             }
             let row = paths.own_params(side, path) as usize;
-            paths.params[row] = self.materials.evaluate(material as usize, &place);
+            let nm = paths.dispersion.nm(path as usize);
+            paths.params[row] = self.materials.evaluate(material as usize, &place, nm);
         }
         if self.plan.bumps {
             self.tilt(paths, side);
         }
         paths.textured.clear();
+        if self.plan.dispersion {
+            self.note_dispersive(paths, list, side);
+        }
         paths.clock.count(Stage::Surface, list.len(), L::N);
         paths.clock.lap(Stage::Surface);
     }

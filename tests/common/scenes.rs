@@ -102,6 +102,9 @@ const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vrou
 const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
 const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
 const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
+const CRYSTAL: &str = "Material \"dielectric\" \"spectrum eta\" \"glass-F11\"";
+const HAZE: &str = "Material \"dielectric\" \"spectrum eta\" [400 1.8 500 1.6 700 1.5] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
+const FOIL: &str = "Material \"thindielectric\" \"spectrum eta\" [400 1.8 700 1.4]";
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 const STONE: &str = "Material \"matte\" \"texture Kd\" \"marble\"";
@@ -382,6 +385,20 @@ fn texts() -> Vec<(&'static str, String)> {
                 wave(5),
             ),
         ),
+        in_v4(build(
+            "dispersing glass: frosted ball around a lamp, clear wedge and ball, foil",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "{}{}{}{}AttributeBegin {CRYSTAL} Translate -0.3 -0.8 -0.1 {} AttributeEnd
+                 AttributeBegin {FOIL} Translate 0 0.2 -0.8 Rotate 80 1 0 0 Scale 0.6 1 0.4 {} AttributeEnd\n",
+                walls([MATTE, MATTE, MATTE, BLUE, MATTE]),
+                sphere(0.4, 0.2, 0.2, 0.4, HAZE),
+                area("9 8 7", false, &sphere(0.4, 0.2, 0.2, 0.15, MATTE)),
+                sphere(-0.5, 0.3, 0.3, 0.3, CRYSTAL),
+                wedge(),
+                wave(4),
+            ),
+        )),
         build(
             "panorama of a room",
             "LookAt 0.2 0.1 -0.3  0.5 0 0.4  0.1 1 0\nCamera \"environment\"\nFilm \"image\" \"integer xresolution\" 16 \"integer yresolution\" 8\nPixelFilter \"gaussian\" \"float xwidth\" 2.5 \"float ywidth\" 2\n".into(),

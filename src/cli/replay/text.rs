@@ -107,6 +107,13 @@ fn samples(out: &mut String, report: &Report) {
         let numbers: Vec<String> = numbers.map(f32::to_string).collect();
         out.push_str(&format!("    {:<26} {}\n", part.name, numbers.join(" ")));
     }
+    if let (Some(nm), Some(colour)) = (report.wavelength, report.colour) {
+        let colour: Vec<String> = colour.map(|c| c.to_string()).into();
+        out.push_str(&format!(
+            "    {nm} nm: dispersed light is multiplied by {}\n",
+            colour.join(" ")
+        ));
+    }
     let all: Vec<String> = report.samples.iter().map(f32::to_string).collect();
     out.push_str(&format!(
         "    again: --depth {} --samples {}\n",

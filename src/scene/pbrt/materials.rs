@@ -8,10 +8,11 @@ use super::textures::{
     Channels, Tables, TextureNames, color_param, color_param_or, float_param, float_param_or,
 };
 use crate::scene::image::Encoding;
-use crate::scene::spectrum;
+use crate::scene::spectrum::{self, IndexCurve};
 use crate::scene::{
     Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
 };
+use std::sync::Arc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
 const OVERRIDABLE: [&str; 15] = [
@@ -99,18 +100,25 @@ pub(super) fn build(
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
                 eta: positive(set, eta)?,
+                // v3's index is a number.
+                dispersion: None,
                 roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
             }
         }
-        (Dialect::V4, "dielectric") => MaterialKind::Dielectric {
-            reflectance: Param::Constant([1.0; 3]),
-            transmittance: Param::Constant([1.0; 3]),
-            eta: index(set, names)?,
-            roughness: roughness(set, names, 0.0)?,
-        },
-        (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
-            eta: index(set, names)?,
-        },
+        (Dialect::V4, "dielectric") => {
+            let (eta, dispersion) = index(set, names)?;
+            MaterialKind::Dielectric {
+                reflectance: Param::Constant([1.0; 3]),
+                transmittance: Param::Constant([1.0; 3]),
+                eta,
+                dispersion,
+                roughness: roughness(set, names, 0.0)?,
+            }
+        }
+        (Dialect::V4, "thindielectric") => {
+            let (eta, dispersion) = index(set, names)?;
+            MaterialKind::ThinDielectric { eta, dispersion }
+        }
         (Dialect::V4, "diffusetransmission") => {
             let one = Param::Constant([1.0; 3]);
             MaterialKind::DiffuseTransmission {
@@ -269,15 +277,31 @@ fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError>
     })
 }
 
-/// v4's `eta` of a dielectric, a number or a spectrum.
-fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+/// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
+const D_LINE: f32 = 587.56;
+
+/// v4's `eta` of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
+fn index(
+    set: &ParamSet,
+    names: &TextureNames,
+) -> Result<(Param, Option<Arc<IndexCurve>>), SceneError> {
+    if let Some(param) = set.find("eta")
+        && let Some(curve) = set.index_curve(param)?
+    {
+        let eta = positive(set, Param::Constant([curve.at(D_LINE); 3]))?;
+        return Ok((eta, Some(Arc::new(curve))));
+    }
+    Ok((grey_index(set, names)?, None))
+}
+
+fn grey_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
     let is_number = set
         .find("eta")
         .is_some_and(|p| p.ty == super::params::Type::Float);
     let eta = if is_number {
         float_param(set, names, "eta")?
     } else {
-        // Without dispersion the index is one number: that of the green middle of the spectrum.
+        // A colour is no spectrum: the index is one number, that of its green.
         color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
             Param::Constant(c) => Param::Constant([c[1]; 3]),
             texture => texture,
@@ -315,6 +339,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             textured(reflectance)
@@ -332,7 +357,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
             specular,
             roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
-        MaterialKind::ThinDielectric { eta } => textured(eta),
+        MaterialKind::ThinDielectric { eta, .. } => textured(eta),
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

@@ -348,6 +348,7 @@ fn materials_of_v3() {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.3),
+            dispersion: None,
             roughness: Roughness {
                 u: grey(0.0),
                 v: grey(0.0),
@@ -437,6 +438,7 @@ fn materials_of_v4() {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.7),
+            dispersion: None,
             roughness: Roughness {
                 u: grey(0.0),
                 v: grey(0.0),
@@ -452,7 +454,10 @@ fn materials_of_v4() {
     ] {
         assert_eq!(
             kind(&format!("Material \"thindielectric\" {eta}")),
-            MaterialKind::ThinDielectric { eta: grey(index) }
+            MaterialKind::ThinDielectric {
+                eta: grey(index),
+                dispersion: None
+            }
         );
     }
     assert_eq!(
