@@ -128,6 +128,8 @@ pub struct Walk {
     pub t: u32,
     /// Strategies that the depth chooses among.
     pub choices: usize,
+    /// One over the probability of the strategy; 0 if there is none.
+    pub factor: f32,
     /// `None` if `t = 1`.
     pub camera: Option<Subpath>,
     /// `None` if `s < 2`.
@@ -197,16 +199,14 @@ impl Recorder<'_> {
         let s = match plan.strategies[..] {
             [] => 0,
             [only] => only,
-            // Strategies are consecutive numbers.
-            [first, ..] => {
-                first + ((u(plan.layout.strategy) * count as f32) as u32).min(count as u32 - 1)
-            }
+            _ => plan.strategies[plan.choice.index(u(plan.layout.strategy))],
         };
         let t = plan.depth + 2 - s;
         let mut walk = Walk {
             s,
             t,
             choices: count,
+            factor: plan.choice.factor(s),
             camera: None,
             light: None,
             fate: Fate::NoStrategy,
