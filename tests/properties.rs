@@ -10,7 +10,10 @@ use glam::Vec3 as Point;
 use phalanx::camera::Camera;
 use phalanx::scene::Scene;
 use phalanx::simd::{Vec3, f32x8};
-use phalanx::surface::{Kind, Mode, diffuse::oren_nayar_coefficients};
+use phalanx::surface::diffuse::oren_nayar_coefficients;
+use phalanx::surface::microfacet::pack_alphas;
+use phalanx::surface::rough_dielectric::resolved_eta;
+use phalanx::surface::{Kind, Mode};
 use phalanx::transport::World;
 use proptest::prelude::*;
 use std::sync::OnceLock;
@@ -70,6 +73,10 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     i.max(f32::MIN_POSITIVE),
                     0.0,
                 ],
+                Kind::RoughDielectric => {
+                    let eta = resolved_eta(i.max(f32::MIN_POSITIVE), u.min(v));
+                    [a[0], a[1], a[2], b[0], b[1], b[2], eta, pack_alphas(u, v)]
+                }
                 Kind::SmoothConductor | Kind::RoughConductor => [i, j, k, l, m, n, u, v],
             };
             (kind, row)
@@ -123,9 +130,15 @@ proptest! {
 
     /// Values and densities of any two directions are numbers.
     #[test]
-    fn scattering_has_values_that_are_numbers((kind, row) in material(), wo in direction(), wi in direction()) {
-        let value = Kernels::eval::<f32>(kind, &row, &[wo], &[wi])[0];
-        prop_assert_eq!(value, Kernels::eval::<f32x8>(kind, &row, &[wo], &[wi])[0]);
+    fn scattering_has_values_that_are_numbers(
+        (kind, row) in material(),
+        wo in direction(),
+        wi in direction(),
+        importance in any::<bool>(),
+    ) {
+        let mode = if importance { Mode::Importance } else { Mode::Radiance };
+        let value = Kernels::eval::<f32>(kind, &row, &[wo], &[wi], mode)[0];
+        prop_assert_eq!(value, Kernels::eval::<f32x8>(kind, &row, &[wo], &[wi], mode)[0]);
         let (f, pdf, reverse) = value;
         prop_assert!(f.iter().chain([&pdf, &reverse]).all(|x| good(*x)), "{:?}", value);
     }

@@ -260,6 +260,25 @@ fn floor_under_a_pane() {
     expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under a pane");
 }
 
+/// Rough glass, whose both sides light subpaths and camera subpaths are joined at; a smooth mesh of it as well.
+#[test]
+fn rough_glass() {
+    let frosted = "\"glass\" \"float uroughness\" [.4] \"float vroughness\" [.2] \"bool remaproughness\" \"false\"";
+    let light = area(
+        "Translate 0 2.6 0\nRotate 90 1 0 0\nShape \"disk\" \"float radius\" [1.2]",
+        false,
+    );
+    let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
+    let slab = format!("AttributeBegin\nMaterial {frosted}\nReverseOrientation\n")
+        + &support::inward_box([-2.5, 2.5, 0.3, 0.6, -1.5, 2.5])
+        + "AttributeEnd\n";
+    for (name, glass) in [("slab", slab), ("ball", smooth_ball(frosted))] {
+        let text = head(24, 18, 6, CAMERA) + &light + &glass + floor;
+        expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], &format!("rough {name}"));
+    }
+}
+
 /// Oren-Nayar, an anisotropic metal, a mirror and glass side by side under a large light.
 #[test]
 fn every_material() {

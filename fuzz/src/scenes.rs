@@ -118,7 +118,7 @@ const TEXTURES: [[&str; 5]; 2] = [
     ],
 ];
 
-const MATERIALS: [[&str; 11]; 2] = [
+const MATERIALS: [[&str; 13]; 2] = [
     [
         "Material \"matte\" \"rgb Kd\" [% % %]",
         "Material \"matte\" \"rgb Kd\" [# # #] \"float sigma\" #",
@@ -126,6 +126,8 @@ const MATERIALS: [[&str; 11]; 2] = [
         "Material \"mirror\" \"rgb Kr\" [# % %]",
         "Material \"glass\" \"float eta\" #",
         "Material \"glass\" \"rgb Kr\" [# # #] \"rgb Kt\" [# # #] \"texture eta\" \"f\"",
+        "Material \"glass\" \"float eta\" # \"float uroughness\" # \"float vroughness\" # \"bool remaproughness\" \"false\"",
+        "Material \"glass\" \"texture eta\" \"f\" \"texture uroughness\" \"f\"",
         "Material \"metal\" \"rgb eta\" [# # #] \"rgb k\" [# # #] \"float roughness\" #",
         "Material \"metal\" \"float uroughness\" # \"float vroughness\" # \"bool remaproughness\" \"false\"",
         "Material \"plastic\" \"rgb Kd\" [# # #] \"rgb Ks\" [# # #] \"float roughness\" #",
@@ -141,7 +143,9 @@ const MATERIALS: [[&str; 11]; 2] = [
         "Material \"conductor\" \"texture reflectance\" \"t\" \"texture roughness\" \"f\" \"bool remaproughness\" false",
         "Material \"conductor\" \"float roughness\" 0",
         "Material \"dielectric\" \"float eta\" #",
+        "Material \"dielectric\" \"float eta\" # \"float roughness\" #",
         "Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"",
+        "Material \"dielectric\" \"texture roughness\" \"f\" \"bool remaproughness\" false",
         "Material \"dielectric\"",
         "Material \"interface\"",
     ],

@@ -1,7 +1,7 @@
 //! The scattering functions once more: `f64`, textbook forms, not those of the renderer.
 
-use super::vector::{V, add, dot, unit};
-use crate::surface::Kind;
+use super::vector::{V, add, dot, scale, unit};
+use crate::surface::{Kind, Mode};
 use std::f64::consts::PI;
 
 /// Unpolarised Fresnel reflectance of a dielectric, `eta` far over near side, from Snell's law and the two amplitudes; and the cosine of the
@@ -80,6 +80,74 @@ pub fn ggx_brdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
     ggx_d(h, ax, ay) * g / (4.0 * wo[2] * wi[2])
 }
 
+/// The two alphas in a float of a row: binary16 numbers, the first in the upper bits.
+pub fn unpacked_alphas(packed: f64) -> (f64, f64) {
+    let bits = (packed as f32).to_bits();
+    let half = |h: u32| {
+        let (exponent, fraction) = ((h >> 10 & 31) as i32, f64::from(h & 1023) / 1024.0);
+        (1.0 + fraction) * 2f64.powi(exponent - 15)
+    };
+    (half(bits >> 16), half(bits & 0xffff))
+}
+
+/// Refraction at microfacets (Walter et al. 2007), `i` and `o` on different sides of the surface with indices `eta_i` and `eta_o`, light
+/// going from `i` to `o`: the BSDF (equation 21) over the transmittance, the density of `o` given `i` (equation 17 and visible normals), and
+/// that of `i` given `o`.
+fn ggx_refraction((i, eta_i): (V, f64), (o, eta_o): (V, f64), ax: f64, ay: f64) -> [f64; 3] {
+    // Equation 16; the sign is that of the normal's side.
+    let h = unit(add(scale(i, eta_i), scale(o, eta_o)));
+    let h = scale(h, 1f64.copysign(h[2]));
+    let (ih, oh) = (dot(i, h), dot(o, h));
+    if ih * i[2] <= 0.0 || oh * o[2] <= 0.0 {
+        return [0.0; 3];
+    }
+    let through = 1.0 - dielectric(ih.abs().min(1.0), eta_o / eta_i).0;
+    let up = |w: V| [w[0], w[1], w[2].abs()];
+    let (lambda_i, lambda_o) = (ggx_lambda(up(i), ax, ay), ggx_lambda(up(o), ax, ay));
+    let d = ggx_d(h, ax, ay);
+    let g = 1.0 / (1.0 + lambda_i + lambda_o);
+    let length2 = (eta_i * ih + eta_o * oh).powi(2);
+    let f = (ih * oh / (i[2] * o[2])).abs() * eta_o * eta_o * through * g * d / length2;
+    let visible = |w: V, lambda: f64| d * dot(w, h).abs() / (w[2].abs() * (1.0 + lambda));
+    [
+        f,
+        through * visible(i, lambda_i) * eta_o * eta_o * oh.abs() / length2,
+        through * visible(o, lambda_o) * eta_i * eta_i * ih.abs() / length2,
+    ]
+}
+
+/// Rough glass: reflection as of a metal, but for the Fresnel term, which also chooses the lobe; or refraction.
+fn rough_dielectric(row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
+    let (ax, ay) = unpacked_alphas(row[7]);
+    let index = |w: V| if w[2] > 0.0 { 1.0 } else { row[6] };
+    let (eta_o, eta_i) = (index(wo), index(wi));
+    if wo[2] * wi[2] > 0.0 {
+        // The far side is the one that neither direction is on.
+        let eta = if wo[2] > 0.0 { row[6] } else { 1.0 / row[6] };
+        let up = |w: V| [w[0], w[1], w[2].abs()];
+        let (o, i) = (up(wo), up(wi));
+        let r = dielectric(dot(o, unit(add(o, i))).clamp(0.0, 1.0), eta).0;
+        let brdf = ggx_brdf(o, i, ax, ay);
+        return Value {
+            f: std::array::from_fn(|c| row[c] * r * brdf),
+            pdf: r * ggx_pdf(o, i, ax, ay),
+            pdf_reverse: r * ggx_pdf(i, o, ax, ay),
+        };
+    }
+    let (i, o) = ((wi, eta_i), (wo, eta_o));
+    let [radiance, reverse, pdf] = ggx_refraction(i, o, ax, ay);
+    let f = match mode {
+        Mode::Radiance => radiance,
+        // Light comes from `wo`.
+        Mode::Importance => ggx_refraction(o, i, ax, ay)[0],
+    };
+    Value {
+        f: std::array::from_fn(|c| row[3 + c] * f),
+        pdf,
+        pdf_reverse: reverse,
+    }
+}
+
 /// `f(wo, wi)`, density of `wi` given `wo`, and the reverse; delta BSDFs are 0.
 pub struct Value {
     pub f: V,
@@ -113,7 +181,7 @@ fn diffuse_transmission(row: &[f64; 8], zo: f64, zi: f64) -> Value {
     }
 }
 
-pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
+pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
     let dark = Value {
         f: [0.0; 3],
         pdf: 0.0,
@@ -121,6 +189,9 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     };
     if kind == Kind::DiffuseTransmission {
         return diffuse_transmission(row, wo[2], wi[2]);
+    }
+    if kind == Kind::RoughDielectric && wo[2] * wi[2] != 0.0 {
+        return rough_dielectric(row, wo, wi, mode);
     }
     if kind.is_delta() || wo[2] * wi[2] <= 0.0 {
         return dark;
@@ -196,6 +267,7 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
         | Kind::SmoothConductor
         | Kind::SmoothDielectric
         | Kind::ThinDielectric
-        | Kind::DiffuseTransmission => dark,
+        | Kind::DiffuseTransmission
+        | Kind::RoughDielectric => dark,
     }
 }

@@ -5,6 +5,7 @@
 //! as they are in `f32`; the parameters of a textured BSDF are those that `f32` looked up.
 
 use super::Recorder;
+use super::bsdf::unpacked_alphas;
 use super::lights::ellipsoid;
 use super::path::{End, Path, Vertex};
 use super::reference::axes;
@@ -390,6 +391,19 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
         }
         Kind::ThinDielectric if reflected() => [-x, -y, z],
         Kind::ThinDielectric => [-x, -y, -z],
+        Kind::RoughDielectric => {
+            let (ax, ay) = unpacked_alphas(row[7]);
+            let h = visible_normal(up, ax, ay, u);
+            let c = dot(up, h);
+            with_side(if reflected() {
+                sub(scale(h, 2.0 * c), up)
+            } else {
+                // Walter et al. 2007, equation 40.
+                let eta = if z > 0.0 { 1.0 / row[6] } else { row[6] };
+                let root = (1.0 + eta * eta * (c * c - 1.0)).max(0.0).sqrt();
+                sub(scale(h, eta * c - root), scale(up, eta))
+            })
+        }
         Kind::SmoothDielectric => {
             if reflected() {
                 [-x, -y, z]

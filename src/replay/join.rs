@@ -181,7 +181,13 @@ impl Recorder<'_> {
         side: Side,
     ) -> Value {
         let frame = shading_frame(tip.ns, tip.tangent);
-        let value = kernel::eval(*kind, row, frame.to_local(tip.wo), frame.to_local(wi));
+        let value = kernel::eval(
+            *kind,
+            row,
+            frame.to_local(tip.wo),
+            frame.to_local(wi),
+            side.mode(),
+        );
         let wi_ng = wi.dot(tip.ng);
         let cos = match side {
             Side::Camera => wi.dot(tip.ns).abs(),

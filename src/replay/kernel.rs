@@ -18,8 +18,14 @@ impl Kernel {
         B::sample(row, wo, [u[0], u[1], lobe], mode)
     }
 
-    fn eval_as<B: Bsdf>(&self, row: &[f32; 8], wo: Vec3<f32>, wi: Vec3<f32>) -> BsdfValue<f32> {
-        B::eval(row, wo, wi)
+    fn eval_as<B: Bsdf>(
+        &self,
+        row: &[f32; 8],
+        wo: Vec3<f32>,
+        wi: Vec3<f32>,
+        mode: Mode,
+    ) -> BsdfValue<f32> {
+        B::eval(row, wo, wi, mode)
     }
 }
 
@@ -35,6 +41,12 @@ pub fn sample(
 }
 
 /// Value and densities of two directions.
-pub fn eval(kind: Kind, row: &[f32; 8], wo: Vec3<f32>, wi: Vec3<f32>) -> BsdfValue<f32> {
-    crate::for_kind!(kind, Kernel.eval_as::<_>(row, wo, wi))
+pub fn eval(
+    kind: Kind,
+    row: &[f32; 8],
+    wo: Vec3<f32>,
+    wi: Vec3<f32>,
+    mode: Mode,
+) -> BsdfValue<f32> {
+    crate::for_kind!(kind, Kernel.eval_as::<_>(row, wo, wi, mode))
 }

@@ -17,7 +17,7 @@ use super::path::{Path, Vertex};
 use super::vector::*;
 use super::{Recorder, bsdf};
 use crate::scene::Projection;
-use crate::surface::Kind;
+use crate::surface::{Kind, Mode};
 
 /// What [`Recorder::reference`] finds.
 #[derive(Clone, Debug)]
@@ -268,10 +268,11 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
         | Kind::RoughConductor
         | Kind::Plastic
         | Kind::DiffuseTransmission
-        | Kind::Substrate => {
+        | Kind::Substrate
+        | Kind::RoughDielectric => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
-            let value = bsdf::eval(v.kind, &row, local(wo), local(wi));
+            let value = bsdf::eval(v.kind, &row, local(wo), local(wi), Mode::Radiance);
             (scale(value.f, ci.abs()), value.pdf, value.pdf_reverse)
         }
     };

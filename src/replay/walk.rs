@@ -11,7 +11,6 @@ use crate::geometry::shading_frame;
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
-use crate::surface::Mode;
 use crate::trace::offset;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
@@ -439,14 +438,10 @@ impl Recorder<'_> {
     }
 
     fn scatter(&self, step: &mut Step, u: [f32; 3], side: Side) -> Option<Flight> {
-        let mode = match side {
-            Side::Camera => Mode::Radiance,
-            Side::Light => Mode::Importance,
-        };
         let tip = Tip::of(step);
         let frame = shading_frame(tip.ns, tip.tangent);
         let v = &step.vertex;
-        let sample = kernel::sample(v.kind, &v.row, frame.to_local(tip.wo), u, mode);
+        let sample = kernel::sample(v.kind, &v.row, frame.to_local(tip.wo), u, side.mode());
         let wi = frame.to_world(sample.wi).normalize();
         let wi_ng = wi.dot(tip.ng);
         let mut weight = sample.weight;

@@ -101,11 +101,12 @@ pub enum MaterialKind {
         fresnel: ConductorFresnel,
         roughness: Roughness,
     },
-    /// v3 `glass`, v4 `dielectric`, smooth. `eta` is inside over outside, RGB equal (no dispersion).
+    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal (no dispersion).
     Dielectric {
         reflectance: Param,
         transmittance: Param,
         eta: Param,
+        roughness: Roughness,
     },
     /// v3 `plastic`: Lambertian plus glossy dielectric reflection (index 1.5).
     Plastic {

@@ -30,7 +30,7 @@ impl Bsdf for Smooth {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>, _: Mode) -> BsdfValue<L> {
         BsdfValue::black()
     }
 }
@@ -57,7 +57,7 @@ impl Bsdf for Rough {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let distribution = TrowbridgeReitz::of_row(row);
         let valid = same_side(wo, wi);
         let (up_o, up_i) = (upper(wo).0, upper(wi).0);

@@ -50,7 +50,7 @@ impl Bsdf for Diffuse {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let valid = same_side(wo, wi);
         let inv_pi = L::splat(FRAC_1_PI).or_zero(valid);
         BsdfValue {
@@ -97,8 +97,8 @@ impl Bsdf for OrenNayar {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
-        let lambert = Diffuse::eval(row, wo, wi);
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L> {
+        let lambert = Diffuse::eval(row, wo, wi, mode);
         BsdfValue {
             f: lambert.f * Self::factor(row, wo, wi),
             ..lambert

@@ -45,7 +45,7 @@ impl Bsdf for DiffuseTransmission {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let reflects = same_side(wo, wi);
         let valid = reflects.or((wo.z * wi.z).lt(L::zero()));
         let p = reflection_probability(row);

@@ -1,7 +1,8 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
 use super::diffuse::oren_nayar_coefficients;
-use super::microfacet::SMOOTH_ALPHA;
+use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
+use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::{Kind, texture};
 use crate::scene::{
     ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
@@ -48,7 +49,8 @@ impl<'a> MaterialTable<'a> {
                 textured,
             };
             if let MaterialKind::Conductor { roughness, .. }
-            | MaterialKind::Substrate { roughness, .. } = kind
+            | MaterialKind::Substrate { roughness, .. }
+            | MaterialKind::Dielectric { roughness, .. } = kind
             {
                 table.anisotropic |= roughness.u != roughness.v;
             }
@@ -101,10 +103,17 @@ impl<'a> MaterialTable<'a> {
                 reflectance,
                 transmittance,
                 eta,
+                roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*reflectance));
                 row[3..6].copy_from_slice(&unit(*transmittance));
                 row[6] = at(*eta)[0].max(f32::MIN_POSITIVE);
+                if self.entries[material].kind == Kind::RoughDielectric {
+                    let (u, v) = (at(roughness.u)[0], at(roughness.v)[0]);
+                    let [ax, ay] = glass_alphas(u, v, roughness.remap);
+                    row[6] = resolved_eta(row[6], ax.min(ay));
+                    row[7] = pack_alphas(ax, ay);
+                }
             }
             MaterialKind::Plastic {
                 diffuse,
@@ -159,13 +168,40 @@ fn kernel(kind: &MaterialKind) -> Kind {
             }
             _ => Kind::RoughConductor,
         },
-        MaterialKind::Dielectric { .. } => Kind::SmoothDielectric,
+        MaterialKind::Dielectric { eta, roughness, .. } => dielectric_kernel(*eta, roughness),
         MaterialKind::Plastic { .. } => Kind::Plastic,
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
         MaterialKind::Substrate { .. } => Kind::Substrate,
         // Never hit: interfaces are left out of the tracer.
         MaterialKind::Interface => Kind::Diffuse,
+    }
+}
+
+/// Rough glass is smooth where its roughness is that of a smooth surface, and where its refracted lobe would be too narrow: at an index of 1
+/// rays pass straight through, as in pbrt-v4 (`DielectricBxDF`).
+fn dielectric_kernel(eta: Param, roughness: &Roughness) -> Kind {
+    let (Param::Constant(u), Param::Constant(v)) = (roughness.u, roughness.v) else {
+        return match eta {
+            Param::Constant([1.0, ..]) => Kind::SmoothDielectric,
+            _ => Kind::RoughDielectric,
+        };
+    };
+    let [ax, ay] = glass_alphas(u[0], v[0], roughness.remap);
+    let narrow = |eta: f32| (eta - 1.0).abs() * ax.min(ay) < LEAST_LOBE;
+    match eta {
+        _ if ax.max(ay) <= SMOOTH_ALPHA => Kind::SmoothDielectric,
+        Param::Constant([eta, ..]) if narrow(eta) => Kind::SmoothDielectric,
+        _ => Kind::RoughDielectric,
+    }
+}
+
+/// The alphas of glass. v3 takes a roughness of 0 both ways for smooth before it remaps it (`GlassMaterial`).
+fn glass_alphas(u: f32, v: f32, remap: Remap) -> [f32; 2] {
+    if u == 0.0 && v == 0.0 {
+        [SMOOTH_ALPHA; 2]
+    } else {
+        [alpha(u, remap), alpha(v, remap)]
     }
 }
 
@@ -205,7 +241,12 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             reflectance,
             transmittance,
             eta,
-        } => vec![*reflectance, *transmittance, *eta],
+            roughness,
+        } => {
+            let mut list = rough(roughness).to_vec();
+            list.extend([*reflectance, *transmittance, *eta]);
+            list
+        }
         MaterialKind::Plastic {
             diffuse,
             specular,

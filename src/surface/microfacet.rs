@@ -1,12 +1,23 @@
 //! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
 
 use super::diffuse::cosine_sample;
-use super::{Bsdf, BsdfSample};
-use crate::simd::{Lanes, Vec3, math};
+use super::{Bsdf, BsdfSample, Mode};
+use crate::simd::{Lanes, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
 /// Roughness below which a surface is treated as smooth (pbrt-v4's `EffectivelySmooth`).
 pub const SMOOTH_ALPHA: f32 = 1e-3;
+
+/// Two alphas in the bits of one float, for rows that are full: halves (IEEE 754 binary16), alpha x in the upper bits. The alphas of rows,
+/// 1e-3 to 1e3, are normal numbers of that format, right to 1/4096 of themselves; and so is the float that they make together.
+pub fn pack_alphas(ax: f32, ay: f32) -> f32 {
+    let half = |alpha: f32| {
+        let bits = alpha.clamp(SMOOTH_ALPHA, 1e3).to_bits() - ((127 - 15) << 23);
+        // To the nearest, halves up; the carry runs into the exponent as it should.
+        (bits + (1 << 12)) >> 13
+    };
+    f32::from_bits(half(ax) << 16 | half(ay))
+}
 
 /// Anisotropic Trowbridge-Reitz; all directions in the upper hemisphere (`z >= 0`).
 #[derive(Clone, Copy)]
@@ -33,6 +44,21 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         Self {
             ax: row[6],
             ay: row[7],
+        }
+    }
+
+    /// Of alphas that [`pack_alphas`] has packed.
+    #[inline(always)]
+    pub fn of_packed(alphas: L) -> Self {
+        // A half to a float: the bits move, the bias of the exponent changes by 127 - 15. Exact.
+        let float = |half: L::Uint| {
+            let bias = L::Uint::splat((127 - 15) << 23);
+            L::from_bits(half.shl::<13>().add(bias))
+        };
+        let bits = alphas.to_bits();
+        Self {
+            ax: float(bits.shr::<16>()),
+            ay: float(bits.and(L::Uint::splat(0xffff))),
         }
     }
 
@@ -93,7 +119,7 @@ impl<L: Lanes> TrowbridgeReitz<L> {
 pub fn sample_coated<B: Bsdf, L: Lanes>(
     row: &[L; 8],
     wo: Vec3<L>,
-    u: [L; 3],
+    (u, mode): ([L; 3], Mode),
     diffuse: L,
 ) -> BsdfSample<L> {
     let distribution = TrowbridgeReitz::of_row(row);
@@ -101,7 +127,7 @@ pub fn sample_coated<B: Bsdf, L: Lanes>(
     let h = distribution.sample_normal(up, u[0], u[1]);
     let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
     let wi = Vec3::select(u[2].lt(diffuse), cosine_sample(up, u).0, glossy);
-    let value = B::eval(row, up, wi);
+    let value = B::eval(row, up, wi, mode);
     let valid = value.pdf.gt(L::zero());
     BsdfSample {
         wi: Vec3::new(wi.x, wi.y, wi.z * sign),

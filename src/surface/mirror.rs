@@ -27,7 +27,7 @@ impl Bsdf for Mirror {
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>, _: Mode) -> BsdfValue<L> {
         BsdfValue::black()
     }
 }

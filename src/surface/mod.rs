@@ -15,6 +15,7 @@ pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+pub mod rough_dielectric;
 pub mod substrate;
 pub mod texture;
 pub mod thin_dielectric;
@@ -36,10 +37,11 @@ pub enum Kind {
     ThinDielectric,
     DiffuseTransmission,
     Substrate,
+    RoughDielectric,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 10] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -50,6 +52,7 @@ impl Kind {
         Kind::ThinDielectric,
         Kind::DiffuseTransmission,
         Kind::Substrate,
+        Kind::RoughDielectric,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
@@ -69,6 +72,7 @@ impl Kind {
                 | Kind::ThinDielectric
                 | Kind::DiffuseTransmission
                 | Kind::Substrate
+                | Kind::RoughDielectric
         )
     }
 
@@ -84,6 +88,7 @@ impl Kind {
             Kind::ThinDielectric => "thin dielectric",
             Kind::DiffuseTransmission => "diffuse transmission",
             Kind::Substrate => "substrate",
+            Kind::RoughDielectric => "rough dielectric",
         }
     }
 }
@@ -103,6 +108,7 @@ macro_rules! for_kind {
             $crate::surface::Kind::ThinDielectric => $self.$f::<$crate::surface::thin_dielectric::ThinDielectric $(, $g)*>($($arg),*),
             $crate::surface::Kind::DiffuseTransmission => $self.$f::<$crate::surface::diffuse_transmission::DiffuseTransmission $(, $g)*>($($arg),*),
             $crate::surface::Kind::Substrate => $self.$f::<$crate::surface::substrate::Substrate $(, $g)*>($($arg),*),
+            $crate::surface::Kind::RoughDielectric => $self.$f::<$crate::surface::rough_dielectric::Rough $(, $g)*>($($arg),*),
         }
     };
 }
@@ -162,6 +168,7 @@ pub trait Bsdf {
     /// Samples a direction from three primary samples (the third is 0 unless [`Kind::has_lobes`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
 
-    /// Value and densities for two given directions (0 for delta BSDFs).
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L>;
+    /// Value and densities for two given directions (0 for delta BSDFs). Reflection is the same in both modes; of transmission, one mode is
+    /// the other with the directions swapped.
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L>;
 }

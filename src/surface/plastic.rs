@@ -27,12 +27,12 @@ impl Bsdf for Plastic {
     const LOBES: bool = true;
 
     #[inline(always)]
-    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        sample_coated::<Self, L>(row, wo, u, diffuse_probability(row))
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
+        sample_coated::<Self, L>(row, wo, (u, mode), diffuse_probability(row))
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let distribution = TrowbridgeReitz::of_row(row);
         let valid = same_side(wo, wi);
         let (o, i) = (upper(wo).0, upper(wi).0);

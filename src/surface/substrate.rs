@@ -32,12 +32,12 @@ impl Bsdf for Substrate {
     const LOBES: bool = true;
 
     #[inline(always)]
-    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        sample_coated::<Self, L>(row, wo, u, L::splat(0.5))
+    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
+        sample_coated::<Self, L>(row, wo, (u, mode), L::splat(0.5))
     }
 
     #[inline(always)]
-    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> BsdfValue<L> {
+    fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
         let distribution = TrowbridgeReitz::of_row(row);
         let (o, i) = (upper(wo).0, upper(wi).0);
         let r = distribution.reflection(o, i);

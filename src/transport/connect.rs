@@ -255,7 +255,12 @@ impl World<'_> {
             }
             let row = L::load_rows(&paths.params, &params[..chunk.len()]);
             let frame = shading_frame(tip.ns, tip.tangent);
-            let value = B::eval(&row, frame.to_local(tip.wo), frame.to_local(wi));
+            let value = B::eval(
+                &row,
+                frame.to_local(tip.wo),
+                frame.to_local(wi),
+                side.mode(),
+            );
             let wi_ng = wi.dot(tip.ng);
             let cos = match side {
                 Side::Camera => wi.dot(tip.ns).abs(),

@@ -2,7 +2,7 @@
 
 use crate::scene::NONE;
 use crate::simd::{Lanes, Row, Vec3};
-use crate::surface::Kind;
+use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::clock::Clock;
@@ -15,6 +15,17 @@ use crate::transport::sort::Sorter;
 pub enum Side {
     Camera = 0,
     Light = 1,
+}
+
+impl Side {
+    /// What its subpaths carry.
+    #[inline(always)]
+    pub fn mode(self) -> Mode {
+        match self {
+            Side::Camera => Mode::Radiance,
+            Side::Light => Mode::Importance,
+        }
+    }
 }
 
 /// The end vertices of one side's subpaths.

@@ -8,7 +8,7 @@ use super::paths::{Paths, Side};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
-use crate::surface::{Bsdf, Mode};
+use crate::surface::Bsdf;
 
 /// Where the primary samples of a bounce are.
 #[derive(Clone, Copy)]
@@ -244,10 +244,7 @@ impl World<'_> {
         bounce: Bounce,
         alive: &mut List,
     ) {
-        let mode = match side {
-            Side::Camera => Mode::Radiance,
-            Side::Light => Mode::Importance,
-        };
+        let mode = side.mode();
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[side as usize].load::<L>(chunk);
             let mut params = [0u32; 8];

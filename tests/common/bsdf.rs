@@ -52,6 +52,7 @@ impl Kernels {
         row: &[f32; 8],
         wo: &[[f32; 3]],
         wi: &[[f32; 3]],
+        mode: phalanx::surface::Mode,
     ) -> Vec<Evaluated> {
         let mut out = Vec::with_capacity(wo.len());
         for (wo, wi) in wo.chunks(L::N).zip(wi.chunks(L::N)) {
@@ -60,7 +61,7 @@ impl Kernels {
                 let c = |c: usize| L::from_fn(|i| v[i.min(last)][c]);
                 phalanx::simd::Vec3::new(c(0), c(1), c(2))
             };
-            let v = B::eval(&row.map(L::splat), vec(wo), vec(wi));
+            let v = B::eval(&row.map(L::splat), vec(wo), vec(wi), mode);
             out.extend((0..wo.len()).map(|i| (v.f.lane(i), v.pdf.lane(i), v.pdf_reverse.lane(i))));
         }
         out
@@ -79,7 +80,8 @@ impl Kernels {
         row: &[f32; 8],
         wo: &[[f32; 3]],
         wi: &[[f32; 3]],
+        mode: phalanx::surface::Mode,
     ) -> Vec<Evaluated> {
-        phalanx::for_kind!(kind, Kernels.eval_as::<_, L>(row, wo, wi))
+        phalanx::for_kind!(kind, Kernels.eval_as::<_, L>(row, wo, wi, mode))
     }
 }

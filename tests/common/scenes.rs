@@ -95,6 +95,7 @@ const BLUE: &str = "Material \"matte\" \"rgb Kd\" [0.2 0.3 0.8]";
 const ROUGH: &str = "Material \"matte\" \"rgb Kd\" [0.6 0.7 0.6] \"float sigma\" 40";
 const MIRROR: &str = "Material \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]";
 const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
+const FROSTED: &str = "Material \"glass\" \"rgb Kr\" [0.9 1 0.8] \"rgb Kt\" [0.8 0.9 1] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
 const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
 const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
 const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
@@ -311,6 +312,19 @@ fn texts() -> Vec<(&'static str, String)> {
                 + MATTE
                 + &area("5 4 3", true, &lamp()),
         )),
+        build(
+            "frosted ball around a lamp and frosted smooth mesh, clear wedge",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "{}{}{}AttributeBegin {GLASS} Translate -0.3 -0.7 -0.2 {} AttributeEnd
+                 AttributeBegin {FROSTED} Translate 0 0.2 -0.8 Rotate 80 1 0 0 Scale 0.8 1 0.6 {} AttributeEnd\n",
+                walls([MATTE, MATTE, ROUGH, PLASTIC, BLUE]),
+                sphere(0.4, 0.2, 0.2, 0.4, FROSTED),
+                area("9 8 7", false, &sphere(0.4, 0.2, 0.2, 0.15, MATTE)),
+                wedge(),
+                wave(5),
+            ),
+        ),
     ]
 }
 

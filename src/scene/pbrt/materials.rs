@@ -3,7 +3,7 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
-use super::params::{ParamSet, Values};
+use super::params::ParamSet;
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::spectrum;
 use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
@@ -89,7 +89,6 @@ pub(super) fn build(
             roughness: roughness(set, names, 0.1)?,
         },
         (Dialect::V3, "glass") => {
-            smooth(set, names)?;
             let eta = match float_param(set, names, "eta")? {
                 Some(eta) => eta,
                 None => float_param_or(set, names, "index", 1.5)?,
@@ -98,16 +97,15 @@ pub(super) fn build(
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
                 eta: positive(set, eta)?,
+                roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
             }
         }
-        (Dialect::V4, "dielectric") => {
-            smooth(set, names)?;
-            MaterialKind::Dielectric {
-                reflectance: Param::Constant([1.0; 3]),
-                transmittance: Param::Constant([1.0; 3]),
-                eta: index(set, names)?,
-            }
-        }
+        (Dialect::V4, "dielectric") => MaterialKind::Dielectric {
+            reflectance: Param::Constant([1.0; 3]),
+            transmittance: Param::Constant([1.0; 3]),
+            eta: index(set, names)?,
+            roughness: roughness(set, names, 0.0)?,
+        },
         (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
             eta: index(set, names)?,
         },
@@ -208,22 +206,6 @@ fn roughness_or(
     Ok(Roughness { u, v, remap })
 }
 
-/// Glass must be smooth, whatever way its roughness is written.
-fn smooth(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
-    let given = roughness(set, names, 0.0)?;
-    if given.u == Param::Constant([0.0; 3]) && given.v == given.u {
-        return Ok(());
-    }
-    let what = "rough dielectrics are not supported; use roughness 0";
-    for name in ["uroughness", "vroughness", "roughness"] {
-        let rough = |p: &&super::params::Param| p.values != Values::Numbers(vec![0.0]);
-        if let Some(param) = set.find(name).filter(rough) {
-            return Err(set.error_at(param, what));
-        }
-    }
-    Err(set.error(what))
-}
-
 /// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
 fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
     if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
@@ -282,7 +264,13 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             reflectance,
             transmittance,
             eta,
-        } => textured(reflectance) || textured(transmittance) || textured(eta),
+            roughness,
+        } => {
+            textured(reflectance)
+                || textured(transmittance)
+                || textured(eta)
+                || anisotropic(roughness)
+        }
         MaterialKind::Plastic {
             diffuse,
             specular,

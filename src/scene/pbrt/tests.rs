@@ -347,7 +347,12 @@ fn materials_of_v3() {
         MaterialKind::Dielectric {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
-            eta: grey(1.3)
+            eta: grey(1.3),
+            roughness: Roughness {
+                u: grey(0.0),
+                v: grey(0.0),
+                remap: Remap::V3
+            }
         }
     );
     let MaterialKind::Conductor { roughness, .. } =
@@ -431,7 +436,12 @@ fn materials_of_v4() {
         MaterialKind::Dielectric {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
-            eta: grey(1.7)
+            eta: grey(1.7),
+            roughness: Roughness {
+                u: grey(0.0),
+                v: grey(0.0),
+                remap: Remap::V4
+            }
         }
     );
     assert_eq!(kind("Material \"interface\""), MaterialKind::Interface);
@@ -458,6 +468,45 @@ fn materials_of_v4() {
         "Material \"thindielectric\" \"float roughness\" .1 {V4_TRIANGLE}"
     ));
     assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
+}
+
+/// v3's glass has a roughness per axis only, v4's one for both as well.
+#[test]
+fn rough_glass_of_both_dialects() {
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let roughness = |scene: &Scene| match material(scene) {
+        MaterialKind::Dielectric { roughness, .. } => *roughness,
+        other => panic!("{other:?}"),
+    };
+    let of_v3 = |text: &str| v3(&format!("Material \"glass\" {text} {V3_TRIANGLE}"));
+    let of_v4 = |text: &str| v4(&format!("Material \"dielectric\" {text} {V4_TRIANGLE}"));
+    let expected = |u: f32, v: f32, remap: Remap| Roughness {
+        u: grey(u),
+        v: grey(v),
+        remap,
+    };
+    let both = "\"float uroughness\" .2 \"float vroughness\" [.3]";
+    assert_eq!(roughness(&of_v3(both)), expected(0.2, 0.3, Remap::V3));
+    assert_eq!(roughness(&of_v4(both)), expected(0.2, 0.3, Remap::V4));
+    let one = "\"float vroughness\" .2 \"bool remaproughness\" \"false\"";
+    assert_eq!(roughness(&of_v3(one)), expected(0.0, 0.2, Remap::None));
+    assert_eq!(
+        roughness(&of_v4(
+            "\"float roughness\" .1 \"float vroughness\" .2 \"bool remaproughness\" false"
+        )),
+        expected(0.1, 0.2, Remap::None)
+    );
+    let s = of_v3("\"float roughness\" .2");
+    assert_eq!(roughness(&s), expected(0.0, 0.0, Remap::V3));
+    assert_eq!(
+        s.warnings,
+        ["t.pbrt:3:18: Material \"glass\": unknown parameter \"roughness\" ignored"]
+    );
+    let s = v4(&format!(
+        "Texture \"r\" \"float\" \"checkerboard\" Material \"dielectric\" \"texture roughness\" \"r\" {V4_TRIANGLE}"
+    ));
+    assert_eq!(roughness(&s).u, Param::Texture(0));
+    assert_eq!(roughness(&s).v, Param::Texture(0));
 }
 
 #[test]
@@ -497,10 +546,6 @@ fn what_is_not_supported_says_so_where_it_stands() {
         (
             format!("Material \"coateddiffuse\" {V4_TRIANGLE}"),
             "t.pbrt:3:1: Material \"coateddiffuse\": this material is not supported; use diffuse",
-        ),
-        (
-            format!("  Material \"dielectric\" \"float roughness\" 0.1\n{V4_TRIANGLE}"),
-            "t.pbrt:3:25: Material \"dielectric\": parameter \"roughness\": rough dielectrics are not supported; use",
         ),
         (
             format!(
