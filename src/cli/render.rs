@@ -280,6 +280,7 @@ mod tests {
             bootstrap: 1,
             large_step_probability: 0.3,
             sigma: 0.01,
+            strategy_choice: crate::integrate::StrategyChoice::Uniform,
             time: None,
             target_error: None,
             estimate_error: true,
