@@ -3,8 +3,8 @@
 //! A strategy is chosen with the probability `q_s = (1 - EVEN) r_s + EVEN / n`: half of all choices follow the shares `r_s` of the depth's
 //! light that the `n` strategies carried in the bootstrap, the other half is even, so that none is chosen less than half as often as uniformly,
 //! whatever the bootstrap has missed. Large steps then go where light is, and targets `f / q_s` differ less from strategy to strategy.
-//! Contributions are divided by `q_s`, so any choice is right (multiplexing with probabilities of one's own: Hachisuka et al. 2014, section
-//! 4.1; MIS weights are left as they are, which sum to 1 whatever the choice).
+//! Contributions are divided by `q_s`, so any choice is right (Hachisuka et al. 2014 multiplex
+//! uniformly; MIS weights are left as they are, which sum to 1 whatever the choice).
 
 use super::bootstrap::Moments;
 use crate::plan::{Choice, DepthPlan};
