@@ -2,6 +2,12 @@
 //!
 //! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
 
+mod choice;
+mod surfaces;
+
+pub use self::choice::Choice;
+
+use self::surfaces::Surfaces;
 use crate::camera::Camera;
 use crate::light::LightTable;
 use crate::scene::{NONE, Scene};
@@ -24,8 +30,14 @@ pub struct Plan {
     pub lens: bool,
     /// Choosing a light takes one primary sample.
     pub light_choice: bool,
-    /// Light subpaths of any length can be joined to camera subpaths (some BSDF is not a delta).
+    /// Some surface scatters light: there are paths of more than one ray.
+    pub scatters: bool,
+    /// Light can scatter more than once: surfaces that scatter see each other.
+    pub interreflects: bool,
+    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not a delta).
     pub connectable: bool,
+    /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see each other.
+    pub joinable: bool,
     /// Camera subpaths can meet a light by chance.
     pub hits_lights: bool,
     /// Some material has a bump or normal map.
@@ -42,6 +54,8 @@ pub struct DepthPlan {
     pub depth: u32,
     /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light, ascending.
     pub strategies: Vec<u32>,
+    /// How paths choose among them.
+    pub choice: Choice,
     pub layout: Layout,
 }
 
@@ -107,6 +121,9 @@ impl Plan {
             .collect();
         kinds.sort();
         kinds.dedup();
+        let all = Surfaces::of(scene, |_| true);
+        let open = |material: u32| !materials.entries[material as usize].kind.is_delta();
+        let open = Surfaces::of(scene, open);
         let mut plan = Self {
             per_bounce: if kinds.iter().any(|k| k.has_lobes()) {
                 3
@@ -117,7 +134,10 @@ impl Plan {
                 .any(|(e, used)| e.dispersive && *used),
             lens: camera.has_lens(),
             light_choice: lights.needs_choice(),
-            connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
+            scatters: all.scatter,
+            interreflects: all.face,
+            connectable: open.scatter && !lights.is_empty(),
+            joinable: open.face,
             hits_lights: lights.any_non_delta(),
             bumps: (scene.materials.iter().zip(&used)).any(|(m, used)| *used && m.bump.is_some()),
             cutouts: scene.shapes.iter().any(|s| s.alpha != NONE),
@@ -131,17 +151,28 @@ impl Plan {
 
     fn depth_plan(&self, depth: u32) -> DepthPlan {
         // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected. Directly seen lights are left to
-        // chance alone, as in pbrt.
+        // chance alone, as in pbrt. What is left out here cannot make any path that carries light, so that no weight misses it: its density
+        // is 0 in every sum of densities.
+        let exists = match depth {
+            0 => true,
+            1 => self.scatters,
+            _ => self.interreflects,
+        };
         let mut strategies = Vec::new();
-        if self.hits_lights && (depth == 0 || !self.kinds.is_empty()) {
+        if self.hits_lights && exists {
             strategies.push(0);
         }
-        if self.connectable && depth > 0 {
-            strategies.extend(1..=depth + 1);
+        if self.connectable && exists && depth > 0 {
+            strategies.push(1);
+            if self.joinable {
+                strategies.extend(2..=depth);
+            }
+            strategies.push(depth + 1);
         }
         let layout = self.layout(depth as usize, &strategies);
         DepthPlan {
             depth,
+            choice: Choice::uniform(&strategies),
             strategies,
             layout,
         }
@@ -264,7 +295,7 @@ impl fmt::Display for Plan {
         let join = if self.connectable {
             "a BSDF that is not a delta"
         } else {
-            "no light, or delta BSDFs only"
+            "no light, or only delta BSDFs and black surfaces"
         };
         writeln!(
             f,
@@ -282,12 +313,39 @@ impl fmt::Display for Plan {
             };
             writeln!(f, "  alpha         rays pass what is cut out{lights}")?;
         }
+        let faces = if self.joinable {
+            "such surfaces can face each other"
+        } else if self.connectable {
+            "all such surfaces that are not black lie in one plane"
+        } else {
+            "no connections"
+        };
+        writeln!(
+            f,
+            "  s, t >= 2     {}",
+            yes(self.joinable && self.connectable, "joined subpaths", faces)
+        )?;
+        if !self.interreflects {
+            let why = if self.scatters {
+                "no paths of two or more bounces (all surfaces that are not black lie in one plane)"
+            } else {
+                "no paths with bounces (no surface that is not black)"
+            };
+            writeln!(f, "  depth         {why}")?;
+        }
         writeln!(f, "  depth  strategies s          primary samples")?;
         for d in &self.depths {
-            let list = match d.strategies.as_slice() {
-                [] => "none".to_string(),
-                [one] => one.to_string(),
-                [first, .., last] => format!("{first}..{last}"),
+            let runs = d.strategies.chunk_by(|a, b| a + 1 == *b);
+            let runs: Vec<String> = runs
+                .map(|run| match run {
+                    [first, .., last] => format!("{first}..{last}"),
+                    run => run.iter().map(u32::to_string).collect(),
+                })
+                .collect();
+            let list = if runs.is_empty() {
+                "none".into()
+            } else {
+                runs.join(", ")
             };
             writeln!(f, "  {:>5}  {:<21} {}", d.depth, list, d.layout.total)?;
         }

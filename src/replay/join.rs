@@ -38,7 +38,7 @@ impl Recorder<'_> {
         let lights = &self.world.lights;
         let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos, surface);
         let weight = (tip.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
-        let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.choices as f32);
+        let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.factor);
         let rgb = walk.coloured(rgb, true);
         walk.meetings.push(Meeting {
             end: End::Area { light, p },
@@ -54,8 +54,7 @@ impl Recorder<'_> {
         for &light in &self.world.lights.infinite {
             let seen = self.world.lights.escaped::<f32>(light, direction);
             let weight = (flight.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
-            let rgb =
-                Vec3::splat(flight.beta).mul_elem(seen.radiance) * (weight * walk.choices as f32);
+            let rgb = Vec3::splat(flight.beta).mul_elem(seen.radiance) * (weight * walk.factor);
             let rgb = walk.coloured(rgb, false);
             walk.meetings.push(Meeting {
                 end: End::Sky {
@@ -93,7 +92,7 @@ impl Recorder<'_> {
             seen.emission_ratio,
             !seen.delta,
         );
-        let scale = weight * walk.choices as f32 / seen.pdf;
+        let scale = weight * walk.factor / seen.pdf;
         let rgb = tip.beta.mul_elem(value.f).mul_elem(seen.radiance) * scale;
         let end = match lights.kind(light) {
             kind if kind.is_area() => End::Area {
@@ -126,7 +125,7 @@ impl Recorder<'_> {
         let w = -(-link.to_camera);
         let value = self.value(&step.vertex.kind, &step.vertex.row, &tip, w, Side::Light);
         let weight = (tip.partial).weight_camera(link.pdf * value.cos, value.pdf_reverse);
-        let rgb = tip.beta.mul_elem(value.f) * (link.pdf * weight * walk.choices as f32);
+        let rgb = tip.beta.mul_elem(value.f) * (link.pdf * weight * walk.factor);
         let end = self.origin_of(walk);
         self.see(
             tip.offset(link.to_camera),
@@ -171,7 +170,7 @@ impl Recorder<'_> {
         );
         let f = |tip: &Tip, value: &Value| tip.beta.mul_elem(value.f);
         let rgb = f(&camera, &values[0]).mul_elem(f(&light, &values[1]))
-            * (inv_d2 * weight * walk.choices as f32);
+            * (inv_d2 * weight * walk.factor);
         let end = self.origin_of(walk);
         self.see(camera.offset(w), light.offset(-w), end, weight, rgb, walk)
     }

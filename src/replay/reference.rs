@@ -75,7 +75,7 @@ impl Reference {
         most + sum.ln()
     }
 
-    /// `F / sum p_s`: what the renderer reports over its number of strategies.
+    /// `F / sum p_s`: what the renderer reports, times the probability of the strategy.
     pub fn rgb(&self) -> V {
         let sum = self.log_sum();
         self.log_contribution.map(|f| {

@@ -141,6 +141,8 @@ pub struct Walk {
     pub choices: usize,
     /// If the scene has dispersion.
     pub wavelength: Option<Chosen>,
+    /// One over the probability of the strategy; 0 if there is none.
+    pub factor: f32,
     /// `None` if `t = 1`.
     pub camera: Option<Subpath>,
     /// `None` if `s < 2`.
@@ -240,10 +242,7 @@ impl Recorder<'_> {
         let s = match plan.strategies[..] {
             [] => 0,
             [only] => only,
-            // Strategies are consecutive numbers.
-            [first, ..] => {
-                first + ((u(plan.layout.strategy) * count as f32) as u32).min(count as u32 - 1)
-            }
+            _ => plan.strategies[plan.choice.index(u(plan.layout.strategy))],
         };
         let t = plan.depth + 2 - s;
         let mut walk = Walk {
@@ -257,6 +256,7 @@ impl Recorder<'_> {
                     colour_f64: spectral::colour(u.into()),
                 }
             }),
+            factor: plan.choice.factor(s),
             camera: None,
             light: None,
             fate: Fate::NoStrategy,

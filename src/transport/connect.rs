@@ -29,14 +29,14 @@ impl<L: Lanes> Tip<L> {
 }
 
 impl World<'_> {
-    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times. Their last hits are still those of the tips: paths of
-    /// this strategy have no light subpath.
+    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `factor` times (one over the probability of the strategy). Their last
+    /// hits are still those of the tips: paths of this strategy have no light subpath.
     pub(super) fn emission<L: Lanes>(
         &self,
         paths: &mut Paths,
         list: &[u32],
         lit: &mut List,
-        choices: f32,
+        factor: f32,
     ) {
         lit.clear();
         for &path in list {
@@ -59,13 +59,13 @@ impl World<'_> {
             let seen = (self.lights).emitted(&self.geometry, lights, tip.p, cos, surface);
             let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
             let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
-            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
+            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
             self.add(paths, chunk, rgb);
         }
     }
 
-    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments.
-    pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
+    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments, `factor` times.
+    pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32) {
         for chunk in list.chunks(L::N) {
             let ray = L::load_rows(&paths.ray, chunk);
             let flight = L::load_rows(&paths.flight, chunk);
@@ -81,21 +81,21 @@ impl World<'_> {
                 let seen = self.lights.escaped(light, direction);
                 let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
                 let weight = partial.weight_hit(seen.direct_pdf, emission);
-                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
+                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
                 self.add(paths, chunk, rgb);
             }
         }
     }
 
     /// Joins the tips of the paths in the lists `direct` (`s = 1`), `lens` (`t = 1`) and `general`, and adds the visible
-    /// contributions, `choices` times, to their outcomes.
+    /// contributions to their outcomes, times the factors of their strategies: `factors[s]` for `s` light vertices.
     pub(super) fn connect<L: Lanes>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
         at: ConnectionSamples,
-        choices: f32,
+        factors: &[f32],
     ) {
         if self.plan.dispersion {
             for (list, side) in [
@@ -135,9 +135,11 @@ impl World<'_> {
         paths.clock.lap(Stage::Connect);
         // Contributions first: no ray for what carries nothing.
         lists.trace.clear();
-        self.weigh_direct::<L>(paths, direct, choices, &mut lists.trace);
-        self.weigh_lens::<L>(paths, lens, choices, &mut lists.trace);
-        self.weigh_tips::<L>(paths, general, choices, &mut lists.trace);
+        self.weigh_direct::<L>(paths, direct, factors[1], &mut lists.trace);
+        // Where `t = 1`, no strategy has more light vertices.
+        let most = factors[factors.len() - 1];
+        self.weigh_lens::<L>(paths, lens, most, &mut lists.trace);
+        self.weigh_tips::<L>(paths, general, factors, &mut lists.trace);
         paths.clock.lap(Stage::Mis);
         paths.rays += lists.trace.len() as u64;
         paths.sorter.sort(&paths.ray, &lists.trace);
@@ -311,7 +313,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         list: &[u32],
-        choices: f32,
+        factor: f32,
         live: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
@@ -326,7 +328,7 @@ impl World<'_> {
                 end[4] * L::splat(paths.light_subpaths),
                 end[5].gt(L::zero()),
             );
-            let scale = weight * L::splat(choices) / end[3];
+            let scale = weight * L::splat(factor) / end[3];
             let f = Vec3::new(value[0], value[1], value[2]);
             let rgb = tip
                 .beta
@@ -337,19 +339,25 @@ impl World<'_> {
         }
     }
 
-    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
+    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32, live: &mut List) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
             let value = L::load_rows(&paths.value[1], chunk);
             let end = L::load_rows(&paths.end, chunk);
             let weight = tip.partial().weight_camera(end[3] * value[5], value[4]);
             let f = Vec3::new(value[0], value[1], value[2]);
-            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(choices));
+            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(factor));
             self.keep(paths, chunk, rgb, live);
         }
     }
 
-    fn weigh_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
+    fn weigh_tips<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        factors: &[f32],
+        live: &mut List,
+    ) {
         for chunk in list.chunks(L::N) {
             let tips = [
                 paths.tips[0].load::<L>(chunk),
@@ -371,7 +379,9 @@ impl World<'_> {
                 let v = &values[i];
                 tips[i].beta.mul_elem(Vec3::new(v[0], v[1], v[2]))
             };
-            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * L::splat(choices));
+            let last = chunk.len() - 1;
+            let factor = L::from_fn(|i| factors[paths.s[chunk[i.min(last)] as usize] as usize]);
+            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * factor);
             self.keep(paths, chunk, rgb, live);
         }
     }

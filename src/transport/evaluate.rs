@@ -63,7 +63,7 @@ impl World<'_> {
         let at = &depth.layout;
         // With one strategy nothing competes with it.
         let alone = depth.strategies.len() == 1;
-        let choices = depth.strategies.len() as f32;
+        let factors = depth.choice.factors();
         self.start_camera::<L>(
             paths,
             samples,
@@ -92,19 +92,19 @@ impl World<'_> {
             self.advance_camera::<L>(paths, samples, &mut lists, depth, wave);
             self.advance_light::<L>(paths, samples, &mut lists, depth, wave);
         }
-        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, choices);
-        self.escape::<L>(paths, &lists.escaped, choices);
+        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, factors[0]);
+        self.escape::<L>(paths, &lists.escaped, factors[0]);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        self.connect::<L>(paths, samples, &mut lists, connection, choices);
+        self.connect::<L>(paths, samples, &mut lists, connection, factors);
         paths.lists = lists;
         self.settle(paths);
     }
 
-    /// The first primary sample of the camera stream chooses among the strategies uniformly.
+    /// The first primary sample of the camera stream chooses among the strategies.
     fn choose_strategies(
         &self,
         depth: &DepthPlan,
@@ -113,16 +113,15 @@ impl World<'_> {
         lists: &mut Lists,
     ) {
         lists.clear();
-        let count = depth.strategies.len();
         let n = paths.n;
-        if count == 1 {
-            paths.s[..n].fill(depth.strategies[0]);
+        let chosen = &mut paths.s[..n];
+        if let [only] = depth.strategies[..] {
+            chosen.fill(only);
         } else {
-            // Strategies are consecutive numbers.
-            let (first, most) = (depth.strategies[0], count as u32 - 1);
-            let choice = &samples.row(depth.layout.strategy)[..n];
-            for (s, u) in paths.s[..n].iter_mut().zip(choice) {
-                *s = first + ((u * count as f32) as i32 as u32).min(most);
+            let u = &samples.row(depth.layout.strategy)[..n];
+            depth.choice.indices(u, chosen);
+            for s in chosen {
+                *s = depth.strategies[*s as usize];
             }
         }
         for path in 0..n {
@@ -294,7 +293,7 @@ impl World<'_> {
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (first, connection) = layout.at(depth);
-            self.connect::<L>(paths, samples, &mut lists, connection, 1.0);
+            self.connect::<L>(paths, samples, &mut lists, connection, &[1.0; 2]);
             let bounce = Bounce {
                 first,
                 per_bounce: 0,

@@ -66,8 +66,8 @@ fn path(out: &mut String, report: &Report) {
         (
             "strategy",
             format!(
-                "(s, t) = ({}, {}) at depth {}, one of {}",
-                report.s, report.t, report.depth, report.strategies
+                "(s, t) = ({}, {}) at depth {}, one of {}, probability {}",
+                report.s, report.t, report.depth, report.strategies, report.strategy_probability
             ),
         ),
         ("fate", format!("{}{seen}{rejected}", report.fate)),
@@ -114,7 +114,9 @@ fn samples(out: &mut String, report: &Report) {
             colour.join(" ")
         ));
     }
-    let all: Vec<String> = report.samples.iter().map(f32::to_string).collect();
+    // Given samples choose strategies uniformly.
+    let again = report.uniform_samples.iter();
+    let all: Vec<String> = again.map(f32::to_string).collect();
     out.push_str(&format!(
         "    again: --depth {} --samples {}\n",
         report.depth,

@@ -699,6 +699,7 @@ impl Loader {
     fn clear_material(&mut self) -> u32 {
         let kind = MaterialKind::ThinDielectric {
             eta: Param::Constant([1.0; 3]),
+            dispersion: None,
         };
         let materials = &mut self.tables.materials;
         let known = materials
