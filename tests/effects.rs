@@ -31,6 +31,8 @@ fn effects_that_move_no_samples_leave_every_bit() {
         Forced::Surfaces,
         Forced::Textures,
         Forced::Normals,
+        Forced::Bumps,
+        Forced::Cutouts,
         Forced::Spheres,
         Forced::Lights,
     ];
@@ -110,6 +112,7 @@ fn every_effect_has_a_reason() {
     let list: Vec<(&str, String)> = (effects.members().into_iter())
         .map(|m| (m.effect, m.reason))
         .collect();
+    let plane = "such surfaces do not all lie in one plane";
     let pot = "material \"Pot1\", pot.pbrt:4";
     let expected = [
         ("rough dielectric", pot),
@@ -118,10 +121,10 @@ fn every_effect_has_a_reason() {
         ("spheres", "one sphere"),
         ("point light", "light, pot.pbrt:5"),
         ("lens", "the camera's lensradius"),
-        (
-            "connections (s >= 1)",
-            "material \"Pot1\", pot.pbrt:4 can be joined to a light",
-        ),
+        ("paths with bounces", "a surface that is not black"),
+        ("paths of two or more bounces", plane),
+        ("connections (s = 1, t = 1)", "a BSDF that is not a delta"),
+        ("joined subpaths (s, t >= 2)", plane),
     ];
     assert_eq!(list, expected.map(|(e, r)| (e, r.to_string())));
     for absent in [Effect::ChanceHits, Effect::Textures, Effect::LightChoice] {

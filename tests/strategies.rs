@@ -45,7 +45,11 @@ fn without_delta_caustics(scene: &mut Scene) {
     let point_like = |l: &phalanx::scene::Light| {
         matches!(
             l.kind,
-            LightKind::Point { .. } | LightKind::Spot { .. } | LightKind::Distant { .. }
+            LightKind::Point { .. }
+                | LightKind::Spot { .. }
+                | LightKind::Goniometric { .. }
+                | LightKind::Projection { .. }
+                | LightKind::Distant { .. }
         )
     };
     if !scene.lights.iter().any(point_like) {
@@ -79,7 +83,10 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
             let mut traced = [Mean::default(); TILES * TILES];
             let mut by_strategy = vec![0.0; k as usize + 2];
             let mut samples = Samples::new(plan.layout.total, BATCH);
-            let layout = UnidirectionalLayout { max_depth: k };
+            let layout = UnidirectionalLayout {
+                max_depth: k,
+                wavelength: world.plan.dispersion,
+            };
             let mut numbers = Samples::new(layout.total(), BATCH);
             for _ in 0..BATCHES {
                 fill(&mut samples, &mut random);
@@ -92,7 +99,10 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
                 fill(&mut numbers, &mut random);
                 world.evaluate_unidirectional::<f32x8>(&layout, &numbers, BATCH, &mut paths);
                 if k > 0 {
-                    let shorter = UnidirectionalLayout { max_depth: k - 1 };
+                    let shorter = UnidirectionalLayout {
+                        max_depth: k - 1,
+                        ..layout
+                    };
                     world.evaluate_unidirectional::<f32x8>(&shorter, &numbers, BATCH, &mut other);
                 }
                 for (i, o) in paths.outcome.iter().enumerate() {

@@ -22,6 +22,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let start = Instant::now();
     let layout = UnidirectionalLayout {
         max_depth: settings.max_depth,
+        wavelength: run.world.plan.dispersion,
     };
     let stream = Stream::new(settings.seed, Purpose::PathTracer);
     let grid = Grid::new(run);

@@ -1,8 +1,9 @@
 //! The effects that a scene calls for, each with the reason. Everything else in a [`Plan`](super::Plan) follows from this set.
 
+use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{Material, Projection, Scene};
+use crate::scene::{Material, NONE, Projection, Scene, Shape};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -14,12 +15,24 @@ pub enum Effect {
     Surface(Kind),
     /// A third primary sample per bounce, which chooses among the lobes of a BSDF.
     Lobes,
-    /// Parameter rows evaluated per hit, from texture coordinates.
+    /// Parameter rows evaluated per hit.
     Textures,
+    /// Texture coordinates at hits.
+    TextureCoordinates,
     /// A tangent at hits, for anisotropic lobes.
     Tangents,
     /// Shading normals that differ from the geometric ones.
     ShadingNormals,
+    /// Points and geometric normals for textures that are functions of them.
+    SolidTextures,
+    /// Bump and normal maps.
+    Bumps,
+    /// Rays that go on where they meet what is cut out.
+    Cutouts,
+    /// Lights of which parts are cut out.
+    CutLights,
+    /// A primary sample that chooses the wavelength of a path.
+    Dispersion,
     /// Analytic spheres beside triangles.
     Spheres,
     /// A kernel that samples lights of a kind.
@@ -32,10 +45,16 @@ pub enum Effect {
     Orthographic,
     /// A camera that sees every direction.
     Panorama,
+    /// Some surface scatters light: there are paths of more than one ray.
+    Bounces,
+    /// Light can scatter more than once: surfaces that scatter see each other.
+    MoreBounces,
     /// Camera subpaths can meet lights: `s = 0`.
     ChanceHits,
-    /// Subpaths can be joined: `s >= 1`.
+    /// Camera subpaths can be joined to lights, and light subpaths to the camera: `s = 1` and `t = 1`.
     Connections,
+    /// Camera subpaths can be joined to light subpaths: `s >= 2`, `t >= 2`.
+    Joins,
 }
 
 impl Effect {
@@ -46,14 +65,23 @@ impl Effect {
             Effect::Textures => "textures",
             Effect::Tangents => "tangents",
             Effect::ShadingNormals => "shading normals",
+            Effect::TextureCoordinates => "texture coordinates",
+            Effect::SolidTextures => "solid textures",
+            Effect::Bumps => "bump and normal maps",
+            Effect::Cutouts => "cut-outs",
+            Effect::CutLights => "cut-outs of lights",
+            Effect::Dispersion => "dispersion",
             Effect::Spheres => "spheres",
             Effect::Light(kind) => kind.name(),
             Effect::LightChoice => "choice of light",
             Effect::Lens => "lens",
             Effect::Orthographic => "orthographic camera",
             Effect::Panorama => "camera of every direction",
+            Effect::Bounces => "paths with bounces",
+            Effect::MoreBounces => "paths of two or more bounces",
             Effect::ChanceHits => "lights met by chance (s = 0)",
-            Effect::Connections => "connections (s >= 1)",
+            Effect::Connections => "connections (s = 1, t = 1)",
+            Effect::Joins => "joined subpaths (s, t >= 2)",
         }
     }
 
@@ -62,7 +90,12 @@ impl Effect {
         Some(match self {
             Effect::Surface(_) => Forced::Surfaces,
             Effect::Lobes => Forced::Lobes,
-            Effect::Textures => Forced::Textures,
+            Effect::Textures | Effect::TextureCoordinates | Effect::SolidTextures => {
+                Forced::Textures
+            }
+            Effect::Bumps => Forced::Bumps,
+            Effect::Cutouts | Effect::CutLights => Forced::Cutouts,
+            Effect::Dispersion => Forced::Dispersion,
             Effect::Tangents => Forced::Tangents,
             Effect::ShadingNormals => Forced::Normals,
             Effect::Spheres => Forced::Spheres,
@@ -70,7 +103,11 @@ impl Effect {
             Effect::LightChoice => Forced::LightChoice,
             Effect::Lens => Forced::Lens,
             Effect::Orthographic | Effect::Panorama => return None,
-            Effect::ChanceHits | Effect::Connections => Forced::Strategies,
+            Effect::Bounces
+            | Effect::MoreBounces
+            | Effect::ChanceHits
+            | Effect::Connections
+            | Effect::Joins => Forced::Strategies,
         })
     }
 
@@ -79,15 +116,24 @@ impl Effect {
         let single = [
             Effect::Lobes,
             Effect::Textures,
+            Effect::TextureCoordinates,
+            Effect::SolidTextures,
             Effect::Tangents,
             Effect::ShadingNormals,
+            Effect::Bumps,
+            Effect::Cutouts,
+            Effect::CutLights,
+            Effect::Dispersion,
             Effect::Spheres,
             Effect::LightChoice,
             Effect::Lens,
             Effect::Orthographic,
             Effect::Panorama,
+            Effect::Bounces,
+            Effect::MoreBounces,
             Effect::ChanceHits,
             Effect::Connections,
+            Effect::Joins,
         ];
         let surfaces = Kind::ALL.into_iter().map(Effect::Surface);
         let lights = light::Kind::ALL.into_iter().map(Effect::Light);
@@ -98,7 +144,7 @@ impl Effect {
 /// Effects that can be turned on in a scene that does not call for them, to see what they cost and that they change nothing.
 ///
 /// The picture stays the same but for noise. Those that move no primary samples and no directions (all but [`Lobes`](Self::Lobes),
-/// [`Tangents`](Self::Tangents), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
+/// [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Forced {
     /// Everything below.
@@ -113,6 +159,12 @@ pub enum Forced {
     Tangents,
     /// Interpolated normals.
     Normals,
+    /// A look for bump and normal maps at every textured hit.
+    Bumps,
+    /// A look for cut-outs at every hit.
+    Cutouts,
+    /// A sample for the wavelength.
+    Dispersion,
     /// Tests for spheres.
     Spheres,
     /// A kernel for every kind of light.
@@ -126,13 +178,16 @@ pub enum Forced {
 }
 
 impl Forced {
-    pub const ALL: [Forced; 11] = [
+    pub const ALL: [Forced; 14] = [
         Forced::All,
         Forced::Surfaces,
         Forced::Lobes,
         Forced::Textures,
         Forced::Tangents,
         Forced::Normals,
+        Forced::Bumps,
+        Forced::Cutouts,
+        Forced::Dispersion,
         Forced::Spheres,
         Forced::Lights,
         Forced::LightChoice,
@@ -149,6 +204,9 @@ impl Forced {
             Forced::Textures => "textures",
             Forced::Tangents => "tangents",
             Forced::Normals => "normals",
+            Forced::Bumps => "bumps",
+            Forced::Cutouts => "cut-outs",
+            Forced::Dispersion => "dispersion",
             Forced::Spheres => "spheres",
             Forced::Lights => "lights",
             Forced::LightChoice => "light-choice",
@@ -178,6 +236,7 @@ impl Effects {
         let mut effects = Self::default();
         effects.surfaces(scene, materials);
         effects.shapes(scene);
+        effects.paths(scene, materials);
         effects.lights(scene, lights);
         let directive = || "the Camera directive".into();
         match scene.camera.projection {
@@ -210,14 +269,49 @@ impl Effects {
             }
             if entry.textured {
                 self.add(Effect::Textures, why);
+                if materials.uses_uv {
+                    self.add(Effect::TextureCoordinates, why);
+                }
+                if materials.uses_point {
+                    self.add(Effect::SolidTextures, why);
+                }
+            }
+            if entry.dispersive {
+                self.add(Effect::Dispersion, why);
+            }
+            if material.bump.is_some() {
+                self.add(Effect::Bumps, why);
             }
             if entry.anisotropic {
                 self.add(Effect::Tangents, why);
             }
-            if !entry.kind.is_delta() && !scene.lights.is_empty() {
-                self.add(Effect::Connections, || {
-                    format!("{} can be joined to a light", named(material))
-                });
+        }
+    }
+
+    /// Which paths there can be.
+    fn paths(&mut self, scene: &Scene, materials: &MaterialTable) {
+        let all = Surfaces::of(scene, |_| true);
+        let open = Surfaces::of(scene, |m| !materials.entries[m as usize].kind.is_delta());
+        for (is, effect, reason) in [
+            (all.scatter, Effect::Bounces, "a surface that is not black"),
+            (
+                all.face,
+                Effect::MoreBounces,
+                "such surfaces do not all lie in one plane",
+            ),
+            (
+                open.scatter && !scene.lights.is_empty(),
+                Effect::Connections,
+                "a BSDF that is not a delta",
+            ),
+            (
+                open.face && !scene.lights.is_empty(),
+                Effect::Joins,
+                "such surfaces do not all lie in one plane",
+            ),
+        ] {
+            if is {
+                self.add(effect, || reason.into());
             }
         }
     }
@@ -228,6 +322,15 @@ impl Effects {
                 1 => "one sphere".into(),
                 n => format!("{n} spheres"),
             });
+        }
+        let cut = |s: &&Shape| s.alpha != NONE;
+        let cut_lights = scene.shapes.iter().filter(cut).any(|s| s.light != NONE);
+        match scene.shapes.iter().filter(cut).count() {
+            0 => {}
+            n => self.add(Effect::Cutouts, || format!("{n} shapes with alpha")),
+        }
+        if cut_lights {
+            self.add(Effect::CutLights, || "a light with alpha".into());
         }
         let smooth = || scene.vertices.iter().filter(|v| v.n != [0.0; 3]);
         if smooth().next().is_some() {
@@ -269,7 +372,7 @@ impl Effects {
     /// What hit points must compute.
     pub fn wanted(&self) -> Wanted {
         Wanted {
-            uv: self.has(Effect::Textures),
+            uv: self.has(Effect::TextureCoordinates),
             tangent: self.has(Effect::Tangents),
             normals: self.has(Effect::ShadingNormals),
             spheres: self.has(Effect::Spheres),
@@ -281,8 +384,11 @@ impl Effects {
         let kept = [
             Effect::Surface(Kind::Diffuse).name(),
             Effect::Light(light::Kind::Triangle).name(),
+            Effect::Bounces.name(),
+            Effect::MoreBounces.name(),
             Effect::ChanceHits.name(),
             Effect::Connections.name(),
+            Effect::Joins.name(),
         ];
         let mut members = self.members();
         members.retain(|m| !kept.contains(&m.effect));

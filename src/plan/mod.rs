@@ -2,9 +2,12 @@
 //!
 //! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
 
+mod choice;
 mod effects;
 mod report;
+mod surfaces;
 
+pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Forced, Member};
 pub use self::report::Report;
 use crate::surface::Kind;
@@ -21,14 +24,28 @@ pub struct Plan {
     pub depths: Vec<DepthPlan>,
     /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
     pub per_bounce: usize,
+    /// The index of refraction of some surface depends on the wavelength, which takes one primary sample.
+    pub dispersion: bool,
     /// The lens takes two primary samples.
     pub lens: bool,
     /// Choosing a light takes one primary sample.
     pub light_choice: bool,
-    /// Light subpaths of any length can be joined to camera subpaths (some BSDF is not a delta).
+    /// Some surface scatters light: there are paths of more than one ray.
+    pub scatters: bool,
+    /// Light can scatter more than once: surfaces that scatter see each other.
+    pub interreflects: bool,
+    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not a delta).
     pub connectable: bool,
+    /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see each other.
+    pub joinable: bool,
     /// Camera subpaths can meet a light by chance.
     pub hits_lights: bool,
+    /// Some material has a bump or normal map.
+    pub bumps: bool,
+    /// Parts of shapes are cut out: rays pass there.
+    pub cutouts: bool,
+    /// Some of these shapes are lights: not every point of a light emits.
+    pub cut_lights: bool,
 }
 
 /// The plan for paths with `depth` scattering events.
@@ -37,6 +54,8 @@ pub struct DepthPlan {
     pub depth: u32,
     /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light, ascending.
     pub strategies: Vec<u32>,
+    /// How paths choose among them.
+    pub choice: Choice,
     pub layout: Layout,
 }
 
@@ -48,6 +67,8 @@ pub struct Layout {
     pub strategy: usize,
     pub raster: usize,
     pub lens: usize,
+    /// Exists if something disperses light.
+    pub wavelength: usize,
     pub camera_bounce: usize,
     pub light_choice: usize,
     /// Four samples: position and direction.
@@ -63,11 +84,12 @@ pub struct Layout {
 
 impl Layout {
     /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 9] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 10] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
-            ("lens", self.lens..self.camera_bounce),
+            ("lens", self.lens..self.wavelength),
+            ("wavelength", self.wavelength..self.camera_bounce),
             ("camera bounces", self.camera_bounce..self.light_choice),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
@@ -87,10 +109,17 @@ impl Plan {
         let mut plan = Self {
             kinds: effects.kinds(),
             per_bounce: if effects.has(Effect::Lobes) { 3 } else { 2 },
+            dispersion: effects.has(Effect::Dispersion),
             lens: effects.has(Effect::Lens),
             light_choice: effects.has(Effect::LightChoice),
+            scatters: effects.has(Effect::Bounces),
+            interreflects: effects.has(Effect::MoreBounces),
             connectable: effects.has(Effect::Connections),
+            joinable: effects.has(Effect::Joins),
             hits_lights: effects.has(Effect::ChanceHits),
+            bumps: effects.has(Effect::Bumps),
+            cutouts: effects.has(Effect::Cutouts),
+            cut_lights: effects.has(Effect::CutLights),
             effects,
             depths: Vec::new(),
         };
@@ -100,17 +129,28 @@ impl Plan {
 
     fn depth_plan(&self, depth: u32) -> DepthPlan {
         // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected. Directly seen lights are left to
-        // chance alone, as in pbrt.
+        // chance alone, as in pbrt. What is left out here cannot make any path that carries light, so that no weight misses it: its density
+        // is 0 in every sum of densities.
+        let exists = match depth {
+            0 => true,
+            1 => self.scatters,
+            _ => self.interreflects,
+        };
         let mut strategies = Vec::new();
-        if self.hits_lights && (depth == 0 || !self.kinds.is_empty()) {
+        if self.hits_lights && exists {
             strategies.push(0);
         }
-        if self.connectable && depth > 0 {
-            strategies.extend(1..=depth + 1);
+        if self.connectable && exists && depth > 0 {
+            strategies.push(1);
+            if self.joinable {
+                strategies.extend(2..=depth);
+            }
+            strategies.push(depth + 1);
         }
         let layout = self.layout(depth as usize, &strategies);
         DepthPlan {
             depth,
+            choice: Choice::uniform(&strategies),
             strategies,
             layout,
         }
@@ -134,6 +174,7 @@ impl Plan {
         let strategy = take(usize::from(strategies.len() > 1));
         let raster = take(2);
         let lens = take(if self.lens { 2 } else { 0 });
+        let wavelength = take(usize::from(self.dispersion));
         let camera_bounce = take(depth * self.per_bounce);
         let light_choice = take(if light_subpath { choice } else { 0 });
         let emission = take(if light_subpath { 4 } else { 0 });
@@ -144,6 +185,7 @@ impl Plan {
             strategy,
             raster,
             lens,
+            wavelength,
             camera_bounce,
             light_choice,
             emission,

@@ -99,10 +99,17 @@ impl fmt::Display for Plan {
         writeln!(f, "  bounces       {} samples each", self.per_bounce)?;
         writeln!(f, "  depth  strategies s          primary samples")?;
         for d in &self.depths {
-            let list = match d.strategies.as_slice() {
-                [] => "none".to_string(),
-                [one] => one.to_string(),
-                [first, .., last] => format!("{first}..{last}"),
+            let runs = d.strategies.chunk_by(|a, b| a + 1 == *b);
+            let runs: Vec<String> = runs
+                .map(|run| match run {
+                    [first, .., last] => format!("{first}..{last}"),
+                    run => run.iter().map(u32::to_string).collect(),
+                })
+                .collect();
+            let list = if runs.is_empty() {
+                "none".into()
+            } else {
+                runs.join(", ")
             };
             writeln!(f, "  {:>5}  {:<21} {}", d.depth, list, d.layout.total)?;
         }

@@ -6,7 +6,9 @@
 //!    never sees a scene.
 //! 3. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
 
+pub mod bump;
 pub mod conductor;
+pub mod cutout;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
@@ -20,6 +22,7 @@ pub mod substrate;
 pub mod texture;
 pub mod thin_dielectric;
 
+pub use self::cutout::Cutouts;
 pub use self::material::MaterialTable;
 use crate::simd::{Lanes, Vec3};
 

@@ -14,12 +14,13 @@ use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
 use super::params::ParamSet;
+use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
-use super::{materials, shape, transform};
+use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Material, MaterialKind};
+use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE, Param};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -557,11 +558,13 @@ impl Loader {
             }
         };
         let (kind, set) = self.kind_and_params(site, "texture")?;
+        let ctm = self.states.current.fixed_ctm(&set.site);
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
             class,
             &set,
+            &ctm,
             names,
             &mut self.tables,
             &mut self.report,
@@ -614,7 +617,7 @@ impl Loader {
     }
 
     fn make_material(&mut self, name: String, kind: String, set: ParamSet) -> Rc<MaterialDef> {
-        let built = materials::build(&kind, &set, &self.states.current.textures);
+        let built = self.build_material(&kind, &set);
         if built.is_ok() {
             set.finish(&mut self.report);
         }
@@ -631,6 +634,17 @@ impl Loader {
             self.failed_materials.push(Rc::clone(&made));
         }
         made
+    }
+
+    fn build_material(
+        &mut self,
+        kind: &str,
+        set: &ParamSet,
+    ) -> Result<(MaterialKind, Option<Bump>), SceneError> {
+        let names = &self.states.current.textures;
+        let material = materials::build(kind, set, names)?;
+        let bump = materials::bump(kind, set, names, &mut self.tables, &mut self.report)?;
+        Ok((material, bump))
     }
 
     /// Index of the current material for a shape with these parameters.
@@ -668,13 +682,9 @@ impl Loader {
         };
         made.used.set(true);
         if self.dialect == Dialect::V3 && materials::overrides(shape) {
-            let kind = materials::build(
-                &made.kind,
-                &shape.over(&made.set),
-                &self.states.current.textures,
-            )?;
-            if made.built.as_ref().is_ok_and(|built| *built != kind) || made.built.is_err() {
-                return Ok(self.add_material(&made, kind));
+            let material = self.build_material(&made.kind, &shape.over(&made.set))?;
+            if !made.built.as_ref().is_ok_and(|built| *built == material) {
+                return Ok(self.add_material(&made, material));
             }
         }
         if let Some(index) = made.index.get() {
@@ -685,20 +695,55 @@ impl Loader {
         Ok(index)
     }
 
-    fn add_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
+    /// What rays pass straight through, yet meet.
+    fn clear_material(&mut self) -> u32 {
+        let kind = MaterialKind::ThinDielectric {
+            eta: Param::Constant([1.0; 3]),
+            dispersion: None,
+        };
+        let materials = &mut self.tables.materials;
+        let known = materials
+            .iter()
+            .rposition(|m| m.kind == kind && m.bump.is_none());
+        known.unwrap_or_else(|| {
+            materials.push(Material {
+                name: "none".to_owned(),
+                origin: "emissive shapes".to_owned(),
+                kind,
+                bump: None,
+            });
+            materials.len() - 1
+        }) as u32
+    }
+
+    fn add_material(
+        &mut self,
+        made: &MaterialDef,
+        (kind, bump): (MaterialKind, Option<Bump>),
+    ) -> u32 {
         self.tables.materials.push(Material {
             name: made.name.clone(),
             origin: made.set.site.origin(),
             kind,
+            bump,
         });
         self.tables.materials.len() as u32 - 1
+    }
+
+    /// Index of a cut-out; shapes that follow each other mostly share one.
+    fn add_alpha(&mut self, alpha: Alpha) -> u32 {
+        let alphas = &mut self.tables.alphas;
+        if alphas.last() != Some(&alpha) {
+            alphas.push(alpha);
+        }
+        alphas.len() as u32 - 1
     }
 
     fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "light")?;
         if directive == "AreaLightSource" {
-            let light = AreaLight::build(&kind, set, &mut self.report)?;
+            let light = AreaLight::build(&kind, set, &mut self.tables, &mut self.report)?;
             self.states.current.light = Some(Rc::new(light));
             return Ok(());
         }
@@ -713,13 +758,10 @@ impl Loader {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "shape")?;
         let ctm = self.states.current.fixed_ctm(&set.site)?;
-        let material = self.material_for(&set)?;
-        let material_kind = &self.tables.materials[material as usize].kind;
+        let mut material = self.material_for(&set)?;
         let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
-        if light.is_some()
-            && *material_kind == MaterialKind::Interface
-            && self.dialect == Dialect::V4
-        {
+        let interface = self.tables.materials[material as usize].kind == MaterialKind::Interface;
+        if light.is_some() && interface && self.dialect == Dialect::V4 {
             self.report.warn_at(
                 &set.site,
                 "its area light is ignored, as its material is \"interface\"",
@@ -736,15 +778,46 @@ impl Loader {
                 );
             }
         }
+        let cut = shape::alpha(&kind, &set, &self.states.current.textures)?;
+        let (visible, alpha) = match cut {
+            Cut::Nothing => (true, None),
+            Cut::Partly(alpha) => (true, Some(alpha)),
+            Cut::Everything => (false, None),
+        };
+        if !visible && light.is_some() {
+            return Err(set.error(
+                "area lights that are cut out entirely (alpha 0), and so invisible, are not supported; use a point light, or an \
+                 alpha of 1",
+            ));
+        }
+        if light.is_some() && interface {
+            // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
+            self.report.warn_at(
+                &set.site,
+                "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
+            );
+            material = self.clear_material();
+        }
+        let made = &self.tables.materials[material as usize];
+        let textures = self.tables.textures();
+        let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
+        let needs_uv = materials::needs_uv(&made.kind, textures)
+            || made.bump.is_some()
+            || alpha.is_some_and(textured)
+            || light.as_ref().is_some_and(|l| l.image.is_some());
         let setting = Setting {
             site: Rc::new(set.site.clone()),
             ctm,
             reverse: self.states.current.reverse,
             material,
-            needs_uv: materials::needs_uv(material_kind),
+            alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
+            needs_uv,
             light,
         };
+        // What is invisible is checked, and left out.
+        let mut nowhere = Geometry::new(Rc::clone(&self.budget));
         let geometry = match &mut self.open_object {
+            _ if !visible => &mut nowhere,
             Some(object) => &mut object.geometry,
             None => &mut self.geometry,
         };

@@ -12,7 +12,7 @@ use super::error::{Pos, SceneError, Site};
 use super::lights::AreaLight;
 use super::params::ParamSet;
 use super::textures::{Deferred, TextureNames};
-use crate::scene::MaterialKind;
+use crate::scene::{Bump, MaterialKind};
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
@@ -24,7 +24,7 @@ pub(super) struct MaterialDef {
     pub name: String,
     pub kind: String,
     pub set: ParamSet,
-    pub built: Deferred<MaterialKind>,
+    pub built: Deferred<(MaterialKind, Option<Bump>)>,
     pub index: Cell<Option<u32>>,
     pub used: Cell<bool>,
 }
