@@ -18,6 +18,8 @@ pub struct Plan {
     pub depths: Vec<DepthPlan>,
     /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
     pub per_bounce: usize,
+    /// Some surface is a mixture: choosing its component takes one primary sample per surface vertex.
+    pub mixtures: bool,
     /// The lens takes two primary samples.
     pub lens: bool,
     /// Choosing a light takes one primary sample.
@@ -46,10 +48,14 @@ pub struct Layout {
     pub raster: usize,
     pub lens: usize,
     pub camera_bounce: usize,
+    /// One sample per surface vertex that scatters, if there are mixtures; they choose components.
+    pub camera_label: usize,
     pub light_choice: usize,
     /// Four samples: position and direction.
     pub emission: usize,
     pub light_bounce: usize,
+    /// As `camera_label`; one more than there are bounces, as the tip is a mixture, too.
+    pub light_label: usize,
     pub connection_choice: usize,
     /// Two samples: a point on a light (`s = 1`) or on the lens (`t = 1`).
     pub connection: usize,
@@ -60,15 +66,17 @@ pub struct Layout {
 
 impl Layout {
     /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 9] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 11] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
             ("lens", self.lens..self.camera_bounce),
-            ("camera bounces", self.camera_bounce..self.light_choice),
+            ("camera bounces", self.camera_bounce..self.camera_label),
+            ("camera components", self.camera_label..self.light_choice),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
-            ("light bounces", self.light_bounce..self.connection_choice),
+            ("light bounces", self.light_bounce..self.light_label),
+            ("light components", self.light_label..self.connection_choice),
             (
                 "choice of connected light",
                 self.connection_choice..self.connection,
@@ -90,9 +98,10 @@ impl Plan {
         for shape in &scene.shapes {
             used[shape.material as usize] = true;
         }
-        let mut kinds: Vec<Kind> = (materials.entries.iter().enumerate())
-            .filter(|(i, _)| used[*i])
-            .map(|(_, e)| e.kind)
+        let used = || (0..used.len()).filter(|i| used[*i]);
+        let mut kinds: Vec<Kind> = used()
+            .flat_map(|i| materials.components(i))
+            .map(|i| materials.entries[i].kind)
             .collect();
         kinds.sort();
         kinds.dedup();
@@ -102,6 +111,7 @@ impl Plan {
             } else {
                 2
             },
+            mixtures: used().any(|i| materials.entries[i].mixture),
             lens: camera.has_lens(),
             light_choice: lights.needs_choice(),
             connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
@@ -150,9 +160,12 @@ impl Plan {
         let raster = take(2);
         let lens = take(if self.lens { 2 } else { 0 });
         let camera_bounce = take(depth * self.per_bounce);
+        let label = usize::from(self.mixtures);
+        let camera_label = take(depth * label);
         let light_choice = take(if light_subpath { choice } else { 0 });
         let emission = take(if light_subpath { 4 } else { 0 });
         let light_bounce = take(light_bounces * self.per_bounce);
+        let light_label = take(if light_subpath { depth * label } else { 0 });
         let connection_choice = take(if connects { choice } else { 0 });
         let connection = take(if connects { 2 } else { 0 });
         Layout {
@@ -160,9 +173,11 @@ impl Plan {
             raster,
             lens,
             camera_bounce,
+            camera_label,
             light_choice,
             emission,
             light_bounce,
+            light_label,
             connection_choice,
             connection,
             per_bounce: self.per_bounce,
@@ -222,6 +237,16 @@ impl fmt::Display for Plan {
             f,
             "  lobes         {}",
             yes(self.per_bounce == 3, "lobe sample", lobes)
+        )?;
+        let mixed = if self.mixtures {
+            "a surface is a mixture"
+        } else {
+            "no surface is a mixture"
+        };
+        writeln!(
+            f,
+            "  mixtures      {}",
+            yes(self.mixtures, "component sample", mixed)
         )?;
         let chance = if self.hits_lights {
             "an area or infinite light"

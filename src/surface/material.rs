@@ -2,6 +2,7 @@
 
 use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
+use super::mixture::{self, Chosen};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::{Kind, texture};
 use crate::scene::{
@@ -12,9 +13,12 @@ use crate::simd::Row;
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
+    /// Of a mixture that of one of its components.
     pub kind: Kind,
-    /// Its row must be evaluated per hit.
+    /// Its row, or the weights of its components, must be evaluated per hit.
     pub textured: bool,
+    /// It has no row: one of its components is chosen per hit ([`MaterialTable::choose`]).
+    pub mixture: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
@@ -44,9 +48,10 @@ impl<'a> MaterialTable<'a> {
         };
         for Material { kind, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
-            let entry = Entry {
+            let mut entry = Entry {
                 kind: kernel(kind),
                 textured,
+                mixture: false,
             };
             if let MaterialKind::Conductor { roughness, .. }
             | MaterialKind::Substrate { roughness, .. }
@@ -54,11 +59,20 @@ impl<'a> MaterialTable<'a> {
             {
                 table.anisotropic |= roughness.u != roughness.v;
             }
-            table.entries.push(entry);
             let mut images = Vec::new();
             for param in params(kind) {
                 collect_images(&scene.textures, param, &mut images);
             }
+            if let MaterialKind::Mixture { components } = kind {
+                entry.mixture = true;
+                for component in components {
+                    let below = component.material as usize;
+                    entry.kind = table.entries[below].kind;
+                    entry.textured |= table.entries[below].textured;
+                    images.extend(&table.looked_up[below]);
+                }
+            }
+            table.entries.push(entry);
             images.sort();
             images.dedup();
             table.looked_up.push(images);
@@ -75,7 +89,33 @@ impl<'a> MaterialTable<'a> {
         }
     }
 
-    /// The parameter row of a material at texture coordinates `uv`.
+    /// The component of a mixture that the primary sample `u` chooses at texture coordinates `uv`.
+    pub fn choose(&self, material: usize, uv: [f32; 2], u: f32) -> Chosen {
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
+        mixture::choose(self.materials, material as u32, &at, u)
+    }
+
+    /// What a surface of this material can turn out to be: itself, or the components of a mixture, those of mixtures within it included.
+    pub fn components(&self, material: usize) -> Vec<usize> {
+        let mut found = vec![material];
+        let mut next = 0;
+        // Shared components are looked at once.
+        while next < found.len() {
+            if let MaterialKind::Mixture { components } = &self.materials[found[next]].kind {
+                for component in components {
+                    let below = component.material as usize;
+                    if !found.contains(&below) {
+                        found.push(below);
+                    }
+                }
+            }
+            next += 1;
+        }
+        found.retain(|i| !self.entries[*i].mixture);
+        found
+    }
+
+    /// The parameter row of a material at texture coordinates `uv`; zero of a mixture.
     pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
         let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
@@ -145,7 +185,7 @@ impl<'a> MaterialTable<'a> {
                 row[..3].copy_from_slice(&product(*reflectance));
                 row[3..6].copy_from_slice(&product(*transmittance));
             }
-            MaterialKind::Interface => {}
+            MaterialKind::Mixture { .. } | MaterialKind::Interface => {}
         }
         Row(row)
     }
@@ -173,8 +213,8 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
         MaterialKind::Substrate { .. } => Kind::Substrate,
-        // Never hit: interfaces are left out of the tracer.
-        MaterialKind::Interface => Kind::Diffuse,
+        // Never asked for: a component takes the mixture's place, and interfaces are left out of the tracer.
+        MaterialKind::Mixture { .. } | MaterialKind::Interface => Kind::Diffuse,
     }
 }
 
@@ -267,6 +307,9 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             transmittance,
             ..
         } => [*reflectance, *transmittance].concat(),
+        MaterialKind::Mixture { components } => (components.iter())
+            .flat_map(|c| [&[c.weight.param()], &c.albedo[..]].concat())
+            .collect(),
         MaterialKind::Interface => Vec::new(),
     }
 }

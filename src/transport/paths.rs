@@ -93,6 +93,10 @@ pub struct Paths {
     materials: usize,
     /// Parameter rows to be evaluated, with material and texture coordinates.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
+    /// Tips that are of mixtures until a component is chosen: path, material and texture coordinates.
+    pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
+    /// Paths whose tips are of chosen components, and their shares, until they are in the throughputs.
+    pub(super) shares: Vec<(u32, [f32; 3])>,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
     pub link: Vec<Row>,
     /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
@@ -177,6 +181,8 @@ impl Paths {
             params: world.materials.rows.clone(),
             materials,
             textured: Vec::new(),
+            mixed: Vec::new(),
+            shares: Vec::new(),
             link: Vec::new(),
             end: Vec::new(),
             value: Default::default(),
@@ -213,6 +219,8 @@ impl Paths {
             }
             self.params.resize(self.materials + 2 * n, Row::default());
             self.textured.reserve(n);
+            self.mixed.reserve(n);
+            self.shares.reserve(n);
             self.blocked.resize(n, 0);
             self.s.resize(n, 0);
             self.t.resize(n, 0);

@@ -105,6 +105,17 @@ const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
 
+/// Named materials that are mixtures.
+const MIXTURES: &str = "Texture \"checks\" \"spectrum\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3 \"rgb tex1\" [1 0.8 0.3] \"rgb tex2\" [0 0.1 0.6]
+MakeNamedMaterial \"matte\" \"string type\" \"matte\" \"rgb Kd\" [0.7 0.6 0.5]
+MakeNamedMaterial \"mirror\" \"string type\" \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]
+MakeNamedMaterial \"glass\" \"string type\" \"glass\" \"float eta\" 1.5
+MakeNamedMaterial \"plastic\" \"string type\" \"plastic\" \"texture Kd\" \"checks\" \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"
+MakeNamedMaterial \"polished\" \"string type\" \"mix\" \"string namedmaterial1\" \"mirror\" \"string namedmaterial2\" \"matte\" \"texture amount\" \"checks\"
+MakeNamedMaterial \"veil\" \"string type\" \"mix\" \"string namedmaterial1\" \"glass\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.7 0.6 0.7]
+MakeNamedMaterial \"nested\" \"string type\" \"mix\" \"string namedmaterial1\" \"polished\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.3 0.5 0.4]
+";
+
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
     format!(
         "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}] \"bool twosided\" \"{two_sided}\"\n{shape}AttributeEnd\n"
@@ -324,6 +335,25 @@ fn texts() -> Vec<(&'static str, String)> {
                 wedge(),
                 wave(5),
             ),
+        ),
+        build(
+            "mixtures, specular in part, textured, nested and emitting",
+            format!("{LOOK}{PINHOLE}"),
+            MIXTURES.to_string()
+                + &walls([
+                    MATTE,
+                    MATTE,
+                    "NamedMaterial \"polished\"",
+                    BLUE,
+                    "NamedMaterial \"nested\"",
+                ])
+                + &sphere(-0.4, -0.4, 0.2, 0.4, "NamedMaterial \"veil\"")
+                + "NamedMaterial \"polished\"\n"
+                + &area("5 4 3", true, &lamp())
+                + &format!(
+                    "AttributeBegin\nNamedMaterial \"nested\"\nTranslate 0.4 -0.5 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
+                    wave(5)
+                ),
         ),
     ]
 }

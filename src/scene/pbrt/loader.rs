@@ -13,13 +13,14 @@ use super::error::{Report, SceneError, Site};
 use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
+use super::materials::{Built, PartMaterial};
 use super::params::ParamSet;
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
 use super::{materials, shape, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Material, MaterialKind};
+use crate::scene::{Component, Material, MaterialKind};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -68,6 +69,8 @@ pub(super) struct Loader {
     open_object: Option<Object>,
     instance_bytes: usize,
     default_material: Option<u32>,
+    /// Of each material in the table, whether it depends on texture coordinates.
+    needs_uv: Vec<bool>,
     /// Materials that could not be made, to be mentioned if nothing ever uses them.
     failed_materials: Vec<Rc<MaterialDef>>,
     pub view: View,
@@ -91,6 +94,7 @@ impl Loader {
             open_object: None,
             instance_bytes: 0,
             default_material: None,
+            needs_uv: Vec::new(),
             failed_materials: Vec::new(),
             view: View::default(),
             geometry: Geometry::new(Rc::clone(&budget)),
@@ -614,7 +618,8 @@ impl Loader {
     }
 
     fn make_material(&mut self, name: String, kind: String, set: ParamSet) -> Rc<MaterialDef> {
-        let built = materials::build(&kind, &set, &self.states.current.textures);
+        let state = &self.states.current;
+        let built = materials::build(&kind, &set, &state.textures, &state.named_materials);
         if built.is_ok() {
             set.finish(&mut self.report);
         }
@@ -648,7 +653,7 @@ impl Loader {
                 let set = ParamSet::empty(shape.site.clone(), self.dialect, Rc::clone(&self.dir));
                 let made = self.make_material("default".to_owned(), kind.to_owned(), set);
                 if !(self.dialect == Dialect::V3 && materials::overrides(shape)) {
-                    let index = self.add_material(&made, made.built.clone()?);
+                    let index = self.add_material(&made, &made.built.clone()?)?;
                     self.default_material = Some(index);
                     return Ok(index);
                 }
@@ -668,30 +673,64 @@ impl Loader {
         };
         made.used.set(true);
         if self.dialect == Dialect::V3 && materials::overrides(shape) {
-            let kind = materials::build(
+            let state = &self.states.current;
+            let built = materials::build(
                 &made.kind,
                 &shape.over(&made.set),
-                &self.states.current.textures,
+                &state.textures,
+                &state.named_materials,
             )?;
-            if made.built.as_ref().is_ok_and(|built| *built != kind) || made.built.is_err() {
-                return Ok(self.add_material(&made, kind));
+            if made.built.as_ref() != Ok(&built) {
+                return self.add_material(&made, &built);
             }
         }
+        self.material_index(&made)
+    }
+
+    /// The place of a material in the scene's table, which it takes when it is first asked for.
+    fn material_index(&mut self, made: &MaterialDef) -> Result<u32, SceneError> {
         if let Some(index) = made.index.get() {
             return Ok(index);
         }
-        let index = self.add_material(&made, made.built.clone()?);
+        made.used.set(true);
+        let index = self.add_material(made, &made.built.clone()?)?;
         made.index.set(Some(index));
         Ok(index)
     }
 
-    fn add_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
-        self.tables.materials.push(Material {
+    fn add_material(&mut self, made: &MaterialDef, built: &Built) -> Result<u32, SceneError> {
+        let kind = match built {
+            Built::One(kind) => kind.clone(),
+            Built::Mixture(parts) => {
+                // Components come first: the table has no cycles.
+                let components = parts.iter().map(|part| {
+                    Ok(Component {
+                        material: match &part.material {
+                            PartMaterial::Own(kind) => self.push_material(made, kind.clone()),
+                            PartMaterial::Named(named) => self.material_index(named)?,
+                        },
+                        weight: part.weight,
+                        albedo: part.albedo.clone(),
+                    })
+                });
+                MaterialKind::Mixture {
+                    components: components.collect::<Result<_, SceneError>>()?,
+                }
+            }
+        };
+        Ok(self.push_material(made, kind))
+    }
+
+    fn push_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
+        let materials = &mut self.tables.materials;
+        let needs_uv = materials::needs_uv(&kind, &|below| self.needs_uv[below as usize]);
+        self.needs_uv.push(needs_uv);
+        materials.push(Material {
             name: made.name.clone(),
             origin: made.set.site.origin(),
             kind,
         });
-        self.tables.materials.len() as u32 - 1
+        materials.len() as u32 - 1
     }
 
     fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
@@ -741,7 +780,7 @@ impl Loader {
             ctm,
             reverse: self.states.current.reverse,
             material,
-            needs_uv: materials::needs_uv(material_kind),
+            needs_uv: self.needs_uv[material as usize],
             light,
         };
         let geometry = match &mut self.open_object {

@@ -3,13 +3,16 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
+use super::mixtures;
 use super::params::ParamSet;
+use super::state::{MaterialDef, MaterialNames};
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::spectrum;
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness};
+use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness, Weight};
+use std::rc::Rc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 14] = [
+const OVERRIDABLE: [&str; 16] = [
     "Kd",
     "Ks",
     "Kr",
@@ -24,7 +27,43 @@ const OVERRIDABLE: [&str; 14] = [
     "uroughness",
     "vroughness",
     "remaproughness",
+    "opacity",
+    "amount",
 ];
+
+/// A material as it was read: of one kind, or several in one place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Built {
+    One(MaterialKind),
+    /// At most [`MAX_COMPONENTS`](crate::scene::MAX_COMPONENTS).
+    Mixture(Vec<Part>),
+}
+
+/// A part of a mixture, as [`Component`](crate::scene::Component).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub material: PartMaterial,
+    pub weight: Weight,
+    pub albedo: Vec<Param>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum PartMaterial {
+    /// Belongs to this mixture alone.
+    Own(MaterialKind),
+    Named(Rc<MaterialDef>),
+}
+
+impl PartialEq for PartMaterial {
+    /// Names stand for what they name.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Own(a), Self::Own(b)) => a == b,
+            (Self::Named(a), Self::Named(b)) => Rc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+}
 
 /// Whether a v3 shape's own parameters change its material.
 pub(super) fn overrides(shape: &ParamSet) -> bool {
@@ -37,7 +76,6 @@ fn instead_of(kind: &str) -> Option<&'static str> {
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
         "uber" | "disney" => "plastic or matte",
-        "mix" => "one of the mixed materials",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -49,12 +87,18 @@ pub(super) fn build(
     kind: &str,
     set: &ParamSet,
     names: &TextureNames,
-) -> Result<MaterialKind, SceneError> {
+    materials: &MaterialNames,
+) -> Result<Built, SceneError> {
     set.refuse(
         &["bumpmap", "displacement", "normalmap"],
         "bump, displacement and normal maps are not supported; remove it, or displace the mesh itself",
     )?;
     let material = match (set.dialect, kind) {
+        (_, "mix") => {
+            let mixture = mixtures::mix(set, names, materials)?;
+            set.accept(&["type"]);
+            return Ok(mixture);
+        }
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
             reflectance: color_param_or(set, names, "Kd", 0.5)?,
@@ -138,10 +182,10 @@ pub(super) fn build(
         (dialect, other) => {
             let supported = match dialect {
                 Dialect::V3 => {
-                    "matte, mirror, metal, glass, plastic, substrate, translucent or none"
+                    "matte, mirror, metal, glass, plastic, substrate, translucent, mix or none"
                 }
                 Dialect::V4 => {
-                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission or interface"
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, mix or interface"
                 }
             };
             return Err(match instead_of(other) {
@@ -155,7 +199,7 @@ pub(super) fn build(
         }
     };
     set.accept(&["type"]);
-    Ok(material)
+    Ok(Built::One(material))
 }
 
 fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
@@ -246,8 +290,9 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     }
 }
 
-/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
-pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
+/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them). `below` says it of the materials that
+/// this one is made of.
+pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool {
     let textured = |p: &Param| matches!(p, Param::Texture(_));
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
@@ -287,6 +332,9 @@ pub(super) fn needs_uv(kind: &MaterialKind) -> bool {
             transmittance,
             ..
         } => reflectance.iter().chain(transmittance).any(textured),
+        MaterialKind::Mixture { components } => components.iter().any(|c| {
+            below(c.material) || textured(&c.weight.param()) || c.albedo.iter().any(textured)
+        }),
         MaterialKind::Interface => false,
     }
 }
