@@ -116,7 +116,7 @@ pub enum MaterialKind {
     },
     /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
     ThinDielectric { eta: Param },
-    /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
+    /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes: Lambertian on both sides. Each colour is the product of two
     /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
     DiffuseTransmission {
         reflectance: [Param; 2],
@@ -129,7 +129,7 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
-    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects. At most [`MAX_COMPONENTS`], none
+    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
     /// of them an interface; nested at most [`MAX_NESTING`] deep.
     Mixture { components: Vec<Component> },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.

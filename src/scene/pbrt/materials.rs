@@ -75,7 +75,7 @@ fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
-        "uber" | "disney" => "plastic or matte",
+        "disney" => "uber, plastic or matte",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -98,6 +98,14 @@ pub(super) fn build(
             let mixture = mixtures::mix(set, names, materials)?;
             set.accept(&["type"]);
             return Ok(mixture);
+        }
+        (Dialect::V3, "uber" | "translucent") => {
+            let built = match kind {
+                "uber" => mixtures::uber(set, names)?,
+                _ => mixtures::translucent(set, names)?,
+            };
+            set.accept(&["type"]);
+            return Ok(built);
         }
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
@@ -133,14 +141,11 @@ pub(super) fn build(
             roughness: roughness(set, names, 0.1)?,
         },
         (Dialect::V3, "glass") => {
-            let eta = match float_param(set, names, "eta")? {
-                Some(eta) => eta,
-                None => float_param_or(set, names, "index", 1.5)?,
-            };
+            let eta = glass_index(set, names)?;
             MaterialKind::Dielectric {
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
-                eta: positive(set, eta)?,
+                eta,
                 roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
             }
         }
@@ -168,21 +173,10 @@ pub(super) fn build(
             // It has no "roughness" for both directions.
             roughness: roughness_or(set, names, Param::Constant([0.1; 3]))?,
         },
-        (Dialect::V3, "translucent") => {
-            without_gloss(set, names)?;
-            let kd = color_param_or(set, names, "Kd", 0.25)?;
-            // What a lobe that is not there would be made of.
-            set.accept(&["roughness", "remaproughness"]);
-            MaterialKind::DiffuseTransmission {
-                reflectance: [kd, color_param_or(set, names, "reflect", 0.5)?],
-                transmittance: [kd, color_param_or(set, names, "transmit", 0.5)?],
-                scale: 1.0,
-            }
-        }
         (dialect, other) => {
             let supported = match dialect {
                 Dialect::V3 => {
-                    "matte, mirror, metal, glass, plastic, substrate, translucent, mix or none"
+                    "matte, mirror, metal, glass, plastic, substrate, translucent, uber, mix or none"
                 }
                 Dialect::V4 => {
                     "diffuse, conductor, dielectric, thindielectric, diffusetransmission, mix or interface"
@@ -221,7 +215,12 @@ fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, Scene
     })
 }
 
-fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
+/// Of `roughness`, `uroughness` and `vroughness`.
+pub(super) fn roughness(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
     roughness_or(set, names, both)
 }
@@ -232,16 +231,29 @@ fn roughness_or(
     names: &TextureNames,
     both: Param,
 ) -> Result<Roughness, SceneError> {
-    let one = |name: &str| -> Result<Param, SceneError> {
-        let value = float_param(set, names, name)?.unwrap_or(both);
-        match value {
-            Param::Constant([x, ..]) if x < 0.0 => {
-                Err(set.error(format_args!("roughness {x} is negative")))
-            }
-            _ => Ok(value),
+    let u = float_param(set, names, "uroughness")?.unwrap_or(both);
+    let v = float_param(set, names, "vroughness")?.unwrap_or(both);
+    remapped(set, u, v)
+}
+
+/// Of a material that has no other parameter for it than `roughness`.
+pub(super) fn isotropic(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
+    let both = float_param_or(set, names, "roughness", default)?;
+    remapped(set, both, both)
+}
+
+fn remapped(set: &ParamSet, u: Param, v: Param) -> Result<Roughness, SceneError> {
+    for value in [u, v] {
+        if let Param::Constant([x, ..]) = value
+            && x < 0.0
+        {
+            return Err(set.error(format_args!("roughness {x} is negative")));
         }
-    };
-    let (u, v) = (one("uroughness")?, one("vroughness")?);
+    }
     let remap = match (set.bool_or("remaproughness", true)?, set.dialect) {
         (false, _) => Remap::None,
         (true, Dialect::V3) => Remap::V3,
@@ -250,16 +262,13 @@ fn roughness_or(
     Ok(Roughness { u, v, remap })
 }
 
-/// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
-fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
-    if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
-        return Ok(());
-    }
-    let what = "glossy transmission is not supported; use \"rgb Ks\" [0 0 0]";
-    Err(match set.find("Ks") {
-        Some(param) => set.error_at(param, what),
-        None => set.error(format_args!("\"Ks\" is 0.25 by default, and {what}")),
-    })
+/// v3's `eta` or, in its absence, `index`.
+pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+    let eta = match float_param(set, names, "eta")? {
+        Some(eta) => eta,
+        None => float_param_or(set, names, "index", 1.5)?,
+    };
+    positive(set, eta)
 }
 
 /// v4's `eta` of a dielectric, a number or a spectrum.
