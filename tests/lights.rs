@@ -392,6 +392,10 @@ fn cameras_find_the_points_of_their_rays() {
     let mut random = Random(46);
     for (name, scene) in scenes::all() {
         let camera = Camera::new(&scene.camera, &scene.film);
+        // Those that see every direction may show it in several places: tests/cameras.rs.
+        if camera.sphere_map().is_some() {
+            continue;
+        }
         for _ in 0..5000 {
             let (x, y) = camera.region.place(random.uniform(), random.uniform());
             let lens = (random.uniform(), random.uniform());
@@ -446,8 +450,14 @@ fn densities_of_camera_rays_integrate_to_one() {
         let m = scene.camera.to_world;
         let n = 1500;
         let mut sum = 0.0;
+        // Behind, too, if the camera has no back.
+        let range = if camera.sphere_map().is_some() {
+            2.0
+        } else {
+            1.0
+        };
         for i in 0..n * n {
-            let z = ((i % n) as f64 + 0.5) / n as f64;
+            let z = 1.0 - ((i % n) as f64 + 0.5) / n as f64 * range;
             let phi = ((i / n) as f64 + 0.5) / n as f64 * TAU;
             let r = (1.0 - z * z).sqrt();
             let w = [r * phi.cos(), r * phi.sin(), z];
@@ -456,7 +466,7 @@ fn densities_of_camera_rays_integrate_to_one() {
             let p = add(wide(position), w);
             let link = camera.connect::<f32>(Vec3::splat(narrow(p)), (0.0, 0.0));
             if link.valid {
-                sum += f64::from(link.pdf) * TAU / (n * n) as f64;
+                sum += f64::from(link.pdf) * range * TAU / (n * n) as f64;
             }
         }
         // Cells at the border of the region are counted whole or not at all.

@@ -13,7 +13,7 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
+    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -210,6 +210,8 @@ fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
                 length(y0, y1)
             )
         }
+        Projection::Sphere(SphereMap::Equirectangular) => "every direction, equirectangular".into(),
+        Projection::Sphere(SphereMap::EqualArea) => "every direction, equal-area".into(),
     };
     writeln!(
         out,

@@ -11,7 +11,7 @@
 mod choice;
 mod environment;
 
-use self::choice::LightChoice;
+pub use self::choice::LightChoice;
 use self::environment::Environment;
 use crate::geometry::{AreaSample, Geometry};
 use crate::scene::{LightKind, Rgb, Scene, SpotFalloff};

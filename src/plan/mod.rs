@@ -57,7 +57,7 @@ pub struct Layout {
     /// As `camera_label`; one more than there are bounces, as the tip is a mixture, too.
     pub light_label: usize,
     pub connection_choice: usize,
-    /// Two samples: a point on a light (`s = 1`) or on the lens (`t = 1`).
+    /// Two samples: a point on a light (`s = 1`), on the lens, or one of several places on the film (`t = 1`).
     pub connection: usize,
     pub per_bounce: usize,
     /// Rows of the matrix.

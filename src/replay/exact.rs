@@ -7,6 +7,7 @@
 use super::Recorder;
 use super::bsdf::unpacked_alphas;
 use super::lights::ellipsoid;
+use super::panorama;
 use super::path::{End, Path, Vertex};
 use super::reference::axes;
 use super::vector::*;
@@ -129,6 +130,10 @@ impl Recorder<'_> {
                 (lens, sub(focus, lens))
             }
             Projection::Perspective => ([0.0; 3], [sx, sy, 1.0]),
+            Projection::Sphere(map) => {
+                let (u, v) = (x / f64::from(film.width), y / f64::from(film.height));
+                ([0.0; 3], panorama::direction(map, u, v))
+            }
         };
         (
             transform_point(&camera.to_world, origin),

@@ -17,6 +17,7 @@ mod exact;
 mod join;
 mod kernel;
 pub mod lights;
+pub mod panorama;
 pub mod path;
 pub mod reference;
 pub mod report;

@@ -15,7 +15,7 @@
 
 use super::path::{Path, Vertex};
 use super::vector::*;
-use super::{Recorder, bsdf};
+use super::{Recorder, bsdf, panorama};
 use crate::scene::Projection;
 use crate::surface::{Kind, Mode};
 
@@ -229,9 +229,15 @@ impl Recorder<'_> {
         wide([m[0][2], m[1][2], m[2][2]])
     }
 
-    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera.
+    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera, or of the sphere.
     fn camera_pdf(&self, direction: V) -> f64 {
         let film = &self.scene.film;
+        if let Projection::Sphere(map) = self.scene.camera.projection {
+            let m = self.scene.camera.to_world;
+            // Its columns are orthonormal.
+            let local = [0, 1, 2].map(|c| dot(direction, wide([m[0][c], m[1][c], m[2][c]])));
+            return panorama::density(map, film, &self.world.camera.region, local);
+        }
         let [x0, x1, y0, y1] = self.scene.camera.screen.map(f64::from);
         let region = self.world.camera.region;
         let pixel = (x1 - x0) / f64::from(film.width) * (y1 - y0) / f64::from(film.height);

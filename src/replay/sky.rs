@@ -236,7 +236,7 @@ fn invert(ends: &[f64], u: f64) -> (usize, f64) {
 }
 
 /// Equal-area octahedral map (Clarberg 2008), unit square to sphere.
-fn sphere_of(u: f64, v: f64) -> V {
+pub(super) fn sphere_of(u: f64, v: f64) -> V {
     let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     let inside = 1.0 - (u.abs() + v.abs());
     let r = 1.0 - inside.abs();
@@ -251,7 +251,7 @@ fn sphere_of(u: f64, v: f64) -> V {
 }
 
 /// Its inverse.
-fn square_of(d: V) -> (f64, f64) {
+pub(super) fn square_of(d: V) -> (f64, f64) {
     let [x, y, z] = d.map(f64::abs);
     // sqrt(1 - |z|) without the difference.
     let r = ((x * x + y * y) / (1.0 + z)).sqrt();

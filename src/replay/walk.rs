@@ -288,7 +288,7 @@ impl Recorder<'_> {
             return Fate::Delta(Side::Light);
         }
         if t == 1 {
-            self.join_lens(self.lens(u, at.connection), walk)
+            self.join_lens((u(at.connection), u(at.connection + 1)), walk)
         } else {
             self.join_tips(walk)
         }

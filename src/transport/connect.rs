@@ -196,7 +196,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
-            let lens = if self.plan.lens {
+            let lens = if self.camera.connects_by_choice() {
                 (
                     samples.gather(at.point, chunk),
                     samples.gather(at.point + 1, chunk),

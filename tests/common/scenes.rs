@@ -355,6 +355,26 @@ fn texts() -> Vec<(&'static str, String)> {
                     wave(5)
                 ),
         ),
+        build(
+            "panorama of a room",
+            "LookAt 0.2 0.1 -0.3  0.5 0 0.4  0.1 1 0\nCamera \"environment\"\nFilm \"image\" \"integer xresolution\" 16 \"integer yresolution\" 8\nPixelFilter \"gaussian\" \"float xwidth\" 2.5 \"float ywidth\" 2\n".into(),
+            walls([ROUGH, MATTE, PLASTIC, BLUE, MATTE])
+                + &front(BLUE)
+                + &sphere(0.5, -0.5, 0.3, 0.3, GLASS)
+                + MATTE
+                + &area("5 4 3", false, &lamp()),
+        ),
+        in_v4(build(
+            "part of an equal-area panorama",
+            "Scale 1 -1 1\nLookAt 0.1 0.2 -0.2  -0.5 0.3 0.4  0 1 0\nCamera \"spherical\"\nFilm \"image\" \"integer xresolution\" 14 \"integer yresolution\" 12 \"float cropwindow\" [0.4 1 0 0.7]\nPixelFilter \"triangle\" \"float xradius\" 1.5 \"float yradius\" 2\n".into(),
+            format!(
+                "LightSource \"infinite\" \"rgb L\" [1 1.2 1.5]\n{}",
+                walls([MATTE, ROUGH, MATTE, BLUE, MATTE])
+                    + &sphere(-0.4, -0.3, 0.4, 0.3, MATTE)
+                    + MATTE
+                    + &area("5 4 3", true, &lamp())
+            ),
+        )),
     ]
 }
 

@@ -163,6 +163,12 @@ impl ParamSet {
                     // v3 scenes often come without the files of measured metals they name.
                     let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
                     known.ok_or_else(|| {
+                        if spectrum::is_sensor(name) {
+                            return fail(format!(
+                                "\"{name}\" is the response of a camera's sensor, not a colour; use \"rgb {}\" instead",
+                                param.name
+                            ));
+                        }
                         fail(format!(
                             "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
                             param.name
