@@ -92,10 +92,14 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
             add(diffuse, weight, &[kd]);
         }
         if !is_black(ks) {
-            add(glass(ks, BLACK, eta, glossy(gloss)), weight, &[ks]);
+            add(
+                glass(ks, BLACK, eta, glossy(gloss)),
+                weight,
+                &[reflected(ks)],
+            );
         }
         if !is_black(kr) || !is_black(kt) {
-            add(glass(kr, kt, eta, SMOOTH), weight, &[kr, kt]);
+            add(glass(kr, kt, eta, SMOOTH), weight, &[reflected(kr), kt]);
         }
     }
     let nothing = MaterialKind::Diffuse {
@@ -153,6 +157,16 @@ fn together(parts: Vec<Part>, nothing: MaterialKind) -> Built {
             },
         ] if is_white(*amount) => Built::One(kind.clone()),
         _ => Built::Mixture(parts),
+    }
+}
+
+/// What a colour under a Fresnel term counts for when a component is chosen: more than the few percent that are reflected on average, as
+/// what is reflected at grazing angles is bright.
+fn reflected(color: Param) -> Param {
+    const SHARE: f32 = 0.25;
+    match color {
+        Param::Constant(c) => Param::Constant(c.map(|x| SHARE * x)),
+        texture => texture,
     }
 }
 

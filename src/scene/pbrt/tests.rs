@@ -471,7 +471,7 @@ fn mixtures_that_cannot_be_made() {
             format!(
                 "{a}Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\""
             ),
-            "t.pbrt:4:43: Material \"mix\": parameter \"namedmaterial2\": there is no material named \"b\"",
+            "t.pbrt:4:44: Material \"mix\": parameter \"namedmaterial2\": there is no material named \"b\"",
         ),
         (
             format!(
