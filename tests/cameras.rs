@@ -305,7 +305,7 @@ fn cameras_in_the_words_of_both_dialects() {
             "t.pbrt:1:1: Camera \"fisheye\": this camera is unknown; use perspective, orthographic, spherical",
         ),
     ] {
-        let error = load(&camera, v4).err().expect("an error").to_string();
+        let error = load(&camera, v4).expect_err("an error").to_string();
         assert!(error.starts_with(message), "{error}");
     }
 }

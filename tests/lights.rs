@@ -15,7 +15,10 @@ use std::f64::consts::{PI, TAU};
 fn is_area(scene: &Scene, light: usize) -> bool {
     matches!(
         scene.lights[light].kind,
-        LightKind::Triangle { .. } | LightKind::Sphere { .. }
+        LightKind::Triangle { .. }
+            | LightKind::Sphere { .. }
+            | LightKind::ImageTriangle { .. }
+            | LightKind::ImageSphere { .. }
     )
 }
 
@@ -86,15 +89,19 @@ fn sampled_points_have_the_density_that_chance_reports() {
                         world.wanted,
                     );
                     let cos = -dot(w, wide(point.ng.lane(0)));
-                    let chance =
-                        world
-                            .lights
-                            .emitted::<f32>(&world.geometry, &index, point.p, cos as f32);
+                    let chance = (world.lights).emitted::<f32>(
+                        &world.geometry,
+                        &index,
+                        point.p,
+                        cos as f32,
+                        [hit[0].0[1], hit[0].0[2]],
+                    );
                     // Over area to over solid angle; positions are off by their error bounds, which the cosine and the distance divide,
                     let solid = f64::from(chance.direct_pdf) * t * t / cos.abs();
                     // the radius of curvature likewise.
                     let size = match scene.lights[light].kind {
-                        LightKind::Sphere { sphere, .. } => {
+                        LightKind::Sphere { sphere, .. }
+                        | LightKind::ImageSphere { sphere, .. } => {
                             let m = scene.spheres[sphere as usize].to_world;
                             let axis =
                                 |c: usize| length([m[0][c], m[1][c], m[2][c]].map(f64::from));
@@ -240,6 +247,11 @@ fn emission_carries_the_power_of_the_light() {
                     l,
                     two_sided,
                 } => mean3(l) * PI * sides(two_sided) * f64::from(geometry.sphere_area(sphere)),
+                // These have tests of their own, in `image_lights.rs`.
+                LightKind::ImageTriangle { .. }
+                | LightKind::ImageSphere { .. }
+                | LightKind::Goniometric { .. }
+                | LightKind::Projection { .. } => continue,
                 LightKind::Point { i, .. } => mean3(i) * 4.0 * PI,
                 // x^4 between the two cosines.
                 LightKind::Spot {

@@ -324,13 +324,64 @@ fn integrators_agree() {
     expect_integrators_agree(&scene, 128, SEEDS, [3, 3], "vessel");
 }
 
+/// A room of pbrt-v4, with a material of dispersive glass, a bumped one, and mixtures of them; its heights need points and coordinates.
+fn detailed(depth: u32, material: &str) -> Scene {
+    scene(&format!(
+        r#"LookAt 0 0.2 -3  0 -0.1 0  0 1 0
+        Camera "perspective" "float fov" [48]
+        Film "rgb" "integer xresolution" 16 "integer yresolution" 12
+        PixelFilter "box"
+        Integrator "path" "integer maxdepth" {depth}
+        WorldBegin
+        Texture "waves" "float" "checkerboard" "integer dimension" 3 "float tex1" 0.3 "float tex2" 0.8
+        Texture "dents" "float" "bilerp" "float v00" 0 "float v01" 0.4 "float v10" 0.3 "float v11" 0
+        MakeNamedMaterial "glass" "string type" "dielectric" "spectrum eta" [400 1.9 700 1.4]
+        MakeNamedMaterial "dented" "string type" "diffuse" "rgb reflectance" [.7 .5 .3] "texture displacement" "dents"
+        MakeNamedMaterial "metal" "string type" "conductor" "rgb reflectance" [.5 .7 .9] "float roughness" .3
+        MakeNamedMaterial "both" "string type" "mix" "string materials" ["dented" "glass"] "texture amount" "waves"
+        MakeNamedMaterial "all" "string type" "mix" "string materials" ["both" "metal"] "float amount" .4
+        MakeNamedMaterial "clear" "string type" "mix" "string materials" ["glass" "glass"] "float amount" .4
+        Material "diffuse" "rgb reflectance" [.6 .6 .6]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-2 -1 -2  -2 -1 2  2 -1 2  2 -1 -2]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-2 -1 2  -2 2 2  2 2 2  2 -1 2]
+        AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [6 5 4]
+        Translate 0 1.5 -.5 Rotate 90 1 0 0 Shape "disk" "float radius" .7
+        AttributeEnd
+        NamedMaterial "{material}"
+        AttributeBegin Translate -.6 -.3 0 Shape "sphere" "float radius" .6 AttributeEnd
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [.1 -1 .1  .1 .6 .1  1.2 .6 -.3  1.2 -1 -.3] "point2 uv" [0 0 0 1 1 1 1 0]
+        "#
+    ))
+}
+
+/// Components that tilt normals, and that disperse light.
+#[test]
+fn integrators_agree_on_bumped_and_dispersive_components() {
+    for name in ["both", "all"] {
+        let scene = detailed(4, name);
+        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+    }
+}
+
+/// Paths through a component have a wavelength if they would have one through that material alone.
+#[test]
+fn a_mixture_of_one_dispersive_glass_is_that_glass() {
+    expect_same_picture(&detailed(4, "clear"), &detailed(4, "glass"), 128, "clear");
+}
+
 #[test]
 fn bits_do_not_depend_on_lanes_or_batches() {
-    let scene = room("", "NamedMaterial \"nested\"");
+    for scene in [room("", "NamedMaterial \"nested\""), detailed(4, "all")] {
+        same_bits(&scene);
+    }
+}
+
+fn same_bits(scene: &Scene) {
     for kind in BOTH {
-        let settings = settings(&scene, kind, 8);
+        let settings = settings(scene, kind, 8);
         let bits = |settings: &Settings| {
-            let pixels = run(&scene, settings).pixels;
+            let pixels = run(scene, settings).pixels;
             pixels
                 .iter()
                 .flatten()

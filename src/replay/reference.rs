@@ -2,6 +2,7 @@
 //!
 //! * The measurement contribution `F` with respect to the product of areas of the surface vertices: importance (the camera's density),
 //!   BSDFs with cosines against *shading* normals towards the light, and `|cos ng| / d^2` per segment.
+//!   If something on it disperses light, times the colour of its wavelength, which all strategies share.
 //! * The density `p_s` of the path under every strategy `s`, with respect to the same measure. A direction sampled with density `p`
 //!   (solid angle) makes a density `p |cos ng| / d^2` at the vertex it arrives at, cosines against *geometric* normals. The vertex on
 //!   an environment is its direction (solid angle); a light from infinity arrives with density `|cos ng| / (pi R^2)`. A vertex on a
@@ -74,7 +75,7 @@ impl Reference {
         most + sum.ln()
     }
 
-    /// `F / sum p_s`: what the renderer reports over its number of strategies.
+    /// `F / sum p_s`: what the renderer reports, times the probability of the strategy.
     pub fn rgb(&self) -> V {
         let sum = self.log_sum();
         self.log_contribution.map(|f| {
@@ -167,7 +168,9 @@ impl Recorder<'_> {
             None => (end_cos(towards[k]) * inv_d2[k]).ln(),
         };
         let arrive: Vec<f64> = (0..=k).map(arrive).collect();
-        let mut log_contribution = emitted.map(|l| l.ln() + camera_pdf.ln() + arrive[0]);
+        let mut log_contribution: V = std::array::from_fn(|c| {
+            emitted[c].ln() + path.colour[c].ln() + camera_pdf.ln() + arrive[0]
+        });
         for (j, joint) in joints.iter().enumerate() {
             for (value, f_cos) in log_contribution.iter_mut().zip(joint.f_cos) {
                 *value += f_cos.ln() + arrive[j + 1];

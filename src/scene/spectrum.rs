@@ -1,4 +1,4 @@
-//! Spectra reduced to linear sRGB at load; nothing downstream knows wavelengths.
+//! Spectra reduced to linear sRGB at load. Nothing downstream knows wavelengths but what disperses light: [`IndexCurve`], [`responses`].
 //!
 //! Every reduction integrates against the CIE 1931 2-degree observer in steps of 1 nm from 360 to 830 nm and converts XYZ
 //! to Rec. 709 primaries with the matrix pbrt-v3 uses. They differ in what counts as white:
@@ -11,9 +11,13 @@
 //!   puts it through the illuminant's formula; [`named_spd_file`] and [`Meaning::Index`] reproduce that.
 
 mod glass;
+mod index;
+mod response;
 mod tables;
 
 pub use self::glass::{Sellmeier, glass_index};
+pub use self::index::IndexCurve;
+pub use self::response::{FIRST, LAST, responses, spectral_white};
 
 use std::fs;
 use std::path::Path;
@@ -113,6 +117,14 @@ pub fn unit_luminance(rgb: [f32; 3]) -> [f32; 3] {
 /// Reduces pairs of wavelength (nm) and value, in any order, interpolated linearly and held constant beyond the ends. The
 /// scale of an illuminant is kept (pbrt-v3); a pbrt-v4 light wants [`unit_luminance`] of it.
 pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], String> {
+    check(lambda_value)?;
+    let mut sorted = lambda_value.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(reduce(&sorted, meaning))
+}
+
+/// What keeps pairs of wavelength and value from being a spectrum, if anything.
+fn check(lambda_value: &[Sample]) -> Result<(), String> {
     if lambda_value.is_empty() {
         return Err("a spectrum needs at least one pair of wavelength and value".into());
     }
@@ -124,9 +136,13 @@ pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], St
             return Err(format!("value {value} at {lambda} nm is not finite"));
         }
     }
-    let mut sorted = lambda_value.to_vec();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(reduce(&sorted, meaning))
+    Ok(())
+}
+
+/// An index of refraction over the wavelength from pairs of wavelength (nm) and value; see [`IndexCurve::of_samples`].
+pub fn index_samples(lambda_value: &[Sample]) -> Result<IndexCurve, String> {
+    check(lambda_value)?;
+    Ok(IndexCurve::of_samples(lambda_value))
 }
 
 /// Planck's law in arbitrary units, finite for every temperature: relative to its exponential at the end of the visible range.
@@ -248,6 +264,15 @@ fn illuminant(name: &str) -> Option<&'static [Sample]> {
         "stdillum-F12" => &ILLUMINANT_F12,
         _ => return None,
     })
+}
+
+/// pbrt-v4's named spectra as indices of refraction over the wavelength: glasses, and what it has of metals.
+pub fn named_index(name: &str) -> Option<IndexCurve> {
+    if let Some(rest) = name.strip_prefix("metal-") {
+        let (element, quantity) = rest.split_once('-')?;
+        return Some(IndexCurve::of_samples(metal(element, quantity)?));
+    }
+    glass_index(name).map(|glass| IndexCurve::of(|nm| glass.at(nm)))
 }
 
 /// Reads pairs of wavelength (nm) and value, separated by any white space; `#` starts a comment.

@@ -2,17 +2,23 @@
 
 use super::color::Use;
 use super::dialect::Dialect;
-use super::error::SceneError;
+use super::error::{Report, SceneError};
 use super::mixtures;
 use super::params::ParamSet;
 use super::state::{MaterialDef, MaterialNames};
-use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
-use crate::scene::spectrum;
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness, Weight};
+use super::textures::{
+    Channels, Tables, TextureNames, color_param, color_param_or, float_param, float_param_or,
+};
+use crate::scene::image::Encoding;
+use crate::scene::spectrum::{self, IndexCurve};
+use crate::scene::{
+    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture, Weight,
+};
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 16] = [
+const OVERRIDABLE: [&str; 17] = [
     "Kd",
     "Ks",
     "Kr",
@@ -29,6 +35,7 @@ const OVERRIDABLE: [&str; 16] = [
     "remaproughness",
     "opacity",
     "amount",
+    "bumpmap",
 ];
 
 /// A material as it was read: of one kind, or several in one place.
@@ -89,10 +96,6 @@ pub(super) fn build(
     names: &TextureNames,
     materials: &MaterialNames,
 ) -> Result<Built, SceneError> {
-    set.refuse(
-        &["bumpmap", "displacement", "normalmap"],
-        "bump, displacement and normal maps are not supported; remove it, or displace the mesh itself",
-    )?;
     let material = match (set.dialect, kind) {
         (_, "mix") => {
             let mixture = mixtures::mix(set, names, materials)?;
@@ -146,18 +149,25 @@ pub(super) fn build(
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
                 eta,
+                // v3's index is a number.
+                dispersion: None,
                 roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
             }
         }
-        (Dialect::V4, "dielectric") => MaterialKind::Dielectric {
-            reflectance: Param::Constant([1.0; 3]),
-            transmittance: Param::Constant([1.0; 3]),
-            eta: index(set, names)?,
-            roughness: roughness(set, names, 0.0)?,
-        },
-        (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
-            eta: index(set, names)?,
-        },
+        (Dialect::V4, "dielectric") => {
+            let (eta, dispersion) = index(set, names)?;
+            MaterialKind::Dielectric {
+                reflectance: Param::Constant([1.0; 3]),
+                transmittance: Param::Constant([1.0; 3]),
+                eta,
+                dispersion,
+                roughness: roughness(set, names, 0.0)?,
+            }
+        }
+        (Dialect::V4, "thindielectric") => {
+            let (eta, dispersion) = index(set, names)?;
+            MaterialKind::ThinDielectric { eta, dispersion }
+        }
         (Dialect::V4, "diffusetransmission") => {
             let one = Param::Constant([1.0; 3]);
             MaterialKind::DiffuseTransmission {
@@ -194,6 +204,55 @@ pub(super) fn build(
     };
     set.accept(&["type"]);
     Ok(Built::One(material))
+}
+
+/// What tilts the shading normals of a material of type `kind`.
+pub(super) fn bump(
+    kind: &str,
+    set: &ParamSet,
+    names: &TextureNames,
+    tables: &mut Tables,
+    report: &mut Report,
+) -> Result<Option<Bump>, SceneError> {
+    if matches!(kind, "" | "none" | "interface") {
+        return Ok(None);
+    }
+    let (name, tangents) = match set.dialect {
+        Dialect::V3 => {
+            set.refuse(
+                &["displacement", "normalmap"],
+                "is of pbrt-v4; use \"bumpmap\", a float texture of heights",
+            )?;
+            ("bumpmap", Tangents::Unit)
+        }
+        Dialect::V4 => {
+            set.refuse(
+                &["bumpmap"],
+                "is of pbrt-v3; use \"displacement\", a float texture of heights",
+            )?;
+            ("displacement", Tangents::LikeU)
+        }
+    };
+    let height = float_param(set, names, name)?;
+    if set.dialect == Dialect::V4
+        && let Some(filename) = set.string("normalmap")?
+    {
+        if let Some(param) = set.find("displacement") {
+            report.warn_at(
+                &set.site_of(param),
+                "ignored beside a normal map, as in pbrt",
+            );
+        }
+        let path = set.dir.join(filename);
+        let image = tables.image(path, Encoding::Linear, Channels::Rgb);
+        let image = image.map_err(|e| set.error(e))?;
+        return Ok(Some(Bump::Normal { image }));
+    }
+    Ok(match height {
+        // The same height everywhere tilts nothing.
+        None | Some(Param::Constant(_)) => None,
+        Some(height) => Some(Bump::Height { height, tangents }),
+    })
 }
 
 fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
@@ -271,15 +330,31 @@ pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param,
     positive(set, eta)
 }
 
-/// v4's `eta` of a dielectric, a number or a spectrum.
-fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+/// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
+const D_LINE: f32 = 587.56;
+
+/// v4's `eta` of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
+fn index(
+    set: &ParamSet,
+    names: &TextureNames,
+) -> Result<(Param, Option<Arc<IndexCurve>>), SceneError> {
+    if let Some(param) = set.find("eta")
+        && let Some(curve) = set.index_curve(param)?
+    {
+        let eta = positive(set, Param::Constant([curve.at(D_LINE); 3]))?;
+        return Ok((eta, Some(Arc::new(curve))));
+    }
+    Ok((grey_index(set, names)?, None))
+}
+
+fn grey_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
     let is_number = set
         .find("eta")
         .is_some_and(|p| p.ty == super::params::Type::Float);
     let eta = if is_number {
         float_param(set, names, "eta")?
     } else {
-        // Without dispersion the index is one number: that of the green middle of the spectrum.
+        // A colour is no spectrum: the index is one number, that of its green.
         color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
             Param::Constant(c) => Param::Constant([c[1]; 3]),
             texture => texture,
@@ -301,8 +376,12 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
 
 /// Whether evaluating a material depends on texture coordinates (or the tangents derived from them). `below` says it of the materials that
 /// this one is made of.
-pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool {
-    let textured = |p: &Param| matches!(p, Param::Texture(_));
+pub(super) fn needs_uv(
+    kind: &MaterialKind,
+    textures: &[Texture],
+    below: &dyn Fn(u32) -> bool,
+) -> bool {
+    let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
         MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
@@ -318,6 +397,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             textured(reflectance)
@@ -335,7 +415,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool
             specular,
             roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
-        MaterialKind::ThinDielectric { eta } => textured(eta),
+        MaterialKind::ThinDielectric { eta, .. } => textured(eta),
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

@@ -68,6 +68,7 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
         reflectance,
         transmittance,
         eta,
+        dispersion: None,
         roughness,
     };
     let mut parts = Vec::new();
@@ -135,6 +136,7 @@ pub(super) fn translucent(set: &ParamSet, names: &TextureNames) -> Result<Built,
                     reflectance: reflect,
                     transmittance: transmit,
                     eta: Param::Constant([1.5; 3]),
+                    dispersion: None,
                     roughness: glossy(gloss),
                 }),
                 weight: Weight::Amount(ks),
@@ -245,7 +247,7 @@ fn named(
             ),
         ));
     };
-    if made.built == Ok(Built::One(MaterialKind::Interface)) {
+    if matches!(&made.built, Ok((Built::One(MaterialKind::Interface), _))) {
         return Err(set.error_at(
             given,
             format_args!("\"{name}\" lets rays pass, which is no part of a mixture; use a material that scatters"),
@@ -255,13 +257,26 @@ fn named(
 }
 
 impl Built {
+    /// The first of the named materials that this one is made of.
+    pub(super) fn first_named(&self) -> Option<&MaterialDef> {
+        match self {
+            Built::Mixture(parts) => parts.iter().find_map(|part| match &part.material {
+                PartMaterial::Named(made) => Some(&**made),
+                PartMaterial::Own(_) => None,
+            }),
+            Built::One(_) => None,
+        }
+    }
+
     /// Mixtures within each other, at most.
     fn nesting(&self) -> usize {
         match self {
             Built::One(_) => 0,
             Built::Mixture(parts) => {
                 let below = parts.iter().map(|part| match &part.material {
-                    PartMaterial::Named(made) => made.built.as_ref().map_or(0, Built::nesting),
+                    PartMaterial::Named(made) => {
+                        made.built.as_ref().map_or(0, |(built, _)| built.nesting())
+                    }
                     PartMaterial::Own(_) => 0,
                 });
                 1 + below.max().unwrap_or(0)
