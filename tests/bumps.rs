@@ -143,6 +143,54 @@ fn directions_of_a_normal_map_are_those_of_the_plane() {
     }
 }
 
+/// Half of a mixture is tilted, or all of it: pbrt-v4 shades each material of a mix with its own normals, pbrt-v3 all lobes with those of the
+/// first.
+#[test]
+fn a_mixture_tilts_as_pbrt_does() {
+    let dir = folder();
+    let (tilted, even) = ([-0.3, 0.0, 1.0], [0.0, 0.0, 1.0]);
+    let from = [0.6, 0.3, 1.0];
+    let sun = |point: &str| {
+        format!(
+            "LightSource \"distant\" \"rgb L\" [2 2 2] \"{point} from\" [.6 .3 1] \"{point} to\" [0 0 0]\n{}",
+            height("ramp-u.pfm", 0.6)
+        )
+    };
+    let v4 = |order: &str| {
+        sun("point3")
+            + "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [.5 .5 .5] \"texture displacement\" \"h\"
+               MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n"
+            + &format!("Material \"mix\" \"string materials\" [{order}] \"float amount\" .25\n")
+            + &plane(true, false)
+    };
+    let v3 = |first: &str, second: &str| {
+        sun("point")
+            + "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"texture bumpmap\" \"h\"
+               MakeNamedMaterial \"b\" \"string type\" \"matte\"
+               MakeNamedMaterial \"ab\" \"string type\" \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\"\n"
+            + &format!("Material \"mix\" \"string namedmaterial1\" \"{first}\" \"string namedmaterial2\" \"{second}\" \"rgb amount\" [.25 .25 .25]\n")
+            + &plane(false, false)
+    };
+    // How much of it is tilted.
+    for (is_v4, world, part) in [
+        (true, v4("\"a\" \"b\""), 0.75),
+        (true, v4("\"b\" \"a\""), 0.25),
+        (false, v3("a", "b"), 1.0),
+        (false, v3("b", "a"), 0.0),
+        (false, v3("ab", "b"), 1.0),
+        (false, v3("b", "ab"), 0.0),
+    ] {
+        let truth = part * reflected(tilted, from) + (1.0 - part) * reflected(even, from);
+        let scene = load(dir.path(), is_v4, 1, ABOVE, &world);
+        for integrator in BOTH {
+            let runs = Runs::new(&scene, &settings(&scene, integrator, 64), SEEDS);
+            for (i, region) in runs.grid(2, 2).into_iter().enumerate() {
+                region.expect(truth, &format!("{world} {integrator:?} region {i}"));
+            }
+        }
+    }
+}
+
 /// Everything with bumps that are none: the picture stays, but for rounding.
 #[test]
 fn even_heights_and_upright_normals_change_nothing() {

@@ -170,13 +170,6 @@ fn only_paths_through_glass_are_coloured() {
 /// A scene without dispersion has the primary samples it always had.
 #[test]
 fn no_glass_no_wavelength() {
-    for depth in 0..6 {
-        let layout = UnidirectionalLayout {
-            max_depth: depth,
-            wavelength: false,
-        };
-        assert_eq!(layout.total(), 4 + 6 * depth as usize);
-    }
     for (name, scene) in common::scenes::all() {
         let world = World::new(&scene, 4);
         let glass = scene
@@ -184,6 +177,9 @@ fn no_glass_no_wavelength() {
             .iter()
             .any(|m| m.kind.dispersion().is_some());
         assert_eq!(world.plan.dispersion, glass, "{name}");
+        let per_bounce = 6 + usize::from(world.plan.mixtures);
+        let layout = UnidirectionalLayout::new(&world.plan, 4);
+        assert_eq!(layout.total(), 4 + usize::from(glass) + 4 * per_bounce);
         for plan in &world.plan.depths {
             let at = plan.layout;
             assert_eq!(at.camera_bounce - at.wavelength, usize::from(glass));
@@ -213,10 +209,7 @@ fn white_light_stays_white() {
         let scene = scene(&text);
         let depth = 24;
         let world = World::new(&scene, depth);
-        let layout = UnidirectionalLayout {
-            max_depth: depth,
-            wavelength: true,
-        };
+        let layout = UnidirectionalLayout::new(&world.plan, depth);
         let mut samples = Samples::new(layout.total(), N);
         let mut paths = Paths::new(&world);
         let mut means = [Mean::default(); 3];
@@ -542,10 +535,7 @@ fn integrators_agree_on_dispersed_light() {
         let mut paths = Paths::new(&world);
         let mut traced = [Mean::default(); 3];
         let mut joined = [Mean::default(); 3];
-        let layout = UnidirectionalLayout {
-            max_depth: 4,
-            wavelength: true,
-        };
+        let layout = UnidirectionalLayout::new(&world.plan, 4);
         let mut samples = Samples::new(layout.total(), N);
         for _ in 0..24 {
             fill(&mut samples, &mut random);

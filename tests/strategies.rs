@@ -83,10 +83,7 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
             let mut traced = [Mean::default(); TILES * TILES];
             let mut by_strategy = vec![0.0; k as usize + 2];
             let mut samples = Samples::new(plan.layout.total, BATCH);
-            let layout = UnidirectionalLayout {
-                max_depth: k,
-                wavelength: world.plan.dispersion,
-            };
+            let layout = UnidirectionalLayout::new(&world.plan, k);
             let mut numbers = Samples::new(layout.total(), BATCH);
             for _ in 0..BATCHES {
                 fill(&mut samples, &mut random);
@@ -99,10 +96,7 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
                 fill(&mut numbers, &mut random);
                 world.evaluate_unidirectional::<f32x8>(&layout, &numbers, BATCH, &mut paths);
                 if k > 0 {
-                    let shorter = UnidirectionalLayout {
-                        max_depth: k - 1,
-                        ..layout
-                    };
+                    let shorter = UnidirectionalLayout::new(&world.plan, k - 1);
                     world.evaluate_unidirectional::<f32x8>(&shorter, &numbers, BATCH, &mut other);
                 }
                 for (i, o) in paths.outcome.iter().enumerate() {

@@ -104,10 +104,7 @@ pub fn multiplexed(world: &World, depth: u32, sample: &mut dyn FnMut() -> f32) -
 
 /// The same of path tracing with up to `max_depth` scattering events.
 pub fn unidirectional(world: &World, max_depth: u32, sample: &mut dyn FnMut() -> f32) -> u32 {
-    let layout = UnidirectionalLayout {
-        max_depth,
-        wavelength: world.plan.dispersion,
-    };
+    let layout = UnidirectionalLayout::new(&world.plan, max_depth);
     let samples = matrix(layout.total(), sample);
     let evaluate = |width: Width| {
         let mut paths = Paths::new(world);

@@ -108,10 +108,14 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
             .materials
             .entries
             .iter()
-            .filter(|e| e.kind == kind)
+            .filter(|e| e.kind == kind && !e.mixture)
             .count();
         (kind.name(), count)
     });
+    let mixtures = (world.materials.entries.iter())
+        .filter(|e| e.mixture)
+        .count();
+    let kernels = [&kernels[..], &[("mixture", mixtures)]].concat();
     writeln!(
         out,
         "  materials     {}",

@@ -20,10 +20,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let settings = run.settings;
     let film = &run.scene.film;
     let start = Instant::now();
-    let layout = UnidirectionalLayout {
-        max_depth: settings.max_depth,
-        wavelength: run.world.plan.dispersion,
-    };
+    let layout = UnidirectionalLayout::new(&run.world.plan, settings.max_depth);
     let stream = Stream::new(settings.seed, Purpose::PathTracer);
     let grid = Grid::new(run);
     let filter = FilterTable::new(&film.filter, film.crop);

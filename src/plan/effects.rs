@@ -33,6 +33,8 @@ pub enum Effect {
     CutLights,
     /// A primary sample that chooses the wavelength of a path.
     Dispersion,
+    /// A primary sample per surface vertex that chooses the component of a mixture.
+    Mixtures,
     /// Analytic spheres beside triangles.
     Spheres,
     /// A kernel that samples lights of a kind.
@@ -71,6 +73,7 @@ impl Effect {
             Effect::Cutouts => "cut-outs",
             Effect::CutLights => "cut-outs of lights",
             Effect::Dispersion => "dispersion",
+            Effect::Mixtures => "mixtures",
             Effect::Spheres => "spheres",
             Effect::Light(kind) => kind.name(),
             Effect::LightChoice => "choice of light",
@@ -96,6 +99,7 @@ impl Effect {
             Effect::Bumps => Forced::Bumps,
             Effect::Cutouts | Effect::CutLights => Forced::Cutouts,
             Effect::Dispersion => Forced::Dispersion,
+            Effect::Mixtures => Forced::Mixtures,
             Effect::Tangents => Forced::Tangents,
             Effect::ShadingNormals => Forced::Normals,
             Effect::Spheres => Forced::Spheres,
@@ -124,6 +128,7 @@ impl Effect {
             Effect::Cutouts,
             Effect::CutLights,
             Effect::Dispersion,
+            Effect::Mixtures,
             Effect::Spheres,
             Effect::LightChoice,
             Effect::Lens,
@@ -144,7 +149,7 @@ impl Effect {
 /// Effects that can be turned on in a scene that does not call for them, to see what they cost and that they change nothing.
 ///
 /// The picture stays the same but for noise. Those that move no primary samples and no directions (all but [`Lobes`](Self::Lobes),
-/// [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
+/// [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion), [`Mixtures`](Self::Mixtures), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Forced {
     /// Everything below.
@@ -165,6 +170,8 @@ pub enum Forced {
     Cutouts,
     /// A sample for the wavelength.
     Dispersion,
+    /// Samples that choose components of mixtures.
+    Mixtures,
     /// Tests for spheres.
     Spheres,
     /// A kernel for every kind of light.
@@ -178,7 +185,7 @@ pub enum Forced {
 }
 
 impl Forced {
-    pub const ALL: [Forced; 14] = [
+    pub const ALL: [Forced; 15] = [
         Forced::All,
         Forced::Surfaces,
         Forced::Lobes,
@@ -188,6 +195,7 @@ impl Forced {
         Forced::Bumps,
         Forced::Cutouts,
         Forced::Dispersion,
+        Forced::Mixtures,
         Forced::Spheres,
         Forced::Lights,
         Forced::LightChoice,
@@ -207,6 +215,7 @@ impl Forced {
             Forced::Bumps => "bumps",
             Forced::Cutouts => "cut-outs",
             Forced::Dispersion => "dispersion",
+            Forced::Mixtures => "mixtures",
             Forced::Spheres => "spheres",
             Forced::Lights => "lights",
             Forced::LightChoice => "light-choice",
@@ -260,38 +269,57 @@ impl Effects {
         for shape in &scene.shapes {
             used[shape.material as usize] = true;
         }
-        let entries = materials.entries.iter().zip(&scene.materials);
-        for ((entry, material), _) in entries.zip(used).filter(|(_, used)| *used) {
-            let why = || named(material);
-            self.add(Effect::Surface(entry.kind), why);
-            if entry.kind.has_lobes() {
-                self.add(Effect::Lobes, why);
+        for (i, _) in used.iter().enumerate().filter(|(_, used)| **used) {
+            if materials.entries[i].mixture {
+                self.add(Effect::Mixtures, || named(&scene.materials[i]));
+                self.evaluated(scene, materials, i);
             }
-            if entry.textured {
-                self.add(Effect::Textures, why);
-                if materials.uses_uv {
-                    self.add(Effect::TextureCoordinates, why);
-                }
-                if materials.uses_point {
-                    self.add(Effect::SolidTextures, why);
-                }
+            for part in materials.components(i) {
+                self.surface(scene, materials, part);
             }
-            if entry.dispersive {
-                self.add(Effect::Dispersion, why);
-            }
-            if material.bump.is_some() {
-                self.add(Effect::Bumps, why);
-            }
-            if entry.anisotropic {
-                self.add(Effect::Tangents, why);
-            }
+        }
+    }
+
+    /// A material that is no mixture.
+    fn surface(&mut self, scene: &Scene, materials: &MaterialTable, index: usize) {
+        let (entry, material) = (&materials.entries[index], &scene.materials[index]);
+        let why = || named(material);
+        self.add(Effect::Surface(entry.kind), why);
+        if entry.kind.has_lobes() {
+            self.add(Effect::Lobes, why);
+        }
+        if entry.anisotropic {
+            self.add(Effect::Tangents, why);
+        }
+        if entry.dispersive {
+            self.add(Effect::Dispersion, why);
+        }
+        if material.bump.is_some() {
+            self.add(Effect::Bumps, why);
+        }
+        self.evaluated(scene, materials, index);
+    }
+
+    /// What is looked up at hits.
+    fn evaluated(&mut self, scene: &Scene, materials: &MaterialTable, index: usize) {
+        if !materials.entries[index].textured {
+            return;
+        }
+        let why = || named(&scene.materials[index]);
+        self.add(Effect::Textures, why);
+        if materials.uses_uv {
+            self.add(Effect::TextureCoordinates, why);
+        }
+        if materials.uses_point {
+            self.add(Effect::SolidTextures, why);
         }
     }
 
     /// Which paths there can be.
     fn paths(&mut self, scene: &Scene, materials: &MaterialTable) {
-        let all = Surfaces::of(scene, |_| true);
-        let open = Surfaces::of(scene, |m| !materials.entries[m as usize].kind.is_delta());
+        let all = Surfaces::of(scene, materials, |_| true);
+        let open = |m: usize| !materials.entries[m].kind.is_delta();
+        let open = Surfaces::of(scene, materials, open);
         for (is, effect, reason) in [
             (all.scatter, Effect::Bounces, "a surface that is not black"),
             (

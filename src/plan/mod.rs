@@ -24,6 +24,8 @@ pub struct Plan {
     pub depths: Vec<DepthPlan>,
     /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
     pub per_bounce: usize,
+    /// Some surface is a mixture: choosing its component takes one primary sample per surface vertex.
+    pub mixtures: bool,
     /// The index of refraction of some surface depends on the wavelength, which takes one primary sample.
     pub dispersion: bool,
     /// The lens takes two primary samples.
@@ -70,10 +72,14 @@ pub struct Layout {
     /// Exists if something disperses light.
     pub wavelength: usize,
     pub camera_bounce: usize,
+    /// One sample per surface vertex that scatters, if there are mixtures; they choose components.
+    pub camera_label: usize,
     pub light_choice: usize,
     /// Four samples: position and direction.
     pub emission: usize,
     pub light_bounce: usize,
+    /// As `camera_label`; one more than there are bounces, as the tip is a mixture, too.
+    pub light_label: usize,
     pub connection_choice: usize,
     /// Two samples: a point on a light (`s = 1`), on the lens, or one of several places on the film (`t = 1`).
     pub connection: usize,
@@ -84,16 +90,18 @@ pub struct Layout {
 
 impl Layout {
     /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 10] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 12] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
             ("lens", self.lens..self.wavelength),
             ("wavelength", self.wavelength..self.camera_bounce),
-            ("camera bounces", self.camera_bounce..self.light_choice),
+            ("camera bounces", self.camera_bounce..self.camera_label),
+            ("camera components", self.camera_label..self.light_choice),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
-            ("light bounces", self.light_bounce..self.connection_choice),
+            ("light bounces", self.light_bounce..self.light_label),
+            ("light components", self.light_label..self.connection_choice),
             (
                 "choice of connected light",
                 self.connection_choice..self.connection,
@@ -109,6 +117,7 @@ impl Plan {
         let mut plan = Self {
             kinds: effects.kinds(),
             per_bounce: if effects.has(Effect::Lobes) { 3 } else { 2 },
+            mixtures: effects.has(Effect::Mixtures),
             dispersion: effects.has(Effect::Dispersion),
             lens: effects.has(Effect::Lens),
             light_choice: effects.has(Effect::LightChoice),
@@ -176,9 +185,12 @@ impl Plan {
         let lens = take(if self.lens { 2 } else { 0 });
         let wavelength = take(usize::from(self.dispersion));
         let camera_bounce = take(depth * self.per_bounce);
+        let label = usize::from(self.mixtures);
+        let camera_label = take(depth * label);
         let light_choice = take(if light_subpath { choice } else { 0 });
         let emission = take(if light_subpath { 4 } else { 0 });
         let light_bounce = take(light_bounces * self.per_bounce);
+        let light_label = take(if light_subpath { depth * label } else { 0 });
         let connection_choice = take(if connects { choice } else { 0 });
         let connection = take(if connects { 2 } else { 0 });
         Layout {
@@ -187,9 +199,11 @@ impl Plan {
             lens,
             wavelength,
             camera_bounce,
+            camera_label,
             light_choice,
             emission,
             light_bounce,
+            light_label,
             connection_choice,
             connection,
             per_bounce: self.per_bounce,

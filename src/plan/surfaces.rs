@@ -4,6 +4,7 @@
 //! cosines are zero: light that leaves it does not come back to it.
 
 use crate::scene::{MaterialKind, Param, Scene};
+use crate::surface::MaterialTable;
 
 /// Facts about a set of surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,10 +17,16 @@ pub(super) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Of the surfaces whose material `belongs`.
-    pub fn of(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Self {
+    /// Of the surfaces whose material `belongs`; of mixtures, those of which some component belongs that is not black.
+    pub fn of(scene: &Scene, materials: &MaterialTable, belongs: impl Fn(usize) -> bool) -> Self {
+        let bright: Vec<bool> = (0..scene.materials.len())
+            .map(|i| {
+                let parts = materials.components(i);
+                parts.iter().any(|i| belongs(*i) && !is_black(scene, *i))
+            })
+            .collect();
         let scatters: Vec<bool> = (scene.shapes.iter())
-            .map(|shape| belongs(shape.material) && !is_black(scene, shape.material))
+            .map(|shape| bright[shape.material as usize])
             .collect();
         let spheres = (scene.spheres.iter()).any(|s| scatters[s.shape as usize]);
         let mut corners = (scene.triangles.iter())
@@ -47,10 +54,10 @@ impl Surfaces {
     }
 }
 
-/// True if nothing leaves a surface of this material.
-fn is_black(scene: &Scene, material: u32) -> bool {
+/// True if nothing leaves a surface of this material, which is no mixture.
+fn is_black(scene: &Scene, material: usize) -> bool {
     let black = |p: &Param| *p == Param::Constant([0.0; 3]);
-    match &scene.materials[material as usize].kind {
+    match &scene.materials[material].kind {
         MaterialKind::Diffuse { reflectance, .. } | MaterialKind::Mirror { reflectance } => {
             black(reflectance)
         }

@@ -33,7 +33,7 @@ impl Recorder<'_> {
             return Fate::Dark;
         }
         let (p, surface) = (tip.vertex.p, tip.vertex.surface);
-        let tip = Tip::of(tip);
+        let tip = Tip::lit(tip);
         let cos = tip.wo.dot(tip.ng);
         let lights = &self.world.lights;
         let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos, surface);

@@ -21,6 +21,9 @@ pub struct Vertex {
     pub kind: Kind,
     /// Parameters of the BSDF.
     pub row: [f32; 8],
+    /// What the BSDF is multiplied by: of a component of a mixture its weight over the probability of choosing it, which all strategies have
+    /// in common ([`mixture`](crate::surface::mixture)); else 1.
+    pub share: [f32; 3],
     /// The index of refraction depends on the wavelength.
     pub dispersive: bool,
     /// The light that the primitive is, or [`NONE`](crate::scene::NONE).

@@ -287,7 +287,7 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
     };
     Joint {
         f_cos: if sides_agree(wo, wi, v) {
-            f_cos
+            std::array::from_fn(|c| f_cos[c] * f64::from(v.share[c]))
         } else {
             [0.0; 3]
         },

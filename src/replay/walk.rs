@@ -286,13 +286,18 @@ impl Recorder<'_> {
                 if at.per_bounce > 2 { u(d + 2) } else { 0.0 },
             ]
         };
+        // A vertex met by chance is one more than scatter, and of no component.
+        let label = |base: usize, j: usize| {
+            (self.world.plan.mixtures && j < plan.depth as usize).then(|| u(base + j))
+        };
         if t >= 2 {
             let (raster, lens) = ([u(at.raster), u(at.raster + 1)], self.lens(u, at.lens));
             let alone = plan.strategies.len() == 1 || !self.world.plan.connectable;
             let flight = self.camera_flight(raster, lens, alone, walk);
-            let (steps, ended) = self.advance(flight, nm, t as usize - 1, Side::Camera, &|j| {
-                bounce(at.camera_bounce, j)
-            });
+            let numbers = |j| bounce(at.camera_bounce, j);
+            let labels = |j| label(at.camera_label, j);
+            let (length, rows) = (t as usize - 1, (&numbers as _, &labels as _));
+            let (steps, ended) = self.advance(flight, nm, length, Side::Camera, rows);
             let reached = steps.len();
             if let Some(camera) = &mut walk.camera {
                 camera.steps = steps;
@@ -319,9 +324,10 @@ impl Recorder<'_> {
         let Some(flight) = self.light_flight(light, numbers, walk) else {
             return Fate::Unlit;
         };
-        let (steps, ended) = self.advance(flight, nm, s as usize - 1, Side::Light, &|j| {
-            bounce(at.light_bounce, j)
-        });
+        let numbers = |j| bounce(at.light_bounce, j);
+        let labels = |j| label(at.light_label, j);
+        let (length, rows) = (s as usize - 1, (&numbers as _, &labels as _));
+        let (steps, ended) = self.advance(flight, nm, length, Side::Light, rows);
         if let Some(light) = &mut walk.light {
             light.steps = steps;
         }
@@ -406,18 +412,18 @@ impl Recorder<'_> {
         (ray.valid && emits).then_some(flight)
     }
 
-    /// Walks a subpath to its `length`-th surface vertex; `bounce` gives the samples of each.
+    /// Walks a subpath to its `length`-th surface vertex; `bounce` gives the samples of each, `label` the one that chooses a component.
     fn advance(
         &self,
         mut flight: Flight,
         nm: f32,
         length: usize,
         side: Side,
-        bounce: &dyn Fn(usize) -> [f32; 3],
+        (bounce, label): (&dyn Fn(usize) -> [f32; 3], &dyn Fn(usize) -> Option<f32>),
     ) -> (Vec<Step>, Ended) {
         let mut steps = Vec::with_capacity(length);
         for j in 0..length {
-            let Some(mut step) = self.arrive(&flight, nm) else {
+            let Some(mut step) = self.arrive(&flight, nm, label(j)) else {
                 return (steps, Ended::Missed(flight));
             };
             if j + 1 == length {
@@ -434,7 +440,8 @@ impl Recorder<'_> {
         (steps, Ended::Tip)
     }
 
-    fn arrive(&self, flight: &Flight, nm: f32) -> Option<Step> {
+    /// `label` is the primary sample that chooses a component if the vertex is of a mixture.
+    fn arrive(&self, flight: &Flight, nm: f32, label: Option<f32>) -> Option<Step> {
         let world = self.world;
         let (o, d) = (flight.origin, flight.direction);
         let ray = [Row([
@@ -463,19 +470,27 @@ impl Recorder<'_> {
             world.wanted,
         );
         let (shape, light) = world.geometry.shape_of(primitive);
-        let entry = world.materials.entries[shape.material as usize];
-        let material = shape.material as usize;
         let place = Place {
             uv: point.uv,
             p: point.p.lane(0),
             n: point.ng.lane(0),
         };
+        let (materials, mut material) = (&world.materials, shape.material as usize);
+        let mut share = [1.0; 3];
+        if materials.entries[material].mixture {
+            let chosen = materials.choose(material, &place, label.unwrap_or(0.0));
+            material = chosen.material as usize;
+            if label.is_some() {
+                share = chosen.share;
+            }
+        }
+        let entry = materials.entries[material];
         let row = if entry.per_hit {
-            world.materials.evaluate(material, &place, nm)
+            materials.evaluate(material, &place, nm)
         } else {
-            world.materials.rows[material]
+            materials.rows[material]
         };
-        let (relief, ns, tangent) = if world.materials.is_bumped(material) {
+        let (relief, ns, tangent) = if materials.is_bumped(material) {
             world.shading_at(material, primitive, [b1, b2], &place, point.ns.lane(0))
         } else {
             (None, point.ns.lane(0), point.tangent.lane(0))
@@ -492,10 +507,11 @@ impl Recorder<'_> {
                 tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,
+                share,
                 dispersive: entry.dispersive,
                 light,
                 primitive,
-                material: shape.material,
+                material: material as u32,
                 relief,
             },
             wo: (-direction).lane(0),
@@ -512,8 +528,8 @@ impl Recorder<'_> {
         let sample = kernel::sample(v.kind, &v.row, frame.to_local(tip.wo), u, side.mode());
         let wi = frame.to_world(sample.wi).normalize();
         let wi_ng = wi.dot(tip.ng);
-        let mut weight = sample.weight;
-        let mut beta = Vec3::splat(step.beta).mul_elem(sample.weight);
+        let mut weight = sample.weight.mul_elem(Vec3::splat(v.share));
+        let mut beta = tip.beta.mul_elem(sample.weight);
         if side == Side::Light {
             let shading = wi.dot(tip.ns).abs();
             let cos = if shading == wi_ng.abs() {
@@ -575,7 +591,17 @@ pub(super) struct Tip {
 }
 
 impl Tip {
+    /// As what it scatters sees it: the share of a mixture's component is in the throughput.
     pub fn of(step: &Step) -> Self {
+        let tip = Self::lit(step);
+        Self {
+            beta: tip.beta.mul_elem(Vec3::splat(step.vertex.share)),
+            ..tip
+        }
+    }
+
+    /// As what it emits sees it.
+    pub fn lit(step: &Step) -> Self {
         let v = &step.vertex;
         // Exact: these are numbers of `f32`.
         let back = |v: V| Vec3::splat(v.map(|x| x as f32));

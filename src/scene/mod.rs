@@ -156,7 +156,7 @@ pub enum MaterialKind {
         eta: Param,
         dispersion: Option<Arc<IndexCurve>>,
     },
-    /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
+    /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes: Lambertian on both sides. Each colour is the product of two
     /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
     DiffuseTransmission {
         reflectance: [Param; 2],
@@ -169,6 +169,9 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
+    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
+    /// of them an interface; nested at most [`MAX_NESTING`] deep.
+    Mixture { components: Vec<Component> },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }
@@ -182,6 +185,41 @@ impl MaterialKind {
             }
             _ => None,
         }
+    }
+}
+
+/// Components of one mixture, at most.
+pub const MAX_COMPONENTS: usize = 4;
+
+/// Mixtures within mixtures, at most, the outermost included: every one spends digits of one primary sample.
+pub const MAX_NESTING: usize = 8;
+
+/// A part of a [`MaterialKind::Mixture`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Index of an earlier entry of [`Scene::materials`], so that the table has no cycles.
+    pub material: u32,
+    /// What its BSDF is multiplied by.
+    pub weight: Weight,
+    /// The component is chosen in proportion to the mean of its weight times the sum of the means of these (1 if there are none): what can be
+    /// said of its albedo without knowing directions.
+    pub albedo: Vec<Param>,
+}
+
+/// A weight of a component, per channel, clamped to [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Weight {
+    Amount(Param),
+    /// What that amount leaves of 1.
+    Rest(Param),
+}
+
+impl Weight {
+    pub const ONE: Weight = Weight::Amount(Param::Constant([1.0; 3]));
+
+    pub fn param(&self) -> Param {
+        let (Weight::Amount(param) | Weight::Rest(param)) = *self;
+        param
     }
 }
 

@@ -4,6 +4,7 @@ use super::Kind;
 use super::bump::{self, Relief, Tilted};
 use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
+use super::mixture::{self, Chosen};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
 use super::texture::{self, Place};
 use crate::geometry::Derivatives;
@@ -18,15 +19,18 @@ use std::sync::Arc;
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
+    /// Of a mixture that of one of its components.
     pub kind: Kind,
-    /// Its row, or its shading normal, depends on where it is hit.
+    /// Its row, its shading normal, or the weights of its components depend on where it is hit.
     pub textured: bool,
     /// It needs a tangent.
     pub anisotropic: bool,
-    /// Its index of refraction depends on the wavelength.
+    /// Its index of refraction depends on the wavelength. Never of a mixture: one of its components' may.
     pub dispersive: bool,
     /// Its row, or its shading normal, must be evaluated per hit: textured or dispersive.
     pub per_hit: bool,
+    /// It has no row: one of its components is chosen per hit ([`MaterialTable::choose`]).
+    pub mixture: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
@@ -62,14 +66,14 @@ impl<'a> MaterialTable<'a> {
         };
         for Material { kind, bump, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
-            let entry = Entry {
+            let mut entry = Entry {
                 kind: kernel(kind),
                 textured: textured || bump.is_some(),
                 anisotropic: roughness(kind).is_some_and(|r| r.u != r.v),
                 dispersive: kind.dispersion().is_some(),
                 per_hit: textured || bump.is_some() || kind.dispersion().is_some(),
+                mixture: false,
             };
-            table.entries.push(entry);
             let mut images = Vec::new();
             let mut list = params(kind);
             match bump {
@@ -86,6 +90,16 @@ impl<'a> MaterialTable<'a> {
                     }
                 });
             }
+            if let MaterialKind::Mixture { components } = kind {
+                entry.mixture = true;
+                for component in components {
+                    let below = component.material as usize;
+                    entry.kind = table.entries[below].kind;
+                    entry.textured |= table.entries[below].textured;
+                    images.extend(&table.looked_up[below]);
+                }
+            }
+            table.entries.push(entry);
             images.sort();
             images.dedup();
             table.looked_up.push(images);
@@ -111,7 +125,33 @@ impl<'a> MaterialTable<'a> {
         }
     }
 
-    /// Whether shading normals of a material are other than those of its surfaces.
+    /// The component of a mixture that the primary sample `u` chooses at a place.
+    pub fn choose(&self, material: usize, place: &Place, u: f32) -> Chosen {
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
+        mixture::choose(self.materials, material as u32, &at, u)
+    }
+
+    /// What a surface of this material can turn out to be: itself, or the components of a mixture, those of mixtures within it included.
+    pub fn components(&self, material: usize) -> Vec<usize> {
+        let mut found = vec![material];
+        let mut next = 0;
+        // Shared components are looked at once.
+        while next < found.len() {
+            if let MaterialKind::Mixture { components } = &self.materials[found[next]].kind {
+                for component in components {
+                    let below = component.material as usize;
+                    if !found.contains(&below) {
+                        found.push(below);
+                    }
+                }
+            }
+            next += 1;
+        }
+        found.retain(|i| !self.entries[*i].mixture);
+        found
+    }
+
+    /// Whether shading normals of a material are other than those of its surfaces; never of a mixture, but of its components.
     pub fn is_bumped(&self, material: usize) -> bool {
         self.materials[material].bump.is_some()
     }
@@ -148,7 +188,8 @@ impl<'a> MaterialTable<'a> {
         Some(bump::tilt(bump, relief, d, normals, self.unit))
     }
 
-    /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only dispersive materials know).
+    /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only dispersive materials know); zero of a
+    /// mixture.
     pub fn evaluate(&self, material: usize, place: &Place, nm: f32) -> Row {
         let index = |eta: Param, curve: &Option<Arc<IndexCurve>>| match curve {
             Some(curve) => curve.at(nm),
@@ -223,7 +264,7 @@ impl<'a> MaterialTable<'a> {
                 row[..3].copy_from_slice(&product(*reflectance));
                 row[3..6].copy_from_slice(&product(*transmittance));
             }
-            MaterialKind::Interface => {}
+            MaterialKind::Mixture { .. } | MaterialKind::Interface => {}
         }
         Row(row)
     }
@@ -262,8 +303,8 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
         MaterialKind::Substrate { .. } => Kind::Substrate,
-        // Never hit: interfaces are left out of the tracer.
-        MaterialKind::Interface => Kind::Diffuse,
+        // Never asked for: a component takes the mixture's place, and interfaces are left out of the tracer.
+        MaterialKind::Mixture { .. } | MaterialKind::Interface => Kind::Diffuse,
     }
 }
 
@@ -338,6 +379,9 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             transmittance,
             ..
         } => [*reflectance, *transmittance].concat(),
+        MaterialKind::Mixture { components } => (components.iter())
+            .flat_map(|c| [&[c.weight.param()], &c.albedo[..]].concat())
+            .collect(),
         MaterialKind::Interface => Vec::new(),
     }
 }

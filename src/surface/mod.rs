@@ -4,7 +4,8 @@
 //!    constant materials are shared; textured ones are evaluated into a row per hit ([`texture`]).
 //! 2. A BSDF is a type implementing [`Bsdf`] over local directions (`z` along the shading normal) and a parameter row. It
 //!    never sees a scene.
-//! 3. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
+//! 3. Of a [`mixture`] one component is chosen per hit; it never gets as far as a kernel.
+//! 4. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
 
 pub mod bump;
 pub mod conductor;
@@ -16,6 +17,7 @@ pub mod fresnel;
 pub mod material;
 pub mod microfacet;
 pub mod mirror;
+pub mod mixture;
 pub mod plastic;
 pub mod rough_dielectric;
 pub mod substrate;

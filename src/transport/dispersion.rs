@@ -75,13 +75,15 @@ impl World<'_> {
         }
     }
 
-    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive.
+    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all of those are in `paths.textured`, components
+    /// of mixtures under the name of the component.
     pub(super) fn note_dispersive(&self, paths: &mut Paths, list: &[u32], side: Side) {
         let tip = &mut paths.dispersion.tip[side as usize];
         for &path in list {
-            let prim = paths.hit[path as usize].0[3].to_bits();
-            let (shape, _) = self.geometry.shape_of(prim);
-            tip[path as usize] = self.materials.entries[shape.material as usize].dispersive;
+            tip[path as usize] = false;
+        }
+        for &(path, material, _) in &paths.textured {
+            tip[path as usize] = self.materials.entries[material as usize].dispersive;
         }
     }
 }

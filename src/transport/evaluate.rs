@@ -6,21 +6,29 @@ use super::connect::ConnectionSamples;
 use super::paths::{Lists, Paths, Side};
 use super::samples::Samples;
 use super::walk::Bounce;
-use crate::plan::DepthPlan;
+use crate::plan::{DepthPlan, Plan};
 use crate::simd::Lanes;
 
 /// Primary samples of a path-traced path: raster (2), lens (2), wavelength (1, if paths have one), and per bounce three for the BSDF, one for
-/// the choice of a light, two for a point on it.
+/// the choice of a light, two for a point on it; and one for the choice of a component, if there are mixtures.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
     pub max_depth: u32,
-    /// [`Plan::dispersion`](crate::plan::Plan::dispersion).
-    pub wavelength: bool,
+    wavelength: bool,
+    per_bounce: usize,
 }
 
 impl UnidirectionalLayout {
     const WAVELENGTH: usize = 4;
-    const PER_BOUNCE: usize = 6;
+
+    /// Of paths with up to `max_depth` scattering events.
+    pub fn new(plan: &Plan, max_depth: u32) -> Self {
+        Self {
+            max_depth,
+            wavelength: plan.dispersion,
+            per_bounce: 6 + usize::from(plan.mixtures),
+        }
+    }
 
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
@@ -29,12 +37,17 @@ impl UnidirectionalLayout {
 
     fn at(&self, depth: u32) -> (usize, ConnectionSamples) {
         let first = Self::WAVELENGTH + usize::from(self.wavelength);
-        let base = first + Self::PER_BOUNCE * depth as usize;
+        let base = first + self.per_bounce * depth as usize;
         let connection = ConnectionSamples {
             choice: base + 3,
             point: base + 4,
         };
         (base, connection)
+    }
+
+    /// The sample that chooses a component at a vertex with `depth` scattering events before it; the last one does not scatter.
+    fn label(&self, depth: u32) -> Option<Bounce> {
+        (depth < self.max_depth).then(|| Bounce::at(self.at(depth).0 + 6))
     }
 }
 
@@ -152,7 +165,11 @@ impl World<'_> {
             lists.escaped.push_if(path, seen);
         }
         paths.clock.lap(Stage::Sort);
-        self.arrive::<L>(paths, &lists.scratch, Side::Camera);
+        // Only vertices met by chance are so late, and they do not scatter.
+        let label =
+            (wave < depth.depth).then(|| Bounce::at(depth.layout.camera_label + wave as usize));
+        self.arrive::<L>(paths, &lists.scratch, Side::Camera, (samples, label));
+        self.weigh_components(paths, Side::Camera);
         lists.camera.clear();
         for &path in &*lists.scratch {
             let i = path as usize;
@@ -165,11 +182,7 @@ impl World<'_> {
             lists.starting.push_if(path, joins & (s > 1));
         }
         let at = &depth.layout;
-        let bounce = Bounce {
-            first: at.camera_bounce + wave as usize * at.per_bounce,
-            per_bounce: 0,
-            wave,
-        };
+        let bounce = Bounce::at(at.camera_bounce + wave as usize * at.per_bounce);
         self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
     }
 
@@ -189,7 +202,13 @@ impl World<'_> {
             lists.scratch.push_if(path, !paths.missed(path));
         }
         paths.clock.lap(Stage::Sort);
-        self.arrive::<L>(paths, &lists.scratch, Side::Light);
+        let label = Bounce {
+            first: depth.layout.light_label,
+            per_bounce: 1,
+            wave,
+        };
+        self.arrive::<L>(paths, &lists.scratch, Side::Light, (samples, Some(label)));
+        self.weigh_components(paths, Side::Light);
         lists.light.clear();
         if wave + 1 < depth.depth {
             lists.light.extend(&lists.scratch);
@@ -279,8 +298,11 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             self.escape::<L>(paths, &lists.escaped, 1.0);
             paths.clock.lap(Stage::Mis);
-            self.arrive::<L>(paths, &lists.emission, Side::Camera);
+            let label = layout.label(depth);
+            self.arrive::<L>(paths, &lists.emission, Side::Camera, (samples, label));
             self.emission::<L>(paths, &lists.emission, &mut lists.scratch, 1.0);
+            // What a surface emits is no matter of what it is made of.
+            self.weigh_components(paths, Side::Camera);
             paths.clock.lap(Stage::Mis);
             if depth == layout.max_depth {
                 break;
@@ -294,11 +316,7 @@ impl World<'_> {
             }
             let (first, connection) = layout.at(depth);
             self.connect::<L>(paths, samples, &mut lists, connection, &[1.0; 2]);
-            let bounce = Bounce {
-                first,
-                per_bounce: 0,
-                wave: depth,
-            };
+            let bounce = Bounce::at(first);
             self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }
         paths.lists = lists;

@@ -95,6 +95,10 @@ pub struct Paths {
     materials: usize,
     /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
+    /// Tips that are of mixtures until a component is chosen: path, material and texture coordinates.
+    pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
+    /// Paths whose tips are of chosen components, and their shares, until they are in the throughputs.
+    pub(super) shares: Vec<(u32, [f32; 3])>,
     /// Wavelengths.
     pub(super) dispersion: Dispersion,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
@@ -183,6 +187,8 @@ impl Paths {
             params: world.materials.rows.clone(),
             materials,
             textured: Vec::new(),
+            mixed: Vec::new(),
+            shares: Vec::new(),
             dispersion: Dispersion::default(),
             link: Vec::new(),
             end: Vec::new(),
@@ -221,6 +227,8 @@ impl Paths {
             }
             self.params.resize(self.materials + 2 * n, Row::default());
             self.textured.reserve(n);
+            self.mixed.reserve(n);
+            self.shares.reserve(n);
             self.blocked.resize(n, 0);
             self.s.resize(n, 0);
             self.t.resize(n, 0);

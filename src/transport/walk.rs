@@ -4,7 +4,7 @@ use super::World;
 use super::clock::Stage;
 use super::list::List;
 use super::mis::{self, Partial};
-use super::paths::{Paths, Side};
+use super::paths::{Paths, Side, Tips};
 use super::samples::Samples;
 use crate::BARE;
 use crate::geometry::shading_frame;
@@ -26,6 +26,15 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
+    /// All paths have theirs at `first`.
+    pub fn at(first: usize) -> Self {
+        Self {
+            first,
+            per_bounce: 0,
+            wave: 0,
+        }
+    }
+
     #[inline(always)]
     fn dimension(&self, paths: &Paths, path: u32) -> usize {
         if self.per_bounce == 0 {
@@ -133,8 +142,105 @@ impl World<'_> {
         paths.clock.lap(Stage::Trace);
     }
 
-    /// The subpaths of `list` have hit surfaces: makes the hits their tips.
-    pub(super) fn arrive<L: Lanes>(&self, paths: &mut Paths, list: &[u32], side: Side) {
+    /// The subpaths of `list` have hit surfaces: makes the hits their tips. Of mixtures the samples at `label` choose components; without,
+    /// the tips must not scatter.
+    pub(super) fn arrive<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        side: Side,
+        (samples, label): (&Samples, Option<Bounce>),
+    ) {
+        if self.plan.mixtures {
+            self.arrive_at::<L, true>(paths, list, side);
+            self.choose_components(paths, side, samples, label);
+        } else {
+            self.arrive_at::<L, false>(paths, list, side);
+        }
+        // Texels have been asked for, and have had time to come.
+        for &(path, material, uv) in &paths.textured {
+            let place = self.place(&paths.tips[side as usize], path, uv);
+            let row = paths.own_params(side, path) as usize;
+            let nm = paths.dispersion.nm(path as usize);
+            paths.params[row] = self.materials.evaluate(material as usize, &place, nm);
+        }
+        if self.plan.bumps {
+            self.tilt(paths, side);
+        }
+        if self.plan.dispersion {
+            self.note_dispersive(paths, list, side);
+        }
+        paths.textured.clear();
+        paths.clock.count(Stage::Surface, list.len(), L::N);
+        paths.clock.lap(Stage::Surface);
+    }
+
+    /// Where a path's tip is, as textures see it.
+    #[inline(always)]
+    fn place(&self, tips: &Tips, path: u32, uv: [f32; 2]) -> Place {
+        let mut place = Place {
+            uv,
+            ..Place::default()
+        };
+        if self.materials.uses_point {
+            place.p.copy_from_slice(&tips.place[path as usize].0[..3]);
+            place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
+        }
+        place
+    }
+
+    /// Chooses among the components of the mixtures that have been arrived at; the tips are as if of that component alone.
+    fn choose_components(
+        &self,
+        paths: &mut Paths,
+        side: Side,
+        samples: &Samples,
+        label: Option<Bounce>,
+    ) {
+        let mixed = std::mem::take(&mut paths.mixed);
+        for &(path, material, uv) in &mixed {
+            let sample = |at: Bounce| samples.row(at.dimension(paths, path))[path as usize];
+            let u = label.map_or(0.0, sample);
+            let place = self.place(&paths.tips[side as usize], path, uv);
+            let chosen = self.materials.choose(material as usize, &place, u);
+            let entry = self.materials.entries[chosen.material as usize];
+            let mut row = chosen.material;
+            if entry.per_hit {
+                row = paths.own_params(side, path);
+                paths.textured.push((path, chosen.material, uv));
+            }
+            let tips = &mut paths.tips[side as usize];
+            tips.kind[path as usize] = entry.kind;
+            tips.frame[path as usize].0[3] = f32::from_bits(row);
+            if label.is_some() {
+                paths.shares.push((path, chosen.share));
+            }
+        }
+        paths.mixed = mixed;
+        paths.mixed.clear();
+    }
+
+    /// Multiplies the throughput of tips by the shares of the components that they are of ([`mixture`](crate::surface::mixture)): for what
+    /// they scatter, not for what they emit.
+    pub(super) fn weigh_components(&self, paths: &mut Paths, side: Side) {
+        if !self.plan.mixtures {
+            return;
+        }
+        for (path, share) in paths.shares.drain(..) {
+            let energy = &mut paths.tips[side as usize].energy[path as usize].0;
+            for c in 0..3 {
+                energy[c] *= share[c];
+            }
+        }
+    }
+
+    /// Stores the tips of `list`; those of mixtures, if there are any, are left in `paths.mixed`.
+    fn arrive_at<L: Lanes, const MIXTURES: bool>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        side: Side,
+    ) {
         for chunk in list.chunks(L::N) {
             let ray = L::load_rows(&paths.ray, chunk);
             let hit = L::load_rows(&paths.hit, chunk);
@@ -168,8 +274,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if !BARE && entry.per_hit {
-                    params[i] = paths.own_params(side, path);
+                if !BARE && (entry.per_hit || MIXTURES && entry.mixture) {
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     let mut place = Place {
                         uv,
@@ -180,7 +285,12 @@ impl World<'_> {
                         place.n = point.ng.lane(i);
                     }
                     self.materials.announce(shape.material as usize, &place);
-                    paths.textured.push((path, shape.material, uv));
+                    if MIXTURES && entry.mixture {
+                        paths.mixed.push((path, shape.material, uv));
+                    } else {
+                        params[i] = paths.own_params(side, path);
+                        paths.textured.push((path, shape.material, uv));
+                    }
                 }
             }
             let bits = |v: &[u32; 8]| L::from_fn(|i| f32::from_bits(v[i]));
@@ -222,30 +332,6 @@ impl World<'_> {
                 chunk,
             );
         }
-        // Texels have been asked for, and have had time to come.
-        let tips = &paths.tips[side as usize];
-        for &(path, material, uv) in &paths.textured {
-            let mut place = Place {
-                uv,
-                ..Place::default()
-            };
-            if self.materials.uses_point {
-                place.p.copy_from_slice(&tips.place[path as usize].0[..3]);
-                place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
-            }
-            let row = paths.own_params(side, path) as usize;
-            let nm = paths.dispersion.nm(path as usize);
-            paths.params[row] = self.materials.evaluate(material as usize, &place, nm);
-        }
-        if self.plan.bumps {
-            self.tilt(paths, side);
-        }
-        paths.textured.clear();
-        if self.plan.dispersion {
-            self.note_dispersive(paths, list, side);
-        }
-        paths.clock.count(Stage::Surface, list.len(), L::N);
-        paths.clock.lap(Stage::Surface);
     }
 
     /// Tilts the shading frames of those textured tips that have a bump or normal map.

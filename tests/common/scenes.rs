@@ -116,6 +116,17 @@ const CREASED: &str =
 const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
 const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
 
+/// Named materials that are mixtures.
+const MIXTURES: &str = "Texture \"checks\" \"spectrum\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3 \"rgb tex1\" [1 0.8 0.3] \"rgb tex2\" [0 0.1 0.6]
+MakeNamedMaterial \"matte\" \"string type\" \"matte\" \"rgb Kd\" [0.7 0.6 0.5]
+MakeNamedMaterial \"mirror\" \"string type\" \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]
+MakeNamedMaterial \"glass\" \"string type\" \"glass\" \"float eta\" 1.5
+MakeNamedMaterial \"plastic\" \"string type\" \"plastic\" \"texture Kd\" \"checks\" \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"
+MakeNamedMaterial \"polished\" \"string type\" \"mix\" \"string namedmaterial1\" \"mirror\" \"string namedmaterial2\" \"matte\" \"texture amount\" \"checks\"
+MakeNamedMaterial \"veil\" \"string type\" \"mix\" \"string namedmaterial1\" \"glass\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.7 0.6 0.7]
+MakeNamedMaterial \"nested\" \"string type\" \"mix\" \"string namedmaterial1\" \"polished\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.3 0.5 0.4]
+";
+
 fn area(l: &str, two_sided: bool, shape: &str) -> String {
     format!(
         "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}] \"bool twosided\" \"{two_sided}\"\n{shape}AttributeEnd\n"
@@ -399,6 +410,25 @@ fn texts() -> Vec<(&'static str, String)> {
                 wave(4),
             ),
         )),
+        build(
+            "mixtures, specular in part, textured, nested and emitting",
+            format!("{LOOK}{PINHOLE}"),
+            MIXTURES.to_string()
+                + &walls([
+                    MATTE,
+                    MATTE,
+                    "NamedMaterial \"polished\"",
+                    BLUE,
+                    "NamedMaterial \"nested\"",
+                ])
+                + &sphere(-0.4, -0.4, 0.2, 0.4, "NamedMaterial \"veil\"")
+                + "NamedMaterial \"polished\"\n"
+                + &area("5 4 3", true, &lamp())
+                + &format!(
+                    "AttributeBegin\nNamedMaterial \"nested\"\nTranslate 0.4 -0.5 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
+                    wave(5)
+                ),
+        ),
         build(
             "panorama of a room",
             "LookAt 0.2 0.1 -0.3  0.5 0 0.4  0.1 1 0\nCamera \"environment\"\nFilm \"image\" \"integer xresolution\" 16 \"integer yresolution\" 8\nPixelFilter \"gaussian\" \"float xwidth\" 2.5 \"float ywidth\" 2\n".into(),

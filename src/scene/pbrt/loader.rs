@@ -13,6 +13,7 @@ use super::error::{Report, SceneError, Site};
 use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
+use super::materials::{Built, PartMaterial};
 use super::params::ParamSet;
 use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
@@ -20,7 +21,7 @@ use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
 use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Alpha, Bump, Material, MaterialKind, NONE, Param};
+use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -69,6 +70,8 @@ pub(super) struct Loader {
     open_object: Option<Object>,
     instance_bytes: usize,
     default_material: Option<u32>,
+    /// Of each material in the table, whether it depends on texture coordinates.
+    needs_uv: Vec<bool>,
     /// Materials that could not be made, to be mentioned if nothing ever uses them.
     failed_materials: Vec<Rc<MaterialDef>>,
     pub view: View,
@@ -92,6 +95,7 @@ impl Loader {
             open_object: None,
             instance_bytes: 0,
             default_material: None,
+            needs_uv: Vec::new(),
             failed_materials: Vec::new(),
             view: View::default(),
             geometry: Geometry::new(Rc::clone(&budget)),
@@ -640,11 +644,20 @@ impl Loader {
         &mut self,
         kind: &str,
         set: &ParamSet,
-    ) -> Result<(MaterialKind, Option<Bump>), SceneError> {
-        let names = &self.states.current.textures;
-        let material = materials::build(kind, set, names)?;
-        let bump = materials::bump(kind, set, names, &mut self.tables, &mut self.report)?;
-        Ok((material, bump))
+    ) -> Result<(Built, Option<Bump>), SceneError> {
+        let state = &self.states.current;
+        let names = &state.textures;
+        let built = materials::build(kind, set, names, &state.named_materials)?;
+        let bump = match built.first_named() {
+            None => materials::bump(kind, set, names, &mut self.tables, &mut self.report)?,
+            // v3 adds the lobes of the second material to the BSDF of the first, which has the frame (`MixMaterial`).
+            Some(first) if set.dialect == Dialect::V3 => {
+                (first.built.as_ref().ok()).and_then(|(_, bump)| *bump)
+            }
+            // v4 chooses a material, and shades as that one does.
+            Some(_) => None,
+        };
+        Ok((built, bump))
     }
 
     /// Index of the current material for a shape with these parameters.
@@ -662,7 +675,7 @@ impl Loader {
                 let set = ParamSet::empty(shape.site.clone(), self.dialect, Rc::clone(&self.dir));
                 let made = self.make_material("default".to_owned(), kind.to_owned(), set);
                 if !(self.dialect == Dialect::V3 && materials::overrides(shape)) {
-                    let index = self.add_material(&made, made.built.clone()?);
+                    let index = self.add_material(&made, &made.built.clone()?)?;
                     self.default_material = Some(index);
                     return Ok(index);
                 }
@@ -682,15 +695,21 @@ impl Loader {
         };
         made.used.set(true);
         if self.dialect == Dialect::V3 && materials::overrides(shape) {
-            let material = self.build_material(&made.kind, &shape.over(&made.set))?;
-            if !made.built.as_ref().is_ok_and(|built| *built == material) {
-                return Ok(self.add_material(&made, material));
+            let built = self.build_material(&made.kind, &shape.over(&made.set))?;
+            if made.built.as_ref() != Ok(&built) {
+                return self.add_material(&made, &built);
             }
         }
+        self.material_index(&made)
+    }
+
+    /// The place of a material in the scene's table, which it takes when it is first asked for.
+    fn material_index(&mut self, made: &MaterialDef) -> Result<u32, SceneError> {
         if let Some(index) = made.index.get() {
             return Ok(index);
         }
-        let index = self.add_material(&made, made.built.clone()?);
+        made.used.set(true);
+        let index = self.add_material(made, &made.built.clone()?)?;
         made.index.set(Some(index));
         Ok(index)
     }
@@ -701,32 +720,64 @@ impl Loader {
             eta: Param::Constant([1.0; 3]),
             dispersion: None,
         };
-        let materials = &mut self.tables.materials;
-        let known = materials
-            .iter()
-            .rposition(|m| m.kind == kind && m.bump.is_none());
-        known.unwrap_or_else(|| {
-            materials.push(Material {
+        let known =
+            (self.tables.materials.iter()).rposition(|m| m.kind == kind && m.bump.is_none());
+        match known {
+            Some(index) => index as u32,
+            None => self.push_material(Material {
                 name: "none".to_owned(),
                 origin: "emissive shapes".to_owned(),
                 kind,
                 bump: None,
-            });
-            materials.len() - 1
-        }) as u32
+            }),
+        }
     }
 
+    /// Appends a material to the scene's table, after its components, so that the table has no cycles.
     fn add_material(
         &mut self,
         made: &MaterialDef,
-        (kind, bump): (MaterialKind, Option<Bump>),
-    ) -> u32 {
-        self.tables.materials.push(Material {
+        (built, bump): &(Built, Option<Bump>),
+    ) -> Result<u32, SceneError> {
+        let material = |kind, bump| Material {
             name: made.name.clone(),
             origin: made.set.site.origin(),
             kind,
             bump,
+        };
+        let parts = match built {
+            Built::One(kind) => {
+                return Ok(self.push_material(material(kind.clone(), *bump)));
+            }
+            Built::Mixture(parts) => parts,
+        };
+        let components = parts.iter().map(|part| {
+            let index = match &part.material {
+                PartMaterial::Own(kind) => self.push_material(material(kind.clone(), *bump)),
+                PartMaterial::Named(named) => match &named.built {
+                    // All of v3's mixture is in one shading frame.
+                    Ok((built, own)) if self.dialect == Dialect::V3 && own != bump => {
+                        named.used.set(true);
+                        self.add_material(named, &(built.clone(), *bump))?
+                    }
+                    _ => self.material_index(named)?,
+                },
+            };
+            Ok(Component {
+                material: index,
+                weight: part.weight,
+                albedo: part.albedo.clone(),
+            })
         });
+        let components = components.collect::<Result<_, SceneError>>()?;
+        Ok(self.push_material(material(MaterialKind::Mixture { components }, None)))
+    }
+
+    fn push_material(&mut self, material: Material) -> u32 {
+        let below = |i: u32| self.needs_uv[i as usize];
+        let needs_uv = materials::needs_uv(&material.kind, self.tables.textures(), &below);
+        self.needs_uv.push(needs_uv || material.bump.is_some());
+        self.tables.materials.push(material);
         self.tables.materials.len() as u32 - 1
     }
 
@@ -798,11 +849,9 @@ impl Loader {
             );
             material = self.clear_material();
         }
-        let made = &self.tables.materials[material as usize];
         let textures = self.tables.textures();
         let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
-        let needs_uv = materials::needs_uv(&made.kind, textures)
-            || made.bump.is_some()
+        let needs_uv = self.needs_uv[material as usize]
             || alpha.is_some_and(textured)
             || light.as_ref().is_some_and(|l| l.image.is_some());
         let setting = Setting {

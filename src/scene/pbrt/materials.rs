@@ -3,19 +3,22 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
+use super::mixtures;
 use super::params::ParamSet;
+use super::state::{MaterialDef, MaterialNames};
 use super::textures::{
     Channels, Tables, TextureNames, color_param, color_param_or, float_param, float_param_or,
 };
 use crate::scene::image::Encoding;
 use crate::scene::spectrum::{self, IndexCurve};
 use crate::scene::{
-    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
+    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture, Weight,
 };
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 15] = [
+const OVERRIDABLE: [&str; 17] = [
     "Kd",
     "Ks",
     "Kr",
@@ -30,8 +33,44 @@ const OVERRIDABLE: [&str; 15] = [
     "uroughness",
     "vroughness",
     "remaproughness",
+    "opacity",
+    "amount",
     "bumpmap",
 ];
+
+/// A material as it was read: of one kind, or several in one place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Built {
+    One(MaterialKind),
+    /// At most [`MAX_COMPONENTS`](crate::scene::MAX_COMPONENTS).
+    Mixture(Vec<Part>),
+}
+
+/// A part of a mixture, as [`Component`](crate::scene::Component).
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub material: PartMaterial,
+    pub weight: Weight,
+    pub albedo: Vec<Param>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum PartMaterial {
+    /// Belongs to this mixture alone.
+    Own(MaterialKind),
+    Named(Rc<MaterialDef>),
+}
+
+impl PartialEq for PartMaterial {
+    /// Names stand for what they name.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Own(a), Self::Own(b)) => a == b,
+            (Self::Named(a), Self::Named(b)) => Rc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+}
 
 /// Whether a v3 shape's own parameters change its material.
 pub(super) fn overrides(shape: &ParamSet) -> bool {
@@ -43,8 +82,7 @@ fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
         "coatedconductor" => "conductor",
-        "uber" | "disney" => "plastic or matte",
-        "mix" => "one of the mixed materials",
+        "disney" => "uber, plastic or matte",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -56,8 +94,22 @@ pub(super) fn build(
     kind: &str,
     set: &ParamSet,
     names: &TextureNames,
-) -> Result<MaterialKind, SceneError> {
+    materials: &MaterialNames,
+) -> Result<Built, SceneError> {
     let material = match (set.dialect, kind) {
+        (_, "mix") => {
+            let mixture = mixtures::mix(set, names, materials)?;
+            set.accept(&["type"]);
+            return Ok(mixture);
+        }
+        (Dialect::V3, "uber" | "translucent") => {
+            let built = match kind {
+                "uber" => mixtures::uber(set, names)?,
+                _ => mixtures::translucent(set, names)?,
+            };
+            set.accept(&["type"]);
+            return Ok(built);
+        }
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
             reflectance: color_param_or(set, names, "Kd", 0.5)?,
@@ -92,14 +144,11 @@ pub(super) fn build(
             roughness: roughness(set, names, 0.1)?,
         },
         (Dialect::V3, "glass") => {
-            let eta = match float_param(set, names, "eta")? {
-                Some(eta) => eta,
-                None => float_param_or(set, names, "index", 1.5)?,
-            };
+            let eta = glass_index(set, names)?;
             MaterialKind::Dielectric {
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
-                eta: positive(set, eta)?,
+                eta,
                 // v3's index is a number.
                 dispersion: None,
                 roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
@@ -134,24 +183,13 @@ pub(super) fn build(
             // It has no "roughness" for both directions.
             roughness: roughness_or(set, names, Param::Constant([0.1; 3]))?,
         },
-        (Dialect::V3, "translucent") => {
-            without_gloss(set, names)?;
-            let kd = color_param_or(set, names, "Kd", 0.25)?;
-            // What a lobe that is not there would be made of.
-            set.accept(&["roughness", "remaproughness"]);
-            MaterialKind::DiffuseTransmission {
-                reflectance: [kd, color_param_or(set, names, "reflect", 0.5)?],
-                transmittance: [kd, color_param_or(set, names, "transmit", 0.5)?],
-                scale: 1.0,
-            }
-        }
         (dialect, other) => {
             let supported = match dialect {
                 Dialect::V3 => {
-                    "matte, mirror, metal, glass, plastic, substrate, translucent or none"
+                    "matte, mirror, metal, glass, plastic, substrate, translucent, uber, mix or none"
                 }
                 Dialect::V4 => {
-                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission or interface"
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, mix or interface"
                 }
             };
             return Err(match instead_of(other) {
@@ -165,7 +203,7 @@ pub(super) fn build(
         }
     };
     set.accept(&["type"]);
-    Ok(material)
+    Ok(Built::One(material))
 }
 
 /// What tilts the shading normals of a material of type `kind`.
@@ -236,7 +274,12 @@ fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, Scene
     })
 }
 
-fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
+/// Of `roughness`, `uroughness` and `vroughness`.
+pub(super) fn roughness(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
     roughness_or(set, names, both)
 }
@@ -247,16 +290,29 @@ fn roughness_or(
     names: &TextureNames,
     both: Param,
 ) -> Result<Roughness, SceneError> {
-    let one = |name: &str| -> Result<Param, SceneError> {
-        let value = float_param(set, names, name)?.unwrap_or(both);
-        match value {
-            Param::Constant([x, ..]) if x < 0.0 => {
-                Err(set.error(format_args!("roughness {x} is negative")))
-            }
-            _ => Ok(value),
+    let u = float_param(set, names, "uroughness")?.unwrap_or(both);
+    let v = float_param(set, names, "vroughness")?.unwrap_or(both);
+    remapped(set, u, v)
+}
+
+/// Of a material that has no other parameter for it than `roughness`.
+pub(super) fn isotropic(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
+    let both = float_param_or(set, names, "roughness", default)?;
+    remapped(set, both, both)
+}
+
+fn remapped(set: &ParamSet, u: Param, v: Param) -> Result<Roughness, SceneError> {
+    for value in [u, v] {
+        if let Param::Constant([x, ..]) = value
+            && x < 0.0
+        {
+            return Err(set.error(format_args!("roughness {x} is negative")));
         }
-    };
-    let (u, v) = (one("uroughness")?, one("vroughness")?);
+    }
     let remap = match (set.bool_or("remaproughness", true)?, set.dialect) {
         (false, _) => Remap::None,
         (true, Dialect::V3) => Remap::V3,
@@ -265,16 +321,13 @@ fn roughness_or(
     Ok(Roughness { u, v, remap })
 }
 
-/// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
-fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
-    if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
-        return Ok(());
-    }
-    let what = "glossy transmission is not supported; use \"rgb Ks\" [0 0 0]";
-    Err(match set.find("Ks") {
-        Some(param) => set.error_at(param, what),
-        None => set.error(format_args!("\"Ks\" is 0.25 by default, and {what}")),
-    })
+/// v3's `eta` or, in its absence, `index`.
+pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+    let eta = match float_param(set, names, "eta")? {
+        Some(eta) => eta,
+        None => float_param_or(set, names, "index", 1.5)?,
+    };
+    positive(set, eta)
 }
 
 /// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
@@ -321,8 +374,13 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     }
 }
 
-/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them).
-pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
+/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them). `below` says it of the materials that
+/// this one is made of.
+pub(super) fn needs_uv(
+    kind: &MaterialKind,
+    textures: &[Texture],
+    below: &dyn Fn(u32) -> bool,
+) -> bool {
     let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
@@ -363,6 +421,9 @@ pub(super) fn needs_uv(kind: &MaterialKind, textures: &[Texture]) -> bool {
             transmittance,
             ..
         } => reflectance.iter().chain(transmittance).any(textured),
+        MaterialKind::Mixture { components } => components.iter().any(|c| {
+            below(c.material) || textured(&c.weight.param()) || c.albedo.iter().any(textured)
+        }),
         MaterialKind::Interface => false,
     }
 }

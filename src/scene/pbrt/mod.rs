@@ -16,6 +16,7 @@ mod lexer;
 mod lights;
 mod loader;
 mod materials;
+mod mixtures;
 mod params;
 mod shape;
 mod state;

@@ -10,9 +10,10 @@ use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Pos, SceneError, Site};
 use super::lights::AreaLight;
+use super::materials::Built;
 use super::params::ParamSet;
 use super::textures::{Deferred, TextureNames};
-use crate::scene::{Bump, MaterialKind};
+use crate::scene::Bump;
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
@@ -24,10 +25,13 @@ pub(super) struct MaterialDef {
     pub name: String,
     pub kind: String,
     pub set: ParamSet,
-    pub built: Deferred<(MaterialKind, Option<Bump>)>,
+    pub built: Deferred<(Built, Option<Bump>)>,
     pub index: Cell<Option<u32>>,
     pub used: Cell<bool>,
 }
+
+/// By name, as a mixture finds its components.
+pub(super) type MaterialNames = HashMap<String, Rc<MaterialDef>>;
 
 #[derive(Clone, Debug)]
 pub(super) enum CurrentMaterial {
@@ -49,7 +53,7 @@ pub(super) struct State {
     pub light: Option<Rc<AreaLight>>,
     pub color_space: ColorSpace,
     pub textures: TextureNames,
-    pub named_materials: Rc<HashMap<String, Rc<MaterialDef>>>,
+    pub named_materials: Rc<MaterialNames>,
     /// v4's `Attribute`: parameters added to later directives, by target.
     pub attributes: Rc<HashMap<String, ParamSet>>,
 }

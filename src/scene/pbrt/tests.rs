@@ -408,6 +408,147 @@ fn materials_of_v3() {
     assert_eq!(kind("Material \"none\""), MaterialKind::Interface);
 }
 
+/// The components of the material of the only shape, with their weights.
+fn components(scene: &Scene) -> Vec<(MaterialKind, Weight)> {
+    let MaterialKind::Mixture { components } = material(scene) else {
+        panic!("{:?}", material(scene));
+    };
+    let kind = |c: &Component| scene.materials[c.material as usize].kind.clone();
+    components.iter().map(|c| (kind(c), c.weight)).collect()
+}
+
+#[test]
+fn mixtures_of_both_dialects() {
+    let matte = |x: f32| MaterialKind::Diffuse {
+        reflectance: Param::Constant([x; 3]),
+        sigma: Param::Constant([0.0; 3]),
+    };
+    let amount = Param::Constant([0.1, 0.2, 0.3]);
+    let v3_mix = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 1 1]
+        MakeNamedMaterial \"b\" \"string type\" \"matte\" \"rgb Kd\" [0 0 0]
+        Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\"";
+    let s = v3(&format!("{v3_mix} \"rgb amount\" [.1 .2 .3] {V3_TRIANGLE}"));
+    assert_eq!(
+        components(&s),
+        [
+            (matte(1.0), Weight::Amount(amount)),
+            (matte(0.0), Weight::Rest(amount))
+        ]
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+    // A shape's own amount comes first; components are shared.
+    let s = v3(&format!(
+        "{v3_mix} {V3_TRIANGLE} {V3_TRIANGLE} \"rgb amount\" [.1 .2 .3] {V3_TRIANGLE}"
+    ));
+    assert_eq!(s.materials.len(), 4);
+    let half = Param::Constant([0.5; 3]);
+    let s = v4(&format!(
+        "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 1 1]
+         MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 0 0]
+         Material \"mix\" \"string materials\" [ \"a\" \"b\" ] {V4_TRIANGLE}"
+    ));
+    assert_eq!(
+        components(&s),
+        [
+            (matte(1.0), Weight::Rest(half)),
+            (matte(0.0), Weight::Amount(half))
+        ]
+    );
+}
+
+#[test]
+fn mixtures_that_cannot_be_made() {
+    let a = "MakeNamedMaterial \"a\" \"string type\" \"matte\"\n";
+    for (text, expected) in [
+        (
+            "Material \"mix\"".to_string(),
+            "t.pbrt:3:1: Material \"mix\": needs a \"string namedmaterial1\"",
+        ),
+        (
+            format!("{a}Material \"mix\" \"string namedmaterial1\" \"a\""),
+            "t.pbrt:4:1: Material \"mix\": needs a \"string namedmaterial2\"",
+        ),
+        (
+            format!(
+                "{a}Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\""
+            ),
+            "t.pbrt:4:44: Material \"mix\": parameter \"namedmaterial2\": there is no material named \"b\"",
+        ),
+        (
+            format!(
+                "{a}MakeNamedMaterial \"b\" \"string type\" \"none\"\nMaterial \"mix\" \"string namedmaterial1\" \"b\" \"string namedmaterial2\" \"a\""
+            ),
+            "t.pbrt:5:16: Material \"mix\": parameter \"namedmaterial1\": \"b\" lets rays pass",
+        ),
+    ] {
+        let error = v3_error(&format!("{text}\n{V3_TRIANGLE}"));
+        assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
+    }
+    let error = v4_error(&format!(
+        "Material \"mix\" \"string materials\" \"a\" {V4_TRIANGLE}"
+    ));
+    let expected =
+        "t.pbrt:3:16: Material \"mix\": parameter \"materials\": expected the names of 2";
+    assert!(error.starts_with(expected), "{error}");
+    // Nested once too often.
+    let nested = |n: usize| {
+        let mut text = format!("{a}MakeNamedMaterial \"m0\" \"string type\" \"matte\"\n");
+        for i in 1..=n {
+            text += &format!(
+                "MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" \"string namedmaterial1\" \"m{}\" \"string namedmaterial2\" \"a\"\n",
+                i - 1
+            );
+        }
+        format!("{text}NamedMaterial \"m{n}\" {V3_TRIANGLE}")
+    };
+    v3(&nested(MAX_NESTING));
+    let error = v3_error(&nested(MAX_NESTING + 1));
+    assert!(error.contains("nested more than"), "{error}");
+}
+
+#[test]
+fn uber_and_translucent_are_mixtures() {
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let of = |text: &str| v3(&format!("Material {text} {V3_TRIANGLE}"));
+    let diffuse = MaterialKind::Diffuse {
+        reflectance: grey(0.25),
+        sigma: grey(0.0),
+    };
+    let s = of("\"uber\"");
+    let parts = components(&s);
+    assert_eq!(parts.len(), 2);
+    assert_eq!(parts[0], (diffuse.clone(), Weight::Amount(grey(1.0))));
+    let MaterialKind::Dielectric {
+        reflectance,
+        transmittance,
+        eta,
+        dispersion: None,
+        roughness,
+    } = parts[1].0
+    else {
+        panic!("{parts:?}");
+    };
+    assert_eq!(
+        [reflectance, transmittance, eta, roughness.u, roughness.v],
+        [grey(0.25), grey(0.0), grey(1.5), grey(0.1), grey(0.1)]
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+    // Black lobes are left out, and what is left alone is no mixture.
+    assert_eq!(*material(&of("\"uber\" \"rgb Ks\" [0 0 0]")), diffuse);
+    let s = of(
+        "\"uber\" \"rgb Kr\" [.1 .1 .1] \"rgb Kt\" [.2 .2 .2] \"float index\" 1.3 \"rgb opacity\" [.5 .6 .7]",
+    );
+    let parts = components(&s);
+    assert_eq!(parts.len(), 4);
+    let opacity = Param::Constant([0.5, 0.6, 0.7]);
+    assert_eq!(parts[0].1, Weight::Rest(opacity));
+    assert!(parts[1..].iter().all(|p| p.1 == Weight::Amount(opacity)));
+    assert!(matches!(parts[3].0, MaterialKind::Dielectric { eta, .. } if eta == grey(1.3)));
+    let parts = components(&of("\"translucent\" \"rgb Ks\" [.1 .2 .3]"));
+    assert_eq!(parts[0].1, Weight::ONE);
+    assert_eq!(parts[1].1, Weight::Amount(Param::Constant([0.1, 0.2, 0.3])));
+}
+
 #[test]
 fn materials_of_v4() {
     let grey = |x: f32| Param::Constant([x; 3]);
@@ -631,23 +772,10 @@ fn what_is_not_supported_says_so_where_it_stands() {
         let error = v4_error(&text);
         assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
     }
-    for (ks, expected) in [
-        (
-            "",
-            "\"translucent\": \"Ks\" is 0.25 by default, and glossy transmission is not supported; use ",
-        ),
-        (
-            "\"rgb Ks\" [.1 0 0]",
-            "\"translucent\": parameter \"Ks\": glossy transmission is not supported; use ",
-        ),
-    ] {
-        let error = v3_error(&format!("Material \"translucent\" {ks} {V3_TRIANGLE}"));
-        assert!(error.contains(expected), "{error}");
-    }
-    let error = v3_error(&format!("Material \"uber\" {V3_TRIANGLE}"));
+    let error = v3_error(&format!("Material \"disney\" {V3_TRIANGLE}"));
     assert!(
         error.starts_with(
-            "t.pbrt:3:1: Material \"uber\": this material is not supported; use plastic"
+            "t.pbrt:3:1: Material \"disney\": this material is not supported; use uber"
         ),
         "{error}"
     );
