@@ -1,5 +1,6 @@
 //! Materials of both dialects, reduced to the kinds of [`MaterialKind`]. Defaults are those of the dialect.
 
+use super::coats;
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
@@ -73,8 +74,6 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 /// What could be used instead of a material that is not supported.
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
-        "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
-        "coatedconductor" => "conductor",
         "uber" | "disney" => "plastic or matte",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
@@ -99,6 +98,14 @@ pub(super) fn build(
             set.accept(&["type"]);
             return Ok(mixture);
         }
+        (Dialect::V4, "coateddiffuse" | "coatedconductor") => {
+            let coated = match kind {
+                "coateddiffuse" => coats::diffuse(set, names)?,
+                _ => coats::conductor(set, names)?,
+            };
+            set.accept(&["type"]);
+            return Ok(coated);
+        }
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
             reflectance: color_param_or(set, names, "Kd", 0.5)?,
@@ -112,19 +119,11 @@ pub(super) fn build(
             reflectance: color_param_or(set, names, "Kr", 0.9)?,
         },
         (Dialect::V3, "metal") => MaterialKind::Conductor {
-            fresnel: eta_k(set, names)?,
+            fresnel: eta_k(set, names, "")?,
             roughness: roughness(set, names, 0.01)?,
         },
         (Dialect::V4, "conductor") => MaterialKind::Conductor {
-            fresnel: match color_param(set, names, "reflectance", Use::Albedo)? {
-                Some(_) if set.has("eta") || set.has("k") => {
-                    return Err(set.error(
-                        "\"reflectance\" and \"eta\" or \"k\" exclude each other; give one",
-                    ));
-                }
-                Some(reflectance) => ConductorFresnel::Reflectance(reflectance),
-                None => eta_k(set, names)?,
-            },
+            fresnel: conductor_fresnel(set, names, "")?,
             roughness: roughness(set, names, 0.0)?,
         },
         (Dialect::V3, "plastic") => MaterialKind::Plastic {
@@ -147,11 +146,11 @@ pub(super) fn build(
         (Dialect::V4, "dielectric") => MaterialKind::Dielectric {
             reflectance: Param::Constant([1.0; 3]),
             transmittance: Param::Constant([1.0; 3]),
-            eta: index(set, names)?,
+            eta: index(set, names, "eta")?,
             roughness: roughness(set, names, 0.0)?,
         },
         (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
-            eta: index(set, names)?,
+            eta: index(set, names, "eta")?,
         },
         (Dialect::V4, "diffusetransmission") => {
             let one = Param::Constant([1.0; 3]);
@@ -185,7 +184,7 @@ pub(super) fn build(
                     "matte, mirror, metal, glass, plastic, substrate, translucent, mix or none"
                 }
                 Dialect::V4 => {
-                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, mix or interface"
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, coateddiffuse, coatedconductor mix or interface"
                 }
             };
             return Err(match instead_of(other) {
@@ -202,10 +201,30 @@ pub(super) fn build(
     Ok(Built::One(material))
 }
 
-fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
+/// Of v4's conductors: `reflectance`, or `eta` and `k`, whose names begin with `prefix`.
+pub(super) fn conductor_fresnel(
+    set: &ParamSet,
+    names: &TextureNames,
+    prefix: &str,
+) -> Result<ConductorFresnel, SceneError> {
+    let given = |name: &str| set.has(&format!("{prefix}{name}"));
+    match color_param(set, names, "reflectance", Use::Albedo)? {
+        Some(_) if given("eta") || given("k") => Err(set.error(format_args!(
+            "\"reflectance\" and \"{prefix}eta\" or \"{prefix}k\" exclude each other; give one"
+        ))),
+        Some(reflectance) => Ok(ConductorFresnel::Reflectance(reflectance)),
+        None => eta_k(set, names, prefix),
+    }
+}
+
+fn eta_k(
+    set: &ParamSet,
+    names: &TextureNames,
+    prefix: &str,
+) -> Result<ConductorFresnel, SceneError> {
     // Copper is pbrt's default metal; the dialects reduce its spectra differently.
     let or_copper = |name: &str| -> Result<Param, SceneError> {
-        if let Some(param) = color_param(set, names, name, Use::Index)? {
+        if let Some(param) = color_param(set, names, &format!("{prefix}{name}"), Use::Index)? {
             return Ok(param);
         }
         let copper = match set.dialect {
@@ -262,16 +281,16 @@ fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError>
     })
 }
 
-/// v4's `eta` of a dielectric, a number or a spectrum.
-fn index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+/// v4's index of a dielectric, a number or a spectrum.
+pub(super) fn index(set: &ParamSet, names: &TextureNames, name: &str) -> Result<Param, SceneError> {
     let is_number = set
-        .find("eta")
+        .find(name)
         .is_some_and(|p| p.ty == super::params::Type::Float);
     let eta = if is_number {
-        float_param(set, names, "eta")?
+        float_param(set, names, name)?
     } else {
         // Without dispersion the index is one number: that of the green middle of the spectrum.
-        color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
+        color_param(set, names, name, Use::Index)?.map(|eta| match eta {
             Param::Constant(c) => Param::Constant([c[1]; 3]),
             texture => texture,
         })
@@ -332,6 +351,13 @@ pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool
             transmittance,
             ..
         } => reflectance.iter().chain(transmittance).any(textured),
+        MaterialKind::CoatedDiffuse { reflectance, coat } => {
+            textured(reflectance) || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::CoatedConductor { alphas, coat, .. } => {
+            alphas[0] != alphas[1] || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::Coat { .. } => false,
         MaterialKind::Mixture { components } => components.iter().any(|c| {
             below(c.material) || textured(&c.weight.param()) || c.albedo.iter().any(textured)
         }),
