@@ -73,14 +73,14 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
     };
     let mut workspace = Workspace::new(&world);
     let mut found = Vec::new();
-    for (depth, plan) in world.plan.depths.iter().enumerate() {
+    for plan in &world.plan.depths {
         let bootstrap = Bootstrap::run::<f32x8>(&world, plan, 1, 10_000, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
             continue;
         }
         let seeds = bootstrap.seeds(1, plan.depth, CHAINS);
-        let mut batch = Batch::new::<L>(&world, depth, 0, &seeds, 1, &mut workspace.paths);
-        batch.watch(&world, &[0; CHAINS], &Tiling::new(scene.film.crop));
+        let mut batch = Batch::new::<L>(&world, plan, 0, &seeds, 1, &mut workspace.paths);
+        batch.watch(&[0; CHAINS], &Tiling::new(scene.film.crop));
         let mut march = |iterations| {
             batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, to);
         };

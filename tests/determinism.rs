@@ -31,6 +31,15 @@ WorldBegin
 Texture "checks" "spectrum" "checkerboard" "float uscale" [4] "float vscale" [4] "rgb tex1" [.2 .2 .1] "rgb tex2" [.7 .8 .6]
 Texture "sky" "spectrum" "imagemap" "string filename" "sky.pfm"
 Texture "dim" "spectrum" "scale" "texture tex1" "sky" "rgb tex2" [.3 .3 .3]
+Texture "marble" "spectrum" "marble" "float variation" [2]
+Texture "creases" "float" "wrinkled"
+Texture "waves" "float" "windy"
+Texture "mottle" "float" "fbm"
+Texture "blocks" "float" "checkerboard" "integer dimension" [3] "texture tex1" "creases" "texture tex2" "mottle"
+Texture "round" "spectrum" "uv" "string mapping" "spherical"
+Texture "dots" "spectrum" "dots" "string mapping" "cylindrical" "texture inside" "marble" "texture outside" "round"
+Texture "plane" "spectrum" "bilerp" "string mapping" "planar"
+Texture "all" "spectrum" "mix" "texture tex1" "dots" "texture tex2" "plane" "texture amount" "waves"
 LightSource "infinite" "string mapname" "sky.pfm" "rgb scale" [.2 .2 .2]
 LightSource "infinite" "rgb L" [.05 .05 .1]
 LightSource "distant" "rgb L" [.4 .4 .3] "point from" [1 2 1] "point to" [0 0 0]
@@ -57,7 +66,7 @@ AttributeBegin
   Shape "sphere" "float radius" [0.7]
 AttributeEnd
 AttributeBegin
-  Material "plastic" "rgb Kd" [.3 .1 .1] "rgb Ks" [.4 .4 .4] "float roughness" [.1]
+  Material "plastic" "texture Kd" "all" "rgb Ks" [.4 .4 .4] "texture roughness" "blocks"
   Translate -0.8 0.7 -1
   Shape "sphere" "float radius" [0.7]
 AttributeEnd
@@ -157,6 +166,36 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
 #[test]
 fn every_feature_at_once() {
     expect_one_picture(&everything(), [16, 64]);
+}
+
+/// Smooth, rough and thin glass that disperses light.
+#[test]
+fn dispersion() {
+    let text = r#"
+LookAt 0 1 6  0 0.6 0  0 1 0
+Camera "perspective" "float fov" [40]
+Film "rgb" "integer xresolution" [30] "integer yresolution" [24]
+Integrator "mlt" "integer maxdepth" [5]
+WorldBegin
+LightSource "infinite" "rgb L" [.2 .2 .3]
+LightSource "spot" "rgb I" [30 30 30] "point3 from" [-4 3 0] "point3 to" [0 0.5 0] "float coneangle" [15]
+Material "diffuse"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-5 0 -5 -5 0 5 5 0 5 5 0 -5]
+AttributeBegin
+  Material "dielectric" "spectrum eta" "glass-F11"
+  Translate -0.8 0.7 0
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+AttributeBegin
+  Material "dielectric" "spectrum eta" [400 1.7 700 1.4] "float roughness" [.1]
+  Translate 0.8 0.7 0
+  Shape "sphere" "float radius" [0.7]
+AttributeEnd
+Material "thindielectric" "spectrum eta" "glass-BK7"
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.5 1 1 1.5 -1 1 1.5]
+"#;
+    let scene = load_str(text, "glass.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    expect_one_picture(&scene, [8, 32]);
 }
 
 /// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part here.

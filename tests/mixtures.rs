@@ -229,6 +229,74 @@ fn a_checkered_amount_shows_one_material_a_field() {
     }
 }
 
+/// An uber of one lobe is the material of that lobe.
+#[test]
+fn an_uber_of_one_lobe_is_that_material() {
+    let black = "\"rgb Kd\" [0 0 0] \"rgb Ks\" [0 0 0]";
+    for (uber, other, name) in [
+        (
+            "\"rgb Kd\" [.3 .5 .7] \"rgb Ks\" [0 0 0]".to_string(),
+            "\"matte\" \"rgb Kd\" [.3 .5 .7]",
+            "matte",
+        ),
+        (
+            format!("{black} \"rgb Kr\" [1 .9 .8] \"rgb Kt\" [.8 .9 1] \"float index\" 1.4"),
+            "\"glass\" \"rgb Kr\" [1 .9 .8] \"rgb Kt\" [.8 .9 1] \"float index\" 1.4",
+            "glass",
+        ),
+        (
+            "\"rgb Kd\" [0 0 0] \"rgb Ks\" [.9 .8 .7] \"float roughness\" .2".to_string(),
+            "\"glass\" \"rgb Kr\" [.9 .8 .7] \"rgb Kt\" [0 0 0] \"float uroughness\" .2 \"float vroughness\" .2",
+            "gloss",
+        ),
+        // Opacity scales: half of it passes straight on, as through a sheet of index 1.
+        (
+            "\"rgb Kd\" [.6 .6 .6] \"rgb Ks\" [0 0 0] \"rgb opacity\" [.5 .25 .125]".to_string(),
+            "\"mix\" \"string namedmaterial1\" \"air\" \"string namedmaterial2\" \"dull\" \"rgb amount\" [.5 .75 .875]",
+            "opacity",
+        ),
+    ] {
+        let extra = named("air", "\"glass\" \"float index\" 1")
+            + &named("dull", "\"matte\" \"rgb Kd\" [.6 .6 .6]");
+        let a = room(&extra, &format!("Material \"uber\" {uber}"));
+        let b = room(&extra, &format!("Material {other}"));
+        expect_same_picture(&a, &b, 32, name);
+    }
+}
+
+/// A convex ball in front of the camera, and light of radiance 1 from everywhere.
+fn ball(material: &str) -> Scene {
+    scene(
+        &(head(12, 9, 12, FRONT)
+            + "LightSource \"infinite\" \"rgb L\" [1 1 1]\n"
+            + &format!("Material {material}\nShape \"sphere\" \"float radius\" [2]\nWorldEnd\n")),
+    )
+}
+
+/// White paint and what its opacity lets pass lose nothing between them: all that is missing is what is still in the ball after the last
+/// event. No lobes of an uber that add up to less than 1 gain anything.
+#[test]
+fn ubers_keep_the_energy_that_they_should() {
+    let opacity = [0.3, 0.5, 0.6];
+    let scene = ball("\"uber\" \"rgb Kd\" [1 1 1] \"rgb Ks\" [0 0 0] \"rgb opacity\" [.3 .5 .6]");
+    for kind in BOTH {
+        let runs = Runs::new(&scene, &settings(&scene, kind, 64), SEEDS);
+        for (c, opacity) in opacity.into_iter().enumerate() {
+            let truth = 1.0 - (1.0 - opacity) * f64::powi(opacity, 11);
+            runs.whole(c)
+                .expect(truth, &format!("{kind:?}, channel {c}"));
+        }
+    }
+    let scene = ball(
+        "\"uber\" \"rgb Kd\" [.4 .4 .4] \"rgb Ks\" [.3 .3 .3] \"rgb Kr\" [.3 .3 .3] \"rgb opacity\" [.3 .5 .8]",
+    );
+    let runs = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS);
+    for c in 0..3 {
+        let seen = runs.whole(c);
+        assert!(seen.mean <= 1.0 + 6.0 * seen.error, "{seen:?}");
+    }
+}
+
 /// Mixtures that are specular in part, textured and nested ones; and emitting ones.
 #[test]
 fn integrators_agree() {
@@ -236,17 +304,84 @@ fn integrators_agree() {
         let scene = room("", &format!("NamedMaterial \"{name}\""));
         expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
     }
+    let lobes =
+        "\"rgb Kd\" [.3 .4 .5] \"rgb Ks\" [.4 .3 .2] \"rgb Kr\" [.5 .5 .5] \"rgb Kt\" [.3 .2 .4]";
+    for (name, material) in [
+        (
+            "uber",
+            format!("\"uber\" {lobes} \"rgb opacity\" [.6 .7 .8] \"float roughness\" .3"),
+        ),
+        (
+            "translucent",
+            "\"translucent\" \"rgb Kd\" [.8 .6 .4] \"rgb Ks\" [.5 .6 .7] \"float roughness\" .4"
+                .to_string(),
+        ),
+    ] {
+        let scene = room("", &format!("Material {material}"));
+        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+    }
     let scene = vessel(3, "nested", [1.0, 0.5, 2.0]);
     expect_integrators_agree(&scene, 128, SEEDS, [3, 3], "vessel");
 }
 
+/// A room of pbrt-v4, with a material of dispersive glass, a bumped one, and mixtures of them; its heights need points and coordinates.
+fn detailed(depth: u32, material: &str) -> Scene {
+    scene(&format!(
+        r#"LookAt 0 0.2 -3  0 -0.1 0  0 1 0
+        Camera "perspective" "float fov" [48]
+        Film "rgb" "integer xresolution" 16 "integer yresolution" 12
+        PixelFilter "box"
+        Integrator "path" "integer maxdepth" {depth}
+        WorldBegin
+        Texture "waves" "float" "checkerboard" "integer dimension" 3 "float tex1" 0.3 "float tex2" 0.8
+        Texture "dents" "float" "bilerp" "float v00" 0 "float v01" 0.4 "float v10" 0.3 "float v11" 0
+        MakeNamedMaterial "glass" "string type" "dielectric" "spectrum eta" [400 1.9 700 1.4]
+        MakeNamedMaterial "dented" "string type" "diffuse" "rgb reflectance" [.7 .5 .3] "texture displacement" "dents"
+        MakeNamedMaterial "metal" "string type" "conductor" "rgb reflectance" [.5 .7 .9] "float roughness" .3
+        MakeNamedMaterial "both" "string type" "mix" "string materials" ["dented" "glass"] "texture amount" "waves"
+        MakeNamedMaterial "all" "string type" "mix" "string materials" ["both" "metal"] "float amount" .4
+        MakeNamedMaterial "clear" "string type" "mix" "string materials" ["glass" "glass"] "float amount" .4
+        Material "diffuse" "rgb reflectance" [.6 .6 .6]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-2 -1 -2  -2 -1 2  2 -1 2  2 -1 -2]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-2 -1 2  -2 2 2  2 2 2  2 -1 2]
+        AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [6 5 4]
+        Translate 0 1.5 -.5 Rotate 90 1 0 0 Shape "disk" "float radius" .7
+        AttributeEnd
+        NamedMaterial "{material}"
+        AttributeBegin Translate -.6 -.3 0 Shape "sphere" "float radius" .6 AttributeEnd
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [.1 -1 .1  .1 .6 .1  1.2 .6 -.3  1.2 -1 -.3] "point2 uv" [0 0 0 1 1 1 1 0]
+        "#
+    ))
+}
+
+/// Components that tilt normals, and that disperse light.
+#[test]
+fn integrators_agree_on_bumped_and_dispersive_components() {
+    for name in ["both", "all"] {
+        let scene = detailed(4, name);
+        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+    }
+}
+
+/// Paths through a component have a wavelength if they would have one through that material alone.
+#[test]
+fn a_mixture_of_one_dispersive_glass_is_that_glass() {
+    expect_same_picture(&detailed(4, "clear"), &detailed(4, "glass"), 128, "clear");
+}
+
 #[test]
 fn bits_do_not_depend_on_lanes_or_batches() {
-    let scene = room("", "NamedMaterial \"nested\"");
+    for scene in [room("", "NamedMaterial \"nested\""), detailed(4, "all")] {
+        same_bits(&scene);
+    }
+}
+
+fn same_bits(scene: &Scene) {
     for kind in BOTH {
-        let settings = settings(&scene, kind, 8);
+        let settings = settings(scene, kind, 8);
         let bits = |settings: &Settings| {
-            let pixels = run(&scene, settings).pixels;
+            let pixels = run(scene, settings).pixels;
             pixels
                 .iter()
                 .flatten()

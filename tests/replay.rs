@@ -14,8 +14,9 @@ use common::scenes;
 use common::stats::Random;
 use phalanx::chain::batch::Batch;
 use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::learn::learned;
 use phalanx::chain::mutate::Kernel;
-use phalanx::integrate::{Settings, Silent, render};
+use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
 use phalanx::scene::{Scene, load, load_str};
@@ -82,7 +83,10 @@ fn odd_scene(dir: &Path) -> Scene {
         Texture "check" "spectrum" "checkerboard" "float uscale" 3 "rgb tex1" [.2 .3 .4] "rgb tex2" [.8 .7 .6]
         Material "diffuse" "texture reflectance" "check"
         Shape "bilinearmesh" "point3 P" [-3 -1 -3  3 -1 -3  -3 -1.2 3  3 -1 3]
-        Material "conductor" "float roughness" .1
+        Texture "creases" "float" "wrinkled"
+        Texture "marble" "spectrum" "marble" "float scale" 3
+        Texture "up" "spectrum" "directionmix" "texture tex1" "marble" "rgb tex2" [.9 .8 .7]
+        Material "conductor" "texture roughness" "creases" "texture reflectance" "up"
         Shape "sphere" "float radius" 1
         Material "dielectric"
         Translate 1 0 1.5
@@ -194,13 +198,26 @@ fn a_chain_does_again_what_it_did() {
         max_depth: 4,
         ..Settings::of(&scene)
     };
-    let stats = render(&scene, &settings, &Silent).unwrap().stats;
-    let world = World::new(&scene, 4);
+    for choice in [StrategyChoice::Uniform, StrategyChoice::Learned] {
+        let settings = Settings {
+            strategy_choice: choice,
+            ..settings.clone()
+        };
+        expect_chains_of(&scene, &settings, folder.path());
+    }
+}
+
+fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
+    let stats = render(scene, settings, &Silent).unwrap().stats;
+    let world = World::new(scene, 4);
     let kernel = Kernel::new(7, settings.large_step_probability, settings.sigma);
     for (depth, chain, iteration) in [(1, 0, 0), (2, 37, 5), (4, 63, 11)] {
         let replayed = json(
-            folder.path(),
-            &format!("room.pbrt {SMALL} --depth {depth} --chain {chain} --iteration {iteration}"),
+            folder,
+            &format!(
+                "room.pbrt {SMALL} --depth {depth} --chain {chain} --iteration {iteration} --strategy-choice {}",
+                settings.strategy_choice.name()
+            ),
         );
         // As many chains and iterations as the render has.
         let of_depth = &stats.depths[depth];
@@ -213,9 +230,13 @@ fn a_chain_does_again_what_it_did() {
         // All chains of the depth in one batch, at the other width.
         let plan = &world.plan.depths[depth];
         let boot = Bootstrap::run::<f32>(&world, plan, 7, 2000, &|| false);
+        let mut plan = plan.clone();
+        if settings.strategy_choice == StrategyChoice::Learned {
+            plan.choice = learned(&plan, boot.strategies()).expect("little light");
+        }
         let seeds = boot.seeds(7, plan.depth, of_depth.chains as usize);
         let mut paths = Paths::new(&world);
-        let mut batch = Batch::new::<f32>(&world, depth, 0, &seeds, 7, &mut paths);
+        let mut batch = Batch::new::<f32>(&world, &plan, 0, &seeds, 7, &mut paths);
         for _ in 0..iteration {
             batch.step::<f32>(&world, &kernel, &mut paths);
         }
@@ -235,6 +256,20 @@ fn a_chain_does_again_what_it_did() {
         assert_eq!(floats(&proposal["contribution"]), outcome.rgb);
         assert_eq!(floats(&proposal["raster"]), outcome.raster);
         assert_eq!(proposal["s"], outcome.s);
+        // The arguments that the report ends with are those of the same path.
+        let list: Vec<String> = (floats(&proposal["uniform_samples"])
+            .iter()
+            .map(f32::to_string))
+        .collect();
+        let again = json(
+            folder,
+            &format!(
+                "room.pbrt --resolution 40x40 --depth {depth} --samples {}",
+                list.join(",")
+            ),
+        );
+        assert_eq!(again["path"]["vertices"], proposal["vertices"]);
+        assert_eq!(again["path"]["s"], outcome.s);
         // A state of a chain carries light, and the weight is that of f64 but for roundings.
         let current = &replayed["current"];
         assert!(floats(&current["contribution"]).iter().any(|v| *v > 0.0));

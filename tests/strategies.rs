@@ -45,7 +45,11 @@ fn without_delta_caustics(scene: &mut Scene) {
     let point_like = |l: &phalanx::scene::Light| {
         matches!(
             l.kind,
-            LightKind::Point { .. } | LightKind::Spot { .. } | LightKind::Distant { .. }
+            LightKind::Point { .. }
+                | LightKind::Spot { .. }
+                | LightKind::Goniometric { .. }
+                | LightKind::Projection { .. }
+                | LightKind::Distant { .. }
         )
     };
     if !scene.lights.iter().any(point_like) {

@@ -77,7 +77,7 @@ impl Chains {
         let mut workspace = Workspace::new(world);
         let batches = (seeds.chunks(chains).enumerate())
             .map(|(i, seeds)| {
-                Batch::new::<L>(world, depth, i * chains, seeds, 1, &mut workspace.paths)
+                Batch::new::<L>(world, plan, i * chains, seeds, 1, &mut workspace.paths)
             })
             .collect();
         Some(Self {

@@ -143,7 +143,9 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             material: 0,
             light: NONE,
             first: 0,
+            alpha: NONE,
         }],
+        alphas: vec![],
         materials: vec![Material {
             name: String::new(),
             origin: String::new(),
@@ -151,6 +153,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
                 reflectance: black,
                 sigma: black,
             },
+            bump: None,
         }],
         textures: vec![],
         images: vec![],

@@ -47,6 +47,7 @@ fn light(scene: &mut Scene) {
         material: 0,
         light: 0,
         first,
+        alpha: NONE,
     });
     for (i, [a, b, c]) in [[0, 1, 2], [0, 2, 3]].into_iter().enumerate() {
         scene.triangles.push(Triangle {

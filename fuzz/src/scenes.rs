@@ -101,13 +101,22 @@ const AREA_LIGHTS: [&str; 4] = [
 ];
 
 /// Texture `t` is a colour, `f` a number.
-const TEXTURES: [[&str; 5]; 2] = [
+const TEXTURES: [[&str; 14]; 2] = [
     [
         "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"a.pfm\" \"float uscale\" # \"float udelta\" #",
         "Texture \"t\" \"color\" \"checkerboard\" \"float uscale\" # \"float vscale\" # \"rgb tex1\" [# # #]",
         "Texture \"t\" \"color\" \"mix\" \"texture amount\" \"f\" \"rgb tex1\" [# # #]",
         "Texture \"f\" \"float\" \"checkerboard\" \"float uscale\" 10 \"float tex1\" # \"float tex2\" #",
         "Texture \"f\" \"float\" \"scale\" \"texture tex1\" \"f\" \"float tex2\" #",
+        "Texture \"t\" \"color\" \"dots\" \"string mapping\" \"spherical\" \"rgb inside\" [# # #]",
+        "Texture \"t\" \"color\" \"bilerp\" \"string mapping\" \"cylindrical\" \"rgb v00\" [# # #]",
+        "Texture \"t\" \"color\" \"uv\" \"string mapping\" \"planar\" \"vector v1\" [# # #] \"vector v2\" [# # #] \"float udelta\" #",
+        "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"a.pfm\" \"string mapping\" \"planar\" \"vector v1\" [# # #]",
+        "TransformBegin Rotate # # # # Scale # # # Texture \"t\" \"color\" \"marble\" \"float scale\" # \"float variation\" # TransformEnd",
+        "Texture \"t\" \"color\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex1\" [# # #]",
+        "Texture \"f\" \"float\" \"fbm\" \"integer octaves\" 5 \"float roughness\" #",
+        "TransformBegin Scale # # # Texture \"f\" \"float\" \"wrinkled\" \"float roughness\" # TransformEnd",
+        "TransformBegin Translate # # # Texture \"f\" \"float\" \"windy\" TransformEnd",
     ],
     [
         "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.pfm\" \"float scale\" # \"bool invert\" true",
@@ -115,6 +124,15 @@ const TEXTURES: [[&str; 5]; 2] = [
         "Texture \"t\" \"spectrum\" \"mix\" \"texture amount\" \"f\" \"rgb tex1\" [# # #]",
         "Texture \"f\" \"float\" \"checkerboard\" \"float uscale\" 10 \"float tex1\" # \"float tex2\" #",
         "Texture \"f\" \"float\" \"scale\" \"texture tex\" \"f\" \"float scale\" #",
+        "Texture \"t\" \"spectrum\" \"dots\" \"string mapping\" \"spherical\" \"rgb inside\" [# # #]",
+        "Texture \"t\" \"spectrum\" \"bilerp\" \"string mapping\" \"cylindrical\" \"rgb v00\" [# # #]",
+        "Texture \"t\" \"spectrum\" \"directionmix\" \"vector3 dir\" [# # #] \"rgb tex1\" [# # #]",
+        "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"a.pfm\" \"string mapping\" \"planar\" \"vector3 v1\" [# # #]",
+        "AttributeBegin Rotate # # # # Scale # # # Texture \"t\" \"spectrum\" \"marble\" \"float scale\" # \"float variation\" # AttributeEnd",
+        "Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3 \"rgb tex1\" [# # #]",
+        "Texture \"f\" \"float\" \"fbm\" \"integer octaves\" 5 \"float roughness\" #",
+        "AttributeBegin Scale # # # Texture \"f\" \"float\" \"wrinkled\" \"float roughness\" # AttributeEnd",
+        "AttributeBegin Translate # # # Texture \"f\" \"float\" \"windy\" AttributeEnd",
     ],
 ];
 

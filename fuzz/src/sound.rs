@@ -38,8 +38,18 @@ pub fn tables(scene: &Scene) {
         assert!(shape.light == NONE || (shape.light as usize) < scene.lights.len());
     }
     for light in &scene.lights {
-        if let LightKind::Point { p, .. } | LightKind::Spot { p, .. } = light.kind {
-            finite(&p.to_array());
+        match light.kind {
+            LightKind::Point { p, .. } | LightKind::Spot { p, .. } => finite(&p.to_array()),
+            LightKind::Goniometric { p, image, .. } | LightKind::Projection { p, image, .. } => {
+                finite(&p.to_array());
+                assert!((image as usize) < scene.images.len());
+            }
+            LightKind::ImageTriangle { image, .. }
+            | LightKind::ImageSphere { image, .. }
+            | LightKind::InfiniteImage { image, .. } => {
+                assert!((image as usize) < scene.images.len());
+            }
+            _ => {}
         }
     }
     for bound in scene.bounds {
@@ -57,12 +67,9 @@ pub fn tables(scene: &Scene) {
             Param::Texture(child) => assert!((child as usize) < i),
             Param::Constant(_) => {}
         };
-        use phalanx::scene::Texture::*;
-        match *texture {
-            Constant(_) => {}
-            Scale { a, b } | Checkerboard { a, b, .. } => [a, b].map(earlier).into_iter().collect(),
-            Mix { a, b, amount } => [a, b, amount].map(earlier).into_iter().collect(),
-            Image { image, .. } => assert!((image as usize) < scene.images.len()),
+        texture.children().for_each(earlier);
+        if let phalanx::scene::Texture::Image { image, .. } = texture {
+            assert!((*image as usize) < scene.images.len());
         }
     }
 }

@@ -4,7 +4,10 @@
 //! raster positions uniformly over the *sampled region* of the film ([`Region`]); the importance of a strategy with `t = 1` is
 //! normalised over the same region, so that crops and wide filters keep both consistent.
 
-use crate::scene::{self, Projection};
+mod sphere;
+
+use self::sphere::Sphere;
+use crate::scene::{self, Projection, SphereMap};
 use crate::simd::{Lanes, Mask, Vec3, math};
 
 /// The part of the raster plane that samples fall in: the crop window grown by what the filter reaches beyond it.
@@ -69,6 +72,8 @@ pub struct Camera {
     inv_area: f32,
     lens_radius: f32,
     focal_distance: f32,
+    /// Read only by a camera that sees every direction.
+    sphere: Sphere,
     pub region: Region,
 }
 
@@ -77,7 +82,7 @@ pub struct CameraRay<L> {
     pub origin: Vec3<L>,
     /// Unit.
     pub direction: Vec3<L>,
-    /// Density of the first vertex: per solid angle (perspective), or per area of the film plane (orthographic, where the
+    /// Density of the first vertex: per solid angle (perspective, sphere), or per area of the film plane (orthographic, where the
     /// density over area at a surface is this times the cosine, whatever the distance).
     pub pdf: L,
 }
@@ -89,7 +94,7 @@ pub struct CameraConnection<L: Lanes> {
     /// Unit, from the point to the camera.
     pub to_camera: Vec3<L>,
     pub raster: (L, L),
-    /// Density over area that a camera subpath has at the point, without the cosine there: `pdf / distance^2` (perspective) or
+    /// Density over area that a camera subpath has at the point, without the cosine there: `pdf / distance^2` (perspective, sphere) or
     /// `pdf` (orthographic). It is also the factor that importance contributes, since both are normalised alike.
     pub pdf: L,
     pub valid: L::Mask,
@@ -120,6 +125,15 @@ impl Camera {
             inv_area: 1.0 / area,
             lens_radius: camera.lens_radius,
             focal_distance: camera.focal_distance,
+            sphere: Sphere::new(
+                match camera.projection {
+                    Projection::Sphere(map) => map,
+                    _ => SphereMap::EqualArea,
+                },
+                film.width,
+                film.height,
+                region,
+            ),
             region,
         }
     }
@@ -127,6 +141,19 @@ impl Camera {
     /// True if the lens takes two primary samples.
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
+    }
+
+    /// True if [`Self::connect`] reads its two primary samples: for a point on the lens, or for one of several places on the film.
+    pub fn connects_by_choice(&self) -> bool {
+        self.has_lens() || (self.sphere_map().is_some() && self.sphere.wraps)
+    }
+
+    /// Set if the camera sees every direction.
+    pub fn sphere_map(&self) -> Option<SphereMap> {
+        match self.projection {
+            Projection::Sphere(map) => Some(map),
+            _ => None,
+        }
     }
 
     /// True if `pdf` values are per area on a plane and distances to the camera leave densities alone.
@@ -146,6 +173,14 @@ impl Camera {
     /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`].
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
+        if self.sphere_map().is_some() {
+            let (direction, pdf) = self.sphere.direction(x, y);
+            return CameraRay {
+                origin: Vec3::splat(self.position()),
+                direction: direction.transform_vector(&self.to_world).normalize(),
+                pdf,
+            };
+        }
         let sx = x.mul_add(
             L::splat(self.screen_per_pixel[0]),
             L::splat(self.screen_origin[0]),
@@ -177,9 +212,13 @@ impl Camera {
         }
     }
 
-    /// Joins `p` to the camera. Invalid behind the camera and outside the region.
+    /// Joins `p` to the camera. Invalid behind the camera and outside the region. `lens` are two primary samples, read only if
+    /// [`Self::connects_by_choice`].
     #[inline(always)]
     pub fn connect<L: Lanes>(&self, p: Vec3<L>, lens: (L, L)) -> CameraConnection<L> {
+        if self.sphere_map().is_some() {
+            return self.connect_sphere(p, lens.0);
+        }
         let q = p.transform_point(&self.to_camera);
         if self.is_parallel() {
             let raster = self.raster(q.x, q.y);
@@ -220,6 +259,24 @@ impl Camera {
             to_camera: -(v * inv_d).transform_vector(&self.to_world),
             raster,
             pdf: (self.solid_angle_pdf(cos) / d2).or_zero(valid),
+            valid,
+        }
+    }
+
+    #[inline(always)]
+    fn connect_sphere<L: Lanes>(&self, p: Vec3<L>, choice: L) -> CameraConnection<L> {
+        let origin = Vec3::splat(self.position());
+        let v = p - origin;
+        let d2 = v.length2();
+        let w = v * (L::one() / d2.sqrt());
+        let (raster, pdf, valid) =
+            (self.sphere).raster(w.transform_vector(&self.to_camera), choice);
+        let valid = valid.and(d2.gt(L::zero()));
+        CameraConnection {
+            origin,
+            to_camera: -w,
+            raster,
+            pdf: (pdf / d2).or_zero(valid),
             valid,
         }
     }

@@ -16,8 +16,7 @@ const WEIGHT_BITS: u32 = 32;
 
 /// Chains of one depth and where they stand.
 pub struct Batch {
-    /// Index into the plan's depths.
-    pub depth: usize,
+    plan: DepthPlan,
     /// Global chain numbers, padded to a multiple of eight.
     ids: Vec<u32>,
     /// `0..n`, the chains without padding.
@@ -145,16 +144,16 @@ pub const MAX_CHAINS_PER_DEPTH: usize = 1 << MAX_CHAINS_BITS;
 pub const MAX_DEPTHS: u32 = 1 << (32 - MAX_CHAINS_BITS);
 
 impl Batch {
-    /// Chains `first..first + seeds.len()` of a depth, started from bootstrap samples.
+    /// Chains `first..first + seeds.len()` of a depth, started from bootstrap samples. `plan` is the world's plan of that depth, or differs
+    /// from it in how strategies are chosen.
     pub fn new<L: Lanes>(
         world: &World,
-        depth: usize,
+        plan: &DepthPlan,
         first: usize,
         seeds: &[u64],
         seed: u64,
         paths: &mut Paths,
     ) -> Self {
-        let plan = &world.plan.depths[depth];
         let n = seeds.len();
         let padded = n.next_multiple_of(8);
         let current = regenerate::<L>(plan, seed, seeds);
@@ -169,7 +168,7 @@ impl Batch {
             })
             .collect();
         Self {
-            depth,
+            plan: plan.clone(),
             ids: (first..first + padded)
                 .map(|j| chain_id(plan.depth, j))
                 .collect(),
@@ -199,9 +198,8 @@ impl Batch {
     }
 
     /// Watches the chains from now on. `groups` says which of the depth's [`GROUPS`](crate::film::GROUPS) groups each belongs to, ascending.
-    pub fn watch(&mut self, world: &World, groups: &[u8], tiling: &Tiling) {
-        let strategies = &world.plan.depths[self.depth].strategies;
-        self.monitor = Some(Monitor::new(groups, strategies, tiling));
+    pub fn watch(&mut self, groups: &[u8], tiling: &Tiling) {
+        self.monitor = Some(Monitor::new(groups, &self.plan.strategies, tiling));
     }
 
     /// What has been recorded, if the chains are watched.
@@ -269,7 +267,6 @@ impl Batch {
     /// One step of all chains. What they leave behind is splatted by [`Self::march`] only; [`Self::latest`] says what they did.
     #[inline(always)]
     pub fn step<L: Lanes>(&mut self, world: &World, kernel: &Kernel, paths: &mut Paths) {
-        let plan = &world.plan.depths[self.depth];
         let n = self.len();
         kernel.propose::<L>(
             &self.ids,
@@ -281,9 +278,9 @@ impl Batch {
         );
         paths.clock.count(Stage::Mutate, n, L::N);
         paths.clock.lap(Stage::Mutate);
-        world.evaluate_multiplexed::<L>(plan, &self.proposed, n, paths);
+        world.evaluate_multiplexed::<L>(&self.plan, &self.proposed, n, paths);
         self.accept::<L>(paths);
-        self.keep::<L>(plan);
+        self.keep::<L>();
         paths.clock.count(Stage::Accept, n, L::N);
         paths.clock.lap(Stage::Accept);
         self.iteration += 1;
@@ -398,8 +395,8 @@ impl Batch {
     }
 
     /// The primary samples of accepted proposals become current.
-    fn keep<L: Lanes>(&mut self, plan: &DepthPlan) {
-        for d in 0..plan.layout.total {
+    fn keep<L: Lanes>(&mut self) {
+        for d in 0..self.plan.layout.total {
             let to = self.current.row_mut(d).chunks_exact_mut(L::N);
             let from = self.proposed.row(d).chunks_exact(L::N);
             for ((to, from), taken) in to.zip(from).zip(self.taken.chunks_exact(L::N)) {

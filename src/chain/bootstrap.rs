@@ -8,7 +8,7 @@
 
 use super::accept::target;
 use super::mutate::ONE_MINUS_EPSILON;
-use crate::plan::DepthPlan;
+use crate::plan::{Choice, DepthPlan};
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream, unit_float};
 use crate::transport::samples::Samples;
@@ -124,10 +124,21 @@ pub struct Bootstrap {
     pub estimate: Estimate,
     /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
     values: Vec<Vec<f32>>,
+    /// Sums over the paths of each strategy, in order; none if no path has been made.
+    strategies: Vec<Moments>,
     /// Samples asked for.
     wanted: u64,
     pub rejected: u64,
     pub rays: u64,
+}
+
+/// What a chunk of paths has come to; no values if it was cancelled.
+#[derive(Default)]
+struct Part {
+    values: Vec<f32>,
+    strategies: Vec<Moments>,
+    rejected: u64,
+    rays: u64,
 }
 
 /// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
@@ -174,6 +185,7 @@ impl Bootstrap {
         Self {
             estimate: Estimate::default(),
             values: Vec::new(),
+            strategies: Vec::new(),
             wanted: count,
             rejected: 0,
             rays: 0,
@@ -218,9 +230,10 @@ impl Bootstrap {
     ) {
         let stream = Stream::new(seed, Purpose::Bootstrap);
         let until = until.min(self.wanted);
+        let room = depth.strategies.last().map_or(0, |s| *s as usize + 1);
         let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
             if cancelled() {
-                return (Vec::new(), 0, 0);
+                return Part::default();
             }
             let first = chunk * CHUNK;
             let n = (until - first).min(CHUNK) as usize;
@@ -229,9 +242,21 @@ impl Bootstrap {
             world.evaluate_multiplexed::<L>(depth, samples, n, paths);
             let rejected = paths.outcome.iter().filter(|o| o.rejected > 0).count() as u64;
             let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
-            (values, rejected, paths.rays - rays)
+            let mut by_light_vertices = vec![Moments::default(); room];
+            for (outcome, value) in paths.outcome.iter().zip(&values) {
+                if let Some(moments) = by_light_vertices.get_mut(outcome.s as usize) {
+                    moments.add(*value);
+                }
+            }
+            let strategies = depth.strategies.iter();
+            Part {
+                strategies: strategies.map(|s| by_light_vertices[*s as usize]).collect(),
+                values,
+                rejected,
+                rays: paths.rays - rays,
+            }
         };
-        let chunks: Vec<(Vec<f32>, u64, u64)> = (self.len() / CHUNK..until.div_ceil(CHUNK))
+        let chunks: Vec<Part> = (self.len() / CHUNK..until.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
                 || {
@@ -247,16 +272,26 @@ impl Bootstrap {
         // as if it had not been made.
         let whole = chunks
             .into_iter()
-            .take_while(|(values, ..)| !values.is_empty());
-        for (values, rejected, rays) in whole {
+            .take_while(|part| !part.values.is_empty());
+        self.strategies
+            .resize(depth.strategies.len(), Moments::default());
+        for part in whole {
             // Chunk by chunk: the order of the sum does not depend on threads or rounds.
-            let mut part = Moments::default();
-            values.iter().for_each(|v| part.add(*v));
-            self.estimate.bootstrap.merge(&part);
-            self.values.push(values);
-            self.rejected += rejected;
-            self.rays += rays;
+            let mut sum = Moments::default();
+            part.values.iter().for_each(|v| sum.add(*v));
+            self.estimate.bootstrap.merge(&sum);
+            for (to, from) in self.strategies.iter_mut().zip(&part.strategies) {
+                to.merge(from);
+            }
+            self.values.push(part.values);
+            self.rejected += part.rejected;
+            self.rays += part.rays;
         }
+    }
+
+    /// Sums over the paths of each of the depth's strategies, in order; empty if no path has been made.
+    pub fn strategies(&self) -> &[Moments] {
+        &self.strategies
     }
 
     /// Target of every path, in order.
@@ -313,12 +348,26 @@ fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
     spread / (REPLICAS * (REPLICAS - 1)) as f64
 }
 
-/// The primary samples of bootstrap paths `indices`, as columns of a new matrix.
+/// The primary samples of bootstrap paths `indices`, as columns of a new matrix; of the same paths under the choice of `depth`, whatever that
+/// is, though the bootstrap chose uniformly.
+///
+/// Only the sample that chooses the strategy differs: it moves to the same part of that strategy's interval ([`Choice::carry`]). A path `x` of
+/// strategy `s` then has the target `F'(x) = f(x) / q_s` in place of `F(x) = n f(x)`, with `q_s` the new probability and `n` the number of
+/// strategies; and first states drawn in proportion to `F` are what first states should be, in proportion to `F'`:
+/// the density of the state at `u'`, the image of `u`, is `F(u) du / du'`, and the map stretches an interval of length `1 / n` to `q_s`, so
+/// that `du / du' = 1 / (n q_s)` and the density is `n f / (n q_s) = f / q_s = F'(u')`. Both integrate to the same `b`. So neither the
+/// bootstrap's estimate nor [`Bootstrap::seeds`] has to know of the new choice, and chains start in equilibrium.
 pub fn regenerate<L: Lanes>(depth: &DepthPlan, seed: u64, indices: &[u64]) -> Samples {
     let stream = Stream::new(seed, Purpose::Bootstrap);
     let mut samples = Samples::new(depth.layout.total, indices.len());
     if !indices.is_empty() {
         fill::<L>(&stream, depth, &mut samples, indices.len(), |i| indices[i]);
+        if !depth.choice.is_uniform() {
+            let uniform = Choice::uniform(&depth.strategies);
+            for u in &mut samples.row_mut(depth.layout.strategy)[..indices.len()] {
+                *u = depth.choice.carry(&uniform, *u);
+            }
+        }
     }
     samples
 }

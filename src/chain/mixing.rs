@@ -18,6 +18,9 @@ pub struct Mixing {
     pub rhat: Option<f64>,
     /// Smallest effective sample size of the three, over all chains; `None` likewise.
     pub ess: Option<f64>,
+    /// Part of all small and of all large proposals that carries no light; `None` if there was none.
+    pub dark_small: Option<f64>,
+    pub dark_large: Option<f64>,
     pub strategies: Vec<StrategyMixing>,
     /// Chains that stayed in one state for more than [`LONG_STAY`] iterations and a tenth of their length.
     pub stuck: Vec<Stuck>,
@@ -82,7 +85,16 @@ impl Mixing {
         let strategies = (0..first.strategies().len())
             .map(|i| strategy(depth, i, monitors))
             .collect();
+        let dark = |kind: usize| {
+            let mut all = Tally::default();
+            for tally in monitors.iter().flat_map(|m| &m.tallies()[kind]) {
+                all.merge(tally);
+            }
+            (all.proposals > 0).then(|| all.dark as f64 / all.proposals as f64)
+        };
         Self {
+            dark_small: dark(0),
+            dark_large: dark(1),
             rhat: worst(scalars.each_ref().map(Scalar::rhat), f64::max),
             ess: worst(scalars.each_ref().map(Scalar::ess), f64::min),
             strategies,

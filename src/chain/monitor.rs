@@ -113,6 +113,8 @@ pub struct Monitor {
     places: Vec<f32>,
     /// Of the depth, ascending.
     strategies: Vec<u32>,
+    /// Index of a strategy, by its light vertices.
+    index: Vec<usize>,
     segments: [Segment; SEGMENTS],
     /// Segments that are full.
     full: usize,
@@ -161,6 +163,10 @@ impl Monitor {
             }
         });
         let groups = groups.collect();
+        let mut index = vec![0; strategies.last().map_or(0, |s| *s as usize + 1)];
+        for (i, s) in strategies.iter().enumerate() {
+            index[*s as usize] = i;
+        }
         let never = Stay {
             iterations: 0,
             raster: [0.0; 2],
@@ -170,6 +176,7 @@ impl Monitor {
             groups,
             places: vec![0.0; chains.next_multiple_of(8)],
             strategies: strategies.to_vec(),
+            index,
             segments: std::array::from_fn(|_| Segment::new(chains, all)),
             full: 0,
             records: 0,
@@ -244,7 +251,6 @@ impl Monitor {
 
     fn record(&mut self, view: &View) {
         let all = self.strategies.len();
-        let first = self.strategies.first().copied().unwrap_or(0);
         let segment = &mut self.segments[self.full];
         for i in 0..self.held.len() {
             let Row([_, _, _, x, y, s, ..]) = view.states[i];
@@ -254,7 +260,7 @@ impl Monitor {
                 segment.squares[c][i] += v * v;
             }
             let s = s.to_bits();
-            segment.visits[i * all + (s - first) as usize] += 1;
+            segment.visits[i * all + self.index[s as usize]] += 1;
             let held = self.held[i] as u32;
             if held > self.stays[i].iterations {
                 self.stays[i] = Stay {
@@ -265,7 +271,7 @@ impl Monitor {
             }
             let outcome = &view.proposed[i];
             let kind = usize::from(view.large[i] > 0.0);
-            let tally = &mut self.tallies[kind][(outcome.s - first) as usize];
+            let tally = &mut self.tallies[kind][self.index[outcome.s as usize]];
             tally.proposals += 1;
             tally.accepted += f64::from(view.share[i]);
             tally.dark += u64::from(outcome.rgb == [0.0; 3]);

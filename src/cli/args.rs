@@ -10,7 +10,7 @@ use super::Failure;
 pub use super::compare::args::CompareArgs;
 pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
-use crate::integrate::{Settings, Width};
+use crate::integrate::{Settings, StrategyChoice, Width};
 use crate::scene::{Film, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
@@ -237,6 +237,10 @@ pub struct ChainArgs {
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<f32>,
 
+    /// How chains choose among the bidirectional strategies of their depth (mmlt) [default: uniform]
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub strategy_choice: Option<ChoiceName>,
+
     /// Random seed
     #[arg(
         long,
@@ -334,6 +338,25 @@ pub enum Integrator {
     Pt,
 }
 
+/// How chains choose strategies, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ChoiceName {
+    /// Each strategy of a depth as often as any other
+    Uniform,
+    /// More often those that the bootstrap has seen carry light, none less than half as often as uniformly
+    Learned,
+}
+
+impl ChoiceName {
+    /// The setting of that name.
+    pub fn setting(self) -> StrategyChoice {
+        match self {
+            ChoiceName::Uniform => StrategyChoice::Uniform,
+            ChoiceName::Learned => StrategyChoice::Learned,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Lanes {
     #[value(name = "1")]
@@ -424,6 +447,9 @@ impl ChainArgs {
         s.max_depth = self.max_depth.unwrap_or(s.max_depth);
         s.large_step_probability = self.large_step.unwrap_or(s.large_step_probability);
         s.sigma = self.sigma.unwrap_or(s.sigma);
+        if let Some(choice) = self.strategy_choice {
+            s.strategy_choice = choice.setting();
+        }
     }
 
     /// Flags given that only chains know.
@@ -434,6 +460,7 @@ impl ChainArgs {
             ("--bootstrap", self.bootstrap.is_some()),
             ("--large-step", self.large_step.is_some()),
             ("--sigma", self.sigma.is_some()),
+            ("--strategy-choice", self.strategy_choice.is_some()),
         ];
         flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
     }

@@ -13,7 +13,8 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Camera, FilterKind, IntegratorKind, LightKind, Projection, Scene, Space, Texture,
+    Bump, Camera, FilterKind, IntegratorKind, LightKind, Material, NONE, Projection, Scene, Space,
+    SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -92,21 +93,67 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     for (name, count) in rows {
         writeln!(out, "  {name:<13} {count}")?;
     }
+    let cut = scene.shapes.iter().filter(|s| s.alpha != NONE).count();
+    if cut > 0 {
+        writeln!(out, "  cut-outs      in {cut} of the shapes")?;
+    }
     let kernels = Kind::ALL.map(|kind| {
         let count = world
             .materials
             .entries
             .iter()
-            .filter(|e| e.kind == kind)
+            .filter(|e| e.kind == kind && !e.mixture)
             .count();
         (kind.name(), count)
     });
+    let mixtures = (world.materials.entries.iter())
+        .filter(|e| e.mixture)
+        .count();
+    let kernels = [&kernels[..], &[("mixture", mixtures)]].concat();
     writeln!(
         out,
         "  materials     {}",
         tally(scene.materials.len(), &kernels)
     )?;
-    let textures = ["constant", "scale", "mix", "checkerboard", "image"].map(|name| {
+    for material in &scene.materials {
+        if let Some(index) = material.kind.dispersion() {
+            let [violet, red] = [400.0, 700.0].map(|nm| index.at(nm));
+            writeln!(
+                out,
+                "  dispersive    {} ({}): index {violet:.4} at 400 nm, {red:.4} at 700 nm",
+                material.name, material.origin
+            )?;
+        }
+    }
+    let bumps = ["bump map", "normal map"].map(|name| {
+        let is_normal = name == "normal map";
+        let has = |m: &&Material| {
+            m.bump
+                .is_some_and(|b| matches!(b, Bump::Normal { .. }) == is_normal)
+        };
+        (name, scene.materials.iter().filter(has).count())
+    });
+    let bumped = bumps.iter().map(|b| b.1).sum();
+    if bumped > 0 {
+        writeln!(out, "  bumps         {}", tally(bumped, &bumps))?;
+    }
+    let kinds = [
+        "constant",
+        "scale",
+        "mix",
+        "directionmix",
+        "checkerboard",
+        "3D checkerboard",
+        "dots",
+        "bilerp",
+        "uv",
+        "fbm",
+        "wrinkled",
+        "windy",
+        "marble",
+        "image",
+    ];
+    let textures = kinds.map(|name| {
         let count = scene
             .textures
             .iter()
@@ -130,8 +177,12 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     let kinds = [
         "triangle",
         "sphere",
+        "image triangle",
+        "image sphere",
         "point",
         "spot",
+        "goniometric",
+        "projection",
         "distant",
         "constant infinite",
         "image infinite",
@@ -167,7 +218,16 @@ fn texture_name(texture: &Texture) -> &'static str {
         Texture::Constant(_) => "constant",
         Texture::Scale { .. } => "scale",
         Texture::Mix { .. } => "mix",
+        Texture::DirectionMix { .. } => "directionmix",
         Texture::Checkerboard { .. } => "checkerboard",
+        Texture::Blocks { .. } => "3D checkerboard",
+        Texture::Dots { .. } => "dots",
+        Texture::Bilerp { .. } => "bilerp",
+        Texture::Uv { .. } => "uv",
+        Texture::Fbm { .. } => "fbm",
+        Texture::Wrinkled { .. } => "wrinkled",
+        Texture::Windy { .. } => "windy",
+        Texture::Marble { .. } => "marble",
         Texture::Image { .. } => "image",
     }
 }
@@ -176,8 +236,12 @@ fn light_name(light: &LightKind) -> &'static str {
     match light {
         LightKind::Triangle { .. } => "triangle",
         LightKind::Sphere { .. } => "sphere",
+        LightKind::ImageTriangle { .. } => "image triangle",
+        LightKind::ImageSphere { .. } => "image sphere",
         LightKind::Point { .. } => "point",
         LightKind::Spot { .. } => "spot",
+        LightKind::Goniometric { .. } => "goniometric",
+        LightKind::Projection { .. } => "projection",
         LightKind::Distant { .. } => "distant",
         LightKind::InfiniteConstant { .. } => "constant infinite",
         LightKind::InfiniteImage { .. } => "image infinite",
@@ -206,6 +270,8 @@ fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
                 length(y0, y1)
             )
         }
+        Projection::Sphere(SphereMap::Equirectangular) => "every direction, equirectangular".into(),
+        Projection::Sphere(SphereMap::EqualArea) => "every direction, equal-area".into(),
     };
     writeln!(
         out,

@@ -218,6 +218,7 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
                 AttributeValue::Float(settings.large_step_probability.into()),
             ),
             ("sigma", AttributeValue::Float(settings.sigma.into())),
+            ("strategy_choice", text(settings.strategy_choice.name())),
         ]),
         IntegratorKind::Pt => {
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
@@ -279,6 +280,7 @@ mod tests {
             bootstrap: 1,
             large_step_probability: 0.3,
             sigma: 0.01,
+            strategy_choice: crate::integrate::StrategyChoice::Uniform,
             time: None,
             target_error: None,
             estimate_error: true,

@@ -3,8 +3,10 @@
 //! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere), never taken from the ray, and
 //! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
 
+mod derivatives;
 mod sphere;
 
+pub use self::derivatives::Derivatives;
 use self::sphere::{SphereMap, sphere_rows};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
 use crate::simd::{Frame, Lanes, Mask, Row, Vec3, math};
@@ -62,6 +64,8 @@ pub struct AreaSample<L: Lanes> {
     pub ng: Vec3<L>,
     /// Per internal area.
     pub pdf: L,
+    /// Zero unless asked for.
+    pub uv: [L; 2],
 }
 
 impl<'a> Geometry<'a> {
@@ -100,6 +104,11 @@ impl<'a> Geometry<'a> {
                 1.0
             },
         }
+    }
+
+    /// How many triangles there are: the first primitive that is a sphere.
+    pub fn triangles(&self) -> u32 {
+        self.triangles.len() as u32
     }
 
     /// The shape of a primitive (triangles first, then spheres), and the light it is, or [`NONE`].
@@ -223,11 +232,7 @@ impl<'a> Geometry<'a> {
         let ng = map.normal(w);
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
         if wanted.uv {
-            // pbrt: u runs with phi, v from the south pole up.
-            let turns = math::atan2(w.y, w.x) * L::splat(0.5 * std::f32::consts::FRAC_1_PI);
-            let u = L::select(turns.lt(L::zero()), turns + L::one(), turns);
-            let v = math::acos(w.z).mul_add(L::splat(-std::f32::consts::FRAC_1_PI), L::one());
-            uv = [u, v];
+            uv = unit_sphere_uv(w);
         }
         if wanted.tangent {
             tangent = map.vector_to_world(Vec3::new(-w.y, w.x, L::zero()));
@@ -242,6 +247,25 @@ impl<'a> Geometry<'a> {
         }
     }
 
+    /// Texture coordinates at barycentric coordinates of triangles; lanes whose `prim` is none get those of vertex 0.
+    #[inline(always)]
+    pub fn triangle_uv<L: Lanes>(&self, prim: &[u32], b1: L, b2: L) -> [L; 2] {
+        let wanted = Wanted {
+            uv: true,
+            tangent: false,
+            normals: false,
+            spheres: false,
+        };
+        self.triangle_point(prim, b1, b2, wanted).uv
+    }
+
+    /// Texture coordinates at points `p` of spheres (`sphere` are sphere indices).
+    #[inline(always)]
+    pub fn sphere_uv<L: Lanes>(&self, sphere: &[u32], p: Vec3<L>) -> [L; 2] {
+        let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
+        unit_sphere_uv(map.to_unit(p).normalize())
+    }
+
     /// Uniform over triangles (`prim` all triangles) of known areas.
     #[inline(always)]
     pub fn sample_triangles<L: Lanes>(
@@ -250,32 +274,32 @@ impl<'a> Geometry<'a> {
         u: L,
         v: L,
         inv_area: L,
+        uv: bool,
     ) -> AreaSample<L> {
-        // pbrt-v3, section 13.6.5.
-        let root = u.sqrt();
-        let b1 = v * root;
+        let [b1, b2] = sampled_barycentrics(u, v);
         let wanted = Wanted {
-            uv: false,
+            uv,
             tangent: false,
             normals: false,
             spheres: false,
         };
-        let point = self.triangle_point(prim, b1, L::one() - root, wanted);
+        let point = self.triangle_point(prim, b1, b2, wanted);
         AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
             pdf: inv_area,
+            uv: point.uv,
         }
     }
 
     /// Uniform over the unit sphere behind each sphere (`sphere` are sphere indices); uniform over area for true spheres.
     #[inline(always)]
-    pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L) -> AreaSample<L> {
+    pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L, uv: bool) -> AreaSample<L> {
         let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
         let w = math::uniform_sphere(u, v);
         let wanted = Wanted {
-            uv: false,
+            uv,
             tangent: false,
             normals: false,
             spheres: true,
@@ -286,6 +310,7 @@ impl<'a> Geometry<'a> {
             error: point.error,
             ng: point.ng,
             pdf: map.area_pdf(w),
+            uv: point.uv,
         }
     }
 
@@ -356,6 +381,23 @@ impl<'a> Geometry<'a> {
         };
         (L::Mask::from_bits(valid), map)
     }
+}
+
+/// Barycentric coordinates of vertices 1 and 2, uniform over a triangle (pbrt-v3, section 13.6.5).
+#[inline(always)]
+pub fn sampled_barycentrics<L: Lanes>(u: L, v: L) -> [L; 2] {
+    let root = u.sqrt();
+    [v * root, L::one() - root]
+}
+
+/// Texture coordinates of the unit sphere at unit `w`.
+#[inline(always)]
+fn unit_sphere_uv<L: Lanes>(w: Vec3<L>) -> [L; 2] {
+    // pbrt: u runs with phi, v from the south pole up.
+    let turns = math::atan2(w.y, w.x) * L::splat(0.5 * std::f32::consts::FRAC_1_PI);
+    let u = L::select(turns.lt(L::zero()), turns + L::one(), turns);
+    let v = math::acos(w.z).mul_add(L::splat(-std::f32::consts::FRAC_1_PI), L::one());
+    [u, v]
 }
 
 /// Unit normal of `a x b`, safe against underflow for tiny edges.

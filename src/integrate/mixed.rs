@@ -154,6 +154,18 @@ pub(super) fn judge(
         f64::max,
     );
     stats.ess = worst(important().filter_map(|d| d.mixing.ess).collect(), f64::min);
+    // A sixteenth of the mutations of every depth is recorded, of either kind the same part.
+    let dark = |of: fn(&Mixing) -> Option<f64>| {
+        let known = depths
+            .iter()
+            .filter_map(|d| Some((of(&d.mixing)?, d.mutations as f64)));
+        let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (part, n)| {
+            (sum + part * n, all + n)
+        });
+        (all > 0.0).then(|| sum / all)
+    };
+    stats.dark_small = dark(|m| m.dark_small);
+    stats.dark_large = dark(|m| m.dark_large);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
     warnings.extend(apart(&depths, &tiles, tiling));
     warnings.extend(stuck(tiling, light, &depths, &tiles));

@@ -52,6 +52,8 @@ pub struct Settings {
     pub estimate_error: bool,
     /// Return the squared standard error of every pixel, too.
     pub error_layers: bool,
+    /// How chains choose among the strategies of their depth (MMLT).
+    pub strategy_choice: StrategyChoice,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
     pub batch: Option<usize>,
     /// Cheaper alternatives that are on; none unless this is a bench build.
@@ -94,8 +96,27 @@ impl Settings {
             target_error: None,
             estimate_error: true,
             error_layers: false,
+            strategy_choice: StrategyChoice::Uniform,
             batch: None,
             switches: Switches::NONE,
+        }
+    }
+}
+
+/// How a path chooses among the strategies of its depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StrategyChoice {
+    /// Each as often as any other.
+    Uniform,
+    /// As the bootstrap suggests, see [`learn`](crate::chain::learn). The picture's expectation is the same.
+    Learned,
+}
+
+impl StrategyChoice {
+    pub fn name(self) -> &'static str {
+        match self {
+            StrategyChoice::Uniform => "uniform",
+            StrategyChoice::Learned => "learned",
         }
     }
 }
@@ -167,6 +188,9 @@ pub struct Stats {
     pub total_seconds: f64,
     pub acceptance_large: f64,
     pub acceptance_small: f64,
+    /// Part of small and of large proposals that carries no light, over all depths; `None` if not recorded.
+    pub dark_small: Option<f64>,
+    pub dark_large: Option<f64>,
     /// Mean over the sampled raster region of the target (mean channel of radiance), and its standard error.
     pub b: f64,
     pub b_stderr: f64,

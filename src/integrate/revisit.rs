@@ -6,6 +6,7 @@ use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool};
 use crate::chain::batch::{Batch, State, Step};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
+use crate::plan::DepthPlan;
 use crate::scene::Scene;
 use crate::simd::f32x8;
 use crate::transport::{Paths, World};
@@ -27,6 +28,8 @@ pub struct Whose {
 /// What a chain did in an iteration.
 #[derive(Clone, Debug)]
 pub struct Visit {
+    /// What the samples of the chain mean: the plan of its depth, with the choice of strategies that the chains make.
+    pub plan: DepthPlan,
     /// Chains of the depth, and iterations that each makes in a whole render.
     pub chains: usize,
     pub iterations: u32,
@@ -108,8 +111,8 @@ pub fn revisit(
         settings.sigma,
     );
     let mut paths = Paths::new(world);
-    let index = depth as usize;
-    let mut batch = Batch::new::<f32x8>(world, index, first, together, settings.seed, &mut paths);
+    let plan = &allotment.plan;
+    let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
     for _ in 0..iteration {
         if observer.stop() {
             return fail("stopped".into());
@@ -119,6 +122,7 @@ pub fn revisit(
     let state = batch.state(chain - first);
     batch.step::<f32x8>(world, &kernel, &mut paths);
     Ok(Visit {
+        plan: allotment.plan.clone(),
         chains: allotment.chains,
         iterations: allotment.iterations,
         start: seeds[chain],

@@ -3,9 +3,11 @@
 use super::Run;
 use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
+use crate::chain::learn::learned;
 use crate::chain::mutate::Kernel;
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
-use crate::integrate::{EndedBy, Phase};
+use crate::integrate::{EndedBy, Phase, Settings, StrategyChoice};
+use crate::plan::DepthPlan;
 use crate::simd::Lanes;
 use crate::transport::Paths;
 use rayon::prelude::*;
@@ -36,6 +38,8 @@ pub(super) const STRIDE: u32 = 16;
 pub(super) struct Allotment {
     /// Index into the plan's depths.
     pub depth: usize,
+    /// The plan of that depth, with the choice of strategies that its chains make.
+    pub plan: DepthPlan,
     pub chains: usize,
     pub layer: usize,
     /// Iterations of every chain in the whole run, the same for all depths of a layer.
@@ -63,6 +67,7 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
             let wish = (wish.ceil() as usize).max(fewest.min(chains));
             Allotment {
                 depth,
+                plan: chosen(run.settings, &run.world.plan.depths[depth], boot),
                 // Two halves of full lanes.
                 chains: wish.next_multiple_of(16).min(MAX_CHAINS_PER_DEPTH),
                 layer,
@@ -85,6 +90,18 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
         }
     }
     list
+}
+
+/// `plan` with the choice of strategies that chains make after this bootstrap.
+pub(super) fn chosen(settings: &Settings, plan: &DepthPlan, bootstrap: &Bootstrap) -> DepthPlan {
+    let learned = match settings.strategy_choice {
+        StrategyChoice::Uniform => None,
+        StrategyChoice::Learned => learned(plan, bootstrap.strategies()),
+    };
+    DepthPlan {
+        choice: learned.unwrap_or_else(|| plan.choice.clone()),
+        ..plan.clone()
+    }
 }
 
 /// First states of the chains of an allotment, and the independent groups they fall into.
@@ -203,9 +220,9 @@ impl<'a> March<'a> {
                     let first = chains.start;
                     let seeds = &start.seeds[chains.clone()];
                     let mut batch =
-                        Batch::new::<L>(run.world, a.depth, first, seeds, settings.seed, paths);
+                        Batch::new::<L>(run.world, &a.plan, first, seeds, settings.seed, paths);
                     if settings.estimate_error {
-                        batch.watch(run.world, &start.groups[chains], tiling);
+                        batch.watch(&start.groups[chains], tiling);
                     }
                     (a, to, Mutex::new(batch))
                 },

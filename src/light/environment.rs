@@ -1,10 +1,11 @@
-//! Environment maps: radiance by direction, importance sampled by a piecewise-constant density over their texels.
+//! Spherical maps: radiance or intensity by direction, importance sampled by a piecewise-constant density over their texels.
 
-use crate::scene::{EnvLayout, Image, Rgb};
+use super::distribution::{Distribution, bilinear, tent};
+use crate::scene::{EnvLayout, Filtering, Image, Rgb};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
-/// An image around the scene.
+/// An image around the scene, or around a point.
 pub struct Environment {
     width: usize,
     height: usize,
@@ -12,87 +13,50 @@ pub struct Environment {
     texels: Vec<Rgb>,
     to_light: [[f32; 3]; 3],
     layout: EnvLayout,
-    /// Cumulative probability of rows, and of texels within each row, ending in 1.
-    rows: Vec<f32>,
-    columns: Vec<f32>,
+    filtering: Filtering,
+    distribution: Distribution,
 }
 
 impl Environment {
-    pub fn new(image: &Image, scale: Rgb, to_light: [[f32; 3]; 3], layout: EnvLayout) -> Self {
+    pub fn new(
+        image: &Image,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        layout: EnvLayout,
+        filtering: Filtering,
+    ) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let texels: Vec<Rgb> = (image.texels.iter())
-            .map(|t| std::array::from_fn(|c| t[c] * scale[c]))
+            .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).max(0.0)))
             .collect();
-        let mut map = Self {
+        let size = [width, height];
+        let value =
+            |x: i64, y: i64| f64::from(super::mean(texels[wrapped(layout, size, x, y)]).max(0.0));
+        let distribution = Distribution::new(
+            size,
+            |x, y| match filtering {
+                Filtering::Nearest => value(x, y),
+                Filtering::Bilinear => tent(value, x, y),
+            },
+            |y| row_weight(layout, height, y),
+        );
+        Self {
             width,
             height,
             texels,
             to_light,
             layout,
-            rows: Vec::new(),
-            columns: Vec::new(),
-        };
-        map.tabulate();
-        map
-    }
-
-    /// Bilinear look-ups reach into neighbouring texels: the density is the tent-filtered image, positive wherever radiance is.
-    fn tabulate(&mut self) {
-        let value = |x: i64, y: i64| f64::from(super::mean(self.texel(x, y)).max(0.0));
-        let mut row_sums = Vec::with_capacity(self.height);
-        let mut columns = Vec::with_capacity(self.width * self.height);
-        for y in 0..self.height as i64 {
-            let mut running = 0.0;
-            let start = columns.len();
-            for x in 0..self.width as i64 {
-                let mut sum = 0.0;
-                for (dy, wy) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
-                    for (dx, wx) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
-                        sum += wx * wy * value(x + dx, y + dy);
-                    }
-                }
-                running += sum;
-                columns.push(running);
-            }
-            for c in &mut columns[start..] {
-                *c = if running > 0.0 { *c / running } else { 1.0 };
-            }
-            row_sums.push(running * self.row_weight(y as usize));
-        }
-        let total: f64 = row_sums.iter().sum();
-        let mut running = 0.0;
-        self.rows = (row_sums.iter())
-            .map(|r| {
-                running += r;
-                if total > 0.0 {
-                    (running / total) as f32
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        self.columns = columns.into_iter().map(|c| c as f32).collect();
-        if let Some(last) = self.rows.last_mut() {
-            *last = 1.0;
+            filtering,
+            distribution,
         }
     }
 
-    /// Solid angle of a row's texels, up to a factor.
-    fn row_weight(&self, y: usize) -> f64 {
-        match self.layout {
-            EnvLayout::LatLong => {
-                ((y as f64 + 0.5) / self.height as f64 * std::f64::consts::PI).sin()
-            }
-            EnvLayout::EqualArea => 1.0,
-        }
-    }
-
-    /// Mean radiance over the sphere.
+    /// Mean over the sphere.
     pub fn mean(&self) -> Rgb {
         let mut sum = [0.0; 3];
         let mut weights = 0.0;
         for y in 0..self.height {
-            let w = self.row_weight(y);
+            let w = row_weight(self.layout, self.height, y);
             weights += w * self.width as f64;
             for t in &self.texels[y * self.width..(y + 1) * self.width] {
                 for c in 0..3 {
@@ -103,18 +67,7 @@ impl Environment {
         sum.map(|s| (s / weights) as f32)
     }
 
-    /// A texel with the layout's own neighbours beyond the border.
-    fn texel(&self, x: i64, y: i64) -> Rgb {
-        let (w, h) = (self.width as i64, self.height as i64);
-        let (x, y) = match self.layout {
-            EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
-            EnvLayout::EqualArea => octahedral_wrap(x, y, w),
-        };
-        self.texels[(y * w + x) as usize]
-    }
-
-    /// Radiance from unit `direction` (internal space, pointing away from the scene) and the density of sampling it, per
-    /// solid angle.
+    /// What the map has along unit `direction` (internal space, away from its centre) and the density of sampling it, per solid angle.
     #[inline(always)]
     pub fn radiance_and_pdf<L: Lanes>(&self, direction: Vec3<L>) -> (Vec3<L>, L) {
         let mut out = [[0.0f32; 4]; 8];
@@ -125,7 +78,8 @@ impl Environment {
         (Vec3::new(column(0), column(1), column(2)), column(3))
     }
 
-    fn look_up(&self, d: [f32; 3]) -> [f32; 4] {
+    /// The same for one direction.
+    pub fn look_up(&self, d: [f32; 3]) -> [f32; 4] {
         let mut local = [0.0; 3];
         for (x, m) in local.iter_mut().zip(&self.to_light) {
             *x = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
@@ -152,43 +106,23 @@ impl Environment {
         let (x, y) = (u * self.width as f32, v * self.height as f32);
         let tx = (x as usize).min(self.width - 1);
         let ty = (y as usize).min(self.height - 1);
-        let density = self.texel_probability(tx, ty) * (self.width * self.height) as f32;
+        let density = self.distribution.density(tx, ty);
         // The density within a texel of a lat-long map varies with the sine; at the very pole it has no limit.
         let pdf = if solid > 0.0 { density / solid } else { 0.0 };
-        let [r, g, b] = self.bilinear(x - 0.5, y - 0.5);
+        let [r, g, b] = match self.filtering {
+            Filtering::Nearest => self.texels[ty * self.width + tx],
+            Filtering::Bilinear => {
+                let size = [self.width, self.height];
+                let texel = |x, y| self.texels[wrapped(self.layout, size, x, y)];
+                bilinear(texel, x - 0.5, y - 0.5)
+            }
+        };
         [r, g, b, pdf]
     }
 
-    fn texel_probability(&self, x: usize, y: usize) -> f32 {
-        let step = |cdf: &[f32], i: usize| cdf[i] - if i == 0 { 0.0 } else { cdf[i - 1] };
-        let row = &self.columns[y * self.width..(y + 1) * self.width];
-        step(&self.rows, y) * step(row, x)
-    }
-
-    fn bilinear(&self, x: f32, y: f32) -> Rgb {
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let (a, b) = (self.texel(x0, y0), self.texel(x0 + 1, y0));
-        let (c, d) = (self.texel(x0, y0 + 1), self.texel(x0 + 1, y0 + 1));
-        let mut value = [0.0; 3];
-        for i in 0..3 {
-            let top = (1.0 - fx) * a[i] + fx * b[i];
-            let bottom = (1.0 - fx) * c[i] + fx * d[i];
-            value[i] = (1.0 - fy) * top + fy * bottom;
-        }
-        value
-    }
-
-    /// A direction towards the map, by inversion of rows and then columns.
+    /// A direction towards the map.
     pub fn sample(&self, u: [f32; 2]) -> [f32; 3] {
-        let (y, fy) = invert(&self.rows, u[1]);
-        let row = &self.columns[y * self.width..(y + 1) * self.width];
-        let (x, fx) = invert(row, u[0]);
-        let (u, v) = (
-            (x as f32 + fx) / self.width as f32,
-            (y as f32 + fy) / self.height as f32,
-        );
+        let [u, v] = self.distribution.sample(u);
         let local = match self.layout {
             EnvLayout::LatLong => {
                 let ((sin_t, cos_t), (sin_p, cos_p)) = ((v * PI).sin_cos(), (u * TAU).sin_cos());
@@ -204,17 +138,22 @@ impl Environment {
     }
 }
 
-/// The interval of a cumulative table that holds `u`, and where in it.
-fn invert(cdf: &[f32], u: f32) -> (usize, f32) {
-    let i = cdf.partition_point(|end| *end <= u).min(cdf.len() - 1);
-    let start = if i == 0 { 0.0 } else { cdf[i - 1] };
-    let width = cdf[i] - start;
-    let f = if width > 0.0 {
-        (u - start) / width
-    } else {
-        0.5
+/// Solid angle of a row's texels, up to a factor.
+fn row_weight(layout: EnvLayout, height: usize, y: usize) -> f64 {
+    match layout {
+        EnvLayout::LatLong => ((y as f64 + 0.5) / height as f64 * std::f64::consts::PI).sin(),
+        EnvLayout::EqualArea => 1.0,
+    }
+}
+
+/// Index of a texel; beyond the border, of what the layout has there.
+fn wrapped(layout: EnvLayout, [width, height]: [usize; 2], x: i64, y: i64) -> usize {
+    let (w, h) = (width as i64, height as i64);
+    let (x, y) = match layout {
+        EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
+        EnvLayout::EqualArea => octahedral_wrap(x, y, w),
     };
-    (i, f.clamp(0.0, 0.999_999_9))
+    (y * w + x) as usize
 }
 
 /// Texel coordinates one step outside an octahedral square fold back into it.

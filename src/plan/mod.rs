@@ -2,9 +2,15 @@
 //!
 //! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
 
+mod choice;
+mod surfaces;
+
+pub use self::choice::Choice;
+
+use self::surfaces::Surfaces;
 use crate::camera::Camera;
 use crate::light::LightTable;
-use crate::scene::Scene;
+use crate::scene::{NONE, Scene};
 use crate::surface::{Kind, MaterialTable};
 use std::fmt;
 use std::ops::Range;
@@ -20,14 +26,28 @@ pub struct Plan {
     pub per_bounce: usize,
     /// Some surface is a mixture: choosing its component takes one primary sample per surface vertex.
     pub mixtures: bool,
+    /// The index of refraction of some surface depends on the wavelength, which takes one primary sample.
+    pub dispersion: bool,
     /// The lens takes two primary samples.
     pub lens: bool,
     /// Choosing a light takes one primary sample.
     pub light_choice: bool,
-    /// Light subpaths of any length can be joined to camera subpaths (some BSDF is not a delta).
+    /// Some surface scatters light: there are paths of more than one ray.
+    pub scatters: bool,
+    /// Light can scatter more than once: surfaces that scatter see each other.
+    pub interreflects: bool,
+    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not a delta).
     pub connectable: bool,
+    /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see each other.
+    pub joinable: bool,
     /// Camera subpaths can meet a light by chance.
     pub hits_lights: bool,
+    /// Some material has a bump or normal map.
+    pub bumps: bool,
+    /// Parts of shapes are cut out: rays pass there.
+    pub cutouts: bool,
+    /// Some of these shapes are lights: not every point of a light emits.
+    pub cut_lights: bool,
 }
 
 /// The plan for paths with `depth` scattering events.
@@ -36,6 +56,8 @@ pub struct DepthPlan {
     pub depth: u32,
     /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light, ascending.
     pub strategies: Vec<u32>,
+    /// How paths choose among them.
+    pub choice: Choice,
     pub layout: Layout,
 }
 
@@ -47,6 +69,8 @@ pub struct Layout {
     pub strategy: usize,
     pub raster: usize,
     pub lens: usize,
+    /// Exists if something disperses light.
+    pub wavelength: usize,
     pub camera_bounce: usize,
     /// One sample per surface vertex that scatters, if there are mixtures; they choose components.
     pub camera_label: usize,
@@ -57,7 +81,7 @@ pub struct Layout {
     /// As `camera_label`; one more than there are bounces, as the tip is a mixture, too.
     pub light_label: usize,
     pub connection_choice: usize,
-    /// Two samples: a point on a light (`s = 1`) or on the lens (`t = 1`).
+    /// Two samples: a point on a light (`s = 1`), on the lens, or one of several places on the film (`t = 1`).
     pub connection: usize,
     pub per_bounce: usize,
     /// Rows of the matrix.
@@ -66,11 +90,12 @@ pub struct Layout {
 
 impl Layout {
     /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 11] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 12] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
-            ("lens", self.lens..self.camera_bounce),
+            ("lens", self.lens..self.wavelength),
+            ("wavelength", self.wavelength..self.camera_bounce),
             ("camera bounces", self.camera_bounce..self.camera_label),
             ("camera components", self.camera_label..self.light_choice),
             ("choice of light", self.light_choice..self.emission),
@@ -99,12 +124,16 @@ impl Plan {
             used[shape.material as usize] = true;
         }
         let used = || (0..used.len()).filter(|i| used[*i]);
-        let mut kinds: Vec<Kind> = used()
-            .flat_map(|i| materials.components(i))
-            .map(|i| materials.entries[i].kind)
-            .collect();
+        // What surfaces are in the end: materials that are no mixtures.
+        let mut parts: Vec<usize> = used().flat_map(|i| materials.components(i)).collect();
+        parts.sort();
+        parts.dedup();
+        let mut kinds: Vec<Kind> = parts.iter().map(|i| materials.entries[*i].kind).collect();
         kinds.sort();
         kinds.dedup();
+        let all = Surfaces::of(scene, materials, |_| true);
+        let open = |material: usize| !materials.entries[material].kind.is_delta();
+        let open = Surfaces::of(scene, materials, open);
         let mut plan = Self {
             per_bounce: if kinds.iter().any(|k| k.has_lobes()) {
                 3
@@ -112,10 +141,17 @@ impl Plan {
                 2
             },
             mixtures: used().any(|i| materials.entries[i].mixture),
+            dispersion: parts.iter().any(|i| materials.entries[*i].dispersive),
             lens: camera.has_lens(),
             light_choice: lights.needs_choice(),
-            connectable: kinds.iter().any(|k| !k.is_delta()) && !lights.is_empty(),
+            scatters: all.scatter,
+            interreflects: all.face,
+            connectable: open.scatter && !lights.is_empty(),
+            joinable: open.face,
             hits_lights: lights.any_non_delta(),
+            bumps: parts.iter().any(|i| materials.is_bumped(*i)),
+            cutouts: scene.shapes.iter().any(|s| s.alpha != NONE),
+            cut_lights: (scene.shapes.iter()).any(|s| s.alpha != NONE && s.light != NONE),
             kinds,
             depths: Vec::new(),
         };
@@ -125,17 +161,28 @@ impl Plan {
 
     fn depth_plan(&self, depth: u32) -> DepthPlan {
         // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected. Directly seen lights are left to
-        // chance alone, as in pbrt.
+        // chance alone, as in pbrt. What is left out here cannot make any path that carries light, so that no weight misses it: its density
+        // is 0 in every sum of densities.
+        let exists = match depth {
+            0 => true,
+            1 => self.scatters,
+            _ => self.interreflects,
+        };
         let mut strategies = Vec::new();
-        if self.hits_lights && (depth == 0 || !self.kinds.is_empty()) {
+        if self.hits_lights && exists {
             strategies.push(0);
         }
-        if self.connectable && depth > 0 {
-            strategies.extend(1..=depth + 1);
+        if self.connectable && exists && depth > 0 {
+            strategies.push(1);
+            if self.joinable {
+                strategies.extend(2..=depth);
+            }
+            strategies.push(depth + 1);
         }
         let layout = self.layout(depth as usize, &strategies);
         DepthPlan {
             depth,
+            choice: Choice::uniform(&strategies),
             strategies,
             layout,
         }
@@ -159,6 +206,7 @@ impl Plan {
         let strategy = take(usize::from(strategies.len() > 1));
         let raster = take(2);
         let lens = take(if self.lens { 2 } else { 0 });
+        let wavelength = take(usize::from(self.dispersion));
         let camera_bounce = take(depth * self.per_bounce);
         let label = usize::from(self.mixtures);
         let camera_label = take(depth * label);
@@ -172,6 +220,7 @@ impl Plan {
             strategy,
             raster,
             lens,
+            wavelength,
             camera_bounce,
             camera_label,
             light_choice,
@@ -218,6 +267,16 @@ impl fmt::Display for Plan {
             "  lens          {}",
             yes(self.lens, "lens samples", lens)
         )?;
+        let glass = if self.dispersion {
+            "the index of a glass depends on it: such paths are spectral, all others RGB"
+        } else {
+            "no index of refraction depends on it"
+        };
+        writeln!(
+            f,
+            "  dispersion    {}",
+            yes(self.dispersion, "wavelength sample", glass)
+        )?;
         let many = if self.light_choice {
             "more than one light"
         } else {
@@ -261,19 +320,57 @@ impl fmt::Display for Plan {
         let join = if self.connectable {
             "a BSDF that is not a delta"
         } else {
-            "no light, or delta BSDFs only"
+            "no light, or only delta BSDFs and black surfaces"
         };
         writeln!(
             f,
             "  s >= 1        {}",
             yes(self.connectable, "connections", join)
         )?;
+        if self.bumps {
+            writeln!(f, "  bumps         shading normals from textures")?;
+        }
+        if self.cutouts {
+            let lights = if self.cut_lights {
+                "; points on lights, too"
+            } else {
+                ""
+            };
+            writeln!(f, "  alpha         rays pass what is cut out{lights}")?;
+        }
+        let faces = if self.joinable {
+            "such surfaces can face each other"
+        } else if self.connectable {
+            "all such surfaces that are not black lie in one plane"
+        } else {
+            "no connections"
+        };
+        writeln!(
+            f,
+            "  s, t >= 2     {}",
+            yes(self.joinable && self.connectable, "joined subpaths", faces)
+        )?;
+        if !self.interreflects {
+            let why = if self.scatters {
+                "no paths of two or more bounces (all surfaces that are not black lie in one plane)"
+            } else {
+                "no paths with bounces (no surface that is not black)"
+            };
+            writeln!(f, "  depth         {why}")?;
+        }
         writeln!(f, "  depth  strategies s          primary samples")?;
         for d in &self.depths {
-            let list = match d.strategies.as_slice() {
-                [] => "none".to_string(),
-                [one] => one.to_string(),
-                [first, .., last] => format!("{first}..{last}"),
+            let runs = d.strategies.chunk_by(|a, b| a + 1 == *b);
+            let runs: Vec<String> = runs
+                .map(|run| match run {
+                    [first, .., last] => format!("{first}..{last}"),
+                    run => run.iter().map(u32::to_string).collect(),
+                })
+                .collect();
+            let list = if runs.is_empty() {
+                "none".into()
+            } else {
+                runs.join(", ")
             };
             writeln!(f, "  {:>5}  {:<21} {}", d.depth, list, d.layout.total)?;
         }

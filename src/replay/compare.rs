@@ -59,8 +59,8 @@ pub fn densities(walk: &Walk, reference: &Reference) -> Vec<Densities> {
     list
 }
 
-/// Mean of the channels of the contribution of one meeting, over the number of strategies; before visibility.
+/// Mean of the channels of the contribution of one meeting, times the probability of its strategy; before visibility.
 pub fn contribution(walk: &Walk, meeting: usize) -> f64 {
     let rgb = walk.meetings.get(meeting).map_or([0.0; 3], |m| m.rgb);
-    rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / walk.choices.max(1) as f64
+    rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / f64::from(walk.factor.max(1.0))
 }

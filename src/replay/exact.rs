@@ -2,12 +2,14 @@
 //!
 //! Every decision is the one that the walk in `f32` took (strategy, light, lobe, primitive hit); what varies smoothly between decisions
 //! (rays, intersections with the known primitive, normals, sampled directions) is computed in `f64`. Numbers of the scene count as exact
-//! as they are in `f32`; the parameters of a textured BSDF are those that `f32` looked up.
+//! as they are in `f32`; the parameters of a textured BSDF, and the index of a dispersive one, are
+//! those that `f32` looked up.
 
 use super::Recorder;
 use super::bsdf::unpacked_alphas;
 use super::coated;
 use super::lights::ellipsoid;
+use super::panorama;
 use super::path::{End, Path, Vertex};
 use super::reference::axes;
 use super::vector::*;
@@ -77,11 +79,13 @@ impl Recorder<'_> {
         }
         lit.reverse();
         seen.extend(lit);
+        let colour = walk.colour_of(&seen);
         let path = |end| Path {
             s: walk.s,
             camera,
             surface: seen.clone(),
             end,
+            colour,
         };
         Some(ends.into_iter().map(path).collect())
     }
@@ -130,6 +134,10 @@ impl Recorder<'_> {
                 (lens, sub(focus, lens))
             }
             Projection::Perspective => ([0.0; 3], [sx, sy, 1.0]),
+            Projection::Sphere(map) => {
+                let (u, v) = (x / f64::from(film.width), y / f64::from(film.height));
+                ([0.0; 3], panorama::direction(map, u, v))
+            }
         };
         (
             transform_point(&camera.to_world, origin),
@@ -180,7 +188,7 @@ impl Recorder<'_> {
         } else {
             [0.0; 3]
         };
-        Some(Vertex {
+        let v = Vertex {
             p,
             ng,
             ns: if dot(smooth, smooth) > 1e-12 {
@@ -190,7 +198,26 @@ impl Recorder<'_> {
             },
             tangent,
             ..near.clone()
-        })
+        };
+        Some(self.tilted(v, [b1, b2]))
+    }
+
+    /// With the shading frame that its bump or normal map makes of it.
+    fn tilted(&self, v: Vertex, b: [f64; 2]) -> Vertex {
+        let Some(relief) = v.relief else {
+            return v;
+        };
+        let world = self.world;
+        let d = world.geometry.derivatives(v.primitive, b, v.p.into());
+        let normals = [v.ns.into(), v.ng.into()];
+        match (world.materials).tilt(v.material as usize, &relief, &d, normals) {
+            Some(tilted) => Vertex {
+                ns: tilted.ns.to_array(),
+                tangent: tilted.tangent.to_array(),
+                ..v
+            },
+            None => v,
+        }
     }
 
     fn hit_sphere(&self, (o, d): Ray, near: &Vertex, index: u32) -> Option<Vertex> {
@@ -222,7 +249,7 @@ impl Recorder<'_> {
         let w = at(t);
         let p = transform_point(&sphere.to_world, w);
         let (n, _) = ellipsoid(sphere, p);
-        Some(Vertex {
+        let v = Vertex {
             p,
             ng: n,
             ns: n,
@@ -232,13 +259,19 @@ impl Recorder<'_> {
                 [0.0; 3]
             },
             ..near.clone()
-        })
+        };
+        Some(self.tilted(v, [0.0; 2]))
     }
 
     /// A point of an area light, and its unit normal.
     fn area_point(&self, light: u32, [u, v]: [f64; 2]) -> Option<(V, V, bool)> {
         match self.scene.lights.get(light as usize)?.kind {
             LightKind::Triangle {
+                triangle,
+                two_sided,
+                ..
+            }
+            | LightKind::ImageTriangle {
                 triangle,
                 two_sided,
                 ..
@@ -250,6 +283,9 @@ impl Recorder<'_> {
                 Some((p, unit(cross(e1, e2)), two_sided))
             }
             LightKind::Sphere {
+                sphere, two_sided, ..
+            }
+            | LightKind::ImageSphere {
                 sphere, two_sided, ..
             } => {
                 let sphere = self.scene.spheres.get(sphere as usize)?;
@@ -304,6 +340,13 @@ impl Recorder<'_> {
                 let (sin, cos) = (TAU * u[3]).sin_cos();
                 let direction = around(unit(wide(axis.to_array())), [r * cos, r * sin, z]);
                 Some(((wide(p.to_array()), direction), end))
+            }
+            (
+                End::Point { light },
+                LightKind::Goniometric { p, .. } | LightKind::Projection { p, .. },
+            ) => {
+                let map = self.skies.get(light as usize)?.as_ref()?;
+                Some(((wide(p.to_array()), map.sample(u[2], u[3])), end))
             }
             (_, LightKind::Distant { direction, .. }) => {
                 let d = unit(wide(direction.to_array()));

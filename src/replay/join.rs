@@ -8,6 +8,7 @@ use crate::geometry::shading_frame;
 use crate::light::Kind;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
+use crate::transport::cutout::Through;
 use crate::transport::mis;
 use crate::transport::paths::Side;
 
@@ -31,13 +32,14 @@ impl Recorder<'_> {
         if light == NONE {
             return Fate::Dark;
         }
-        let p = tip.vertex.p;
+        let (p, surface) = (tip.vertex.p, tip.vertex.surface);
         let tip = Tip::lit(tip);
         let cos = tip.wo.dot(tip.ng);
         let lights = &self.world.lights;
-        let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos);
+        let seen = lights.emitted::<f32>(&self.world.geometry, &[light], tip.p, cos, surface);
         let weight = (tip.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
-        let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.choices as f32);
+        let rgb = tip.beta.mul_elem(seen.radiance) * (weight * walk.factor);
+        let rgb = walk.coloured(rgb, true);
         walk.meetings.push(Meeting {
             end: End::Area { light, p },
             weight,
@@ -52,8 +54,8 @@ impl Recorder<'_> {
         for &light in &self.world.lights.infinite {
             let seen = self.world.lights.escaped::<f32>(light, direction);
             let weight = (flight.partial).weight_hit(seen.direct_pdf, seen.emission_pdf);
-            let rgb =
-                Vec3::splat(flight.beta).mul_elem(seen.radiance) * (weight * walk.choices as f32);
+            let rgb = Vec3::splat(flight.beta).mul_elem(seen.radiance) * (weight * walk.factor);
+            let rgb = walk.coloured(rgb, false);
             walk.meetings.push(Meeting {
                 end: End::Sky {
                     light,
@@ -77,7 +79,7 @@ impl Recorder<'_> {
         let tip = Tip::of(step);
         let lights = &self.world.lights;
         let seen = lights.sample_direct::<f32>(&self.world.geometry, &[light], tip.p, u);
-        if !seen.valid {
+        if !seen.valid || self.world.emits(&[light], u) & 1 == 0 {
             return Fate::Unlit;
         }
         let w = seen.to_light;
@@ -90,16 +92,16 @@ impl Recorder<'_> {
             seen.emission_ratio,
             !seen.delta,
         );
-        let scale = weight * walk.choices as f32 / seen.pdf;
+        let scale = weight * walk.factor / seen.pdf;
         let rgb = tip.beta.mul_elem(value.f).mul_elem(seen.radiance) * scale;
         let end = match lights.kind(light) {
-            Kind::Triangle | Kind::Sphere => End::Area {
+            kind if kind.is_area() => End::Area {
                 light,
                 p: self.on_light(light, wide(seen.target.lane(0))),
             },
-            Kind::Point | Kind::Spot => End::Point { light },
+            kind if kind.is_point() => End::Point { light },
             Kind::Distant => End::Distant { light },
-            Kind::InfiniteConstant | Kind::InfiniteImage => End::Sky {
+            _ => End::Sky {
                 light,
                 direction: wide(w.lane(0)),
             },
@@ -123,7 +125,7 @@ impl Recorder<'_> {
         let w = -(-link.to_camera);
         let value = self.value(&step.vertex.kind, &step.vertex.row, &tip, w, Side::Light);
         let weight = (tip.partial).weight_camera(link.pdf * value.cos, value.pdf_reverse);
-        let rgb = tip.beta.mul_elem(value.f) * (link.pdf * weight * walk.choices as f32);
+        let rgb = tip.beta.mul_elem(value.f) * (link.pdf * weight * walk.factor);
         let end = self.origin_of(walk);
         self.see(
             tip.offset(link.to_camera),
@@ -168,7 +170,7 @@ impl Recorder<'_> {
         );
         let f = |tip: &Tip, value: &Value| tip.beta.mul_elem(value.f);
         let rgb = f(&camera, &values[0]).mul_elem(f(&light, &values[1]))
-            * (inv_d2 * weight * walk.choices as f32);
+            * (inv_d2 * weight * walk.factor);
         let end = self.origin_of(walk);
         self.see(camera.offset(w), light.offset(-w), end, weight, rgb, walk)
     }
@@ -209,13 +211,13 @@ impl Recorder<'_> {
             (l.light, l.origin, l.direction)
         });
         match self.world.lights.kind(light) {
-            Kind::Triangle | Kind::Sphere => End::Area {
+            kind if kind.is_area() => End::Area {
                 light,
                 p: self.on_light(light, wide(origin)),
             },
-            Kind::Point | Kind::Spot => End::Point { light },
+            kind if kind.is_point() => End::Point { light },
             Kind::Distant => End::Distant { light },
-            Kind::InfiniteConstant | Kind::InfiniteImage => End::Sky {
+            _ => End::Sky {
                 light,
                 direction: reversed(direction),
             },
@@ -232,12 +234,13 @@ impl Recorder<'_> {
         rgb: Vec3<f32>,
         walk: &mut Walk,
     ) -> Fate {
-        let rgb = rgb.lane(0);
+        let rgb = walk.coloured(rgb, false).lane(0);
         if rgb != [0.0; 3] {
             let (o, d) = (from.lane(0), (to - from).lane(0));
             let ray = [Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0])];
-            let mut blocked = [0];
-            self.world.tracer.occluded::<f32>(&ray, &[0], &mut blocked);
+            let (mut blocked, mut hit) = ([0], [Row::default()]);
+            let mut through = Through::default();
+            (self.world).occluded::<f32>(&ray, &[0], &mut blocked, &mut hit, &mut through);
             walk.visible = Some(blocked[0] == 0);
         }
         walk.meetings.push(Meeting { end, weight, rgb });

@@ -2,6 +2,7 @@
 
 use super::Recorder;
 use super::path::End;
+use super::texels::bilinear;
 use super::vector::*;
 use crate::scene::{LightKind, Sphere, SpotFalloff};
 use std::f64::consts::{PI, TAU};
@@ -48,12 +49,14 @@ impl Recorder<'_> {
     /// The point of an area light that `p` was moved off, to start or end a ray.
     pub(super) fn on_light(&self, light: u32, p: V) -> V {
         match self.light(light) {
-            Some(LightKind::Triangle { triangle, .. }) => {
+            Some(
+                LightKind::Triangle { triangle, .. } | LightKind::ImageTriangle { triangle, .. },
+            ) => {
                 let [a, b, c] = self.corners(*triangle);
                 let n = unit(cross(sub(b, a), sub(c, a)));
                 sub(p, scale(n, dot(sub(p, a), n)))
             }
-            Some(LightKind::Sphere { sphere, .. }) => {
+            Some(LightKind::Sphere { sphere, .. } | LightKind::ImageSphere { sphere, .. }) => {
                 let sphere = &self.scene.spheres[*sphere as usize];
                 // Back along the normal, by Newton's step; what remains is of second order.
                 let m = sphere.to_unit.map(|r| wide([r[0], r[1], r[2]]));
@@ -73,7 +76,13 @@ impl Recorder<'_> {
         let light = end.light();
         let choice = self.choice_of(light);
         match (*end, self.light(light)) {
-            (End::Area { p, .. }, Some(LightKind::Triangle { triangle, .. })) => {
+            (
+                End::Area { p, .. },
+                Some(
+                    LightKind::Triangle { triangle, .. }
+                    | LightKind::ImageTriangle { triangle, .. },
+                ),
+            ) => {
                 let [a, b, c] = self.corners(*triangle);
                 let n = cross(sub(b, a), sub(c, a));
                 EndPoint {
@@ -84,7 +93,10 @@ impl Recorder<'_> {
                     is_delta: false,
                 }
             }
-            (End::Area { p, .. }, Some(LightKind::Sphere { sphere, .. })) => {
+            (
+                End::Area { p, .. },
+                Some(LightKind::Sphere { sphere, .. } | LightKind::ImageSphere { sphere, .. }),
+            ) => {
                 let sphere = &self.scene.spheres[*sphere as usize];
                 let (normal, pdf) = ellipsoid(sphere, p);
                 EndPoint {
@@ -95,15 +107,21 @@ impl Recorder<'_> {
                     is_delta: false,
                 }
             }
-            (End::Point { .. }, Some(LightKind::Point { p, .. } | LightKind::Spot { p, .. })) => {
-                EndPoint {
-                    position: Some(wide(p.to_array())),
-                    normal: None,
-                    direction: [0.0; 3],
-                    pdf: choice,
-                    is_delta: true,
-                }
-            }
+            (
+                End::Point { .. },
+                Some(
+                    LightKind::Point { p, .. }
+                    | LightKind::Spot { p, .. }
+                    | LightKind::Goniometric { p, .. }
+                    | LightKind::Projection { p, .. },
+                ),
+            ) => EndPoint {
+                position: Some(wide(p.to_array())),
+                normal: None,
+                direction: [0.0; 3],
+                pdf: choice,
+                is_delta: true,
+            },
             (End::Distant { .. }, Some(LightKind::Distant { direction, .. })) => EndPoint {
                 position: None,
                 normal: None,
@@ -129,6 +147,42 @@ impl Recorder<'_> {
         }
     }
 
+    /// What an image shows at a point of an area light.
+    fn shown(&self, light: u32, image: u32, p: V) -> V {
+        let uv = match self.light(light) {
+            Some(LightKind::ImageTriangle { triangle, .. }) => {
+                let [a, b, c] = self.corners(*triangle);
+                let (e1, e2, q) = (sub(b, a), sub(c, a), sub(p, a));
+                let n = cross(e1, e2);
+                let b1 = dot(cross(q, e2), n) / dot(n, n);
+                let b2 = dot(cross(e1, q), n) / dot(n, n);
+                let of = |i: u32| self.scene.vertices[i as usize].uv.map(f64::from);
+                let [a, b, c] = self.scene.triangles[*triangle as usize].v.map(of);
+                [0, 1].map(|k| a[k] + b1 * (b[k] - a[k]) + b2 * (c[k] - a[k]))
+            }
+            Some(LightKind::ImageSphere { sphere, .. }) => {
+                let sphere = &self.scene.spheres[*sphere as usize];
+                let w = unit(transform_point(&sphere.to_unit, p));
+                let turns = w[1].atan2(w[0]) / TAU;
+                [
+                    turns.rem_euclid(1.0),
+                    1.0 - w[0].hypot(w[1]).atan2(w[2]) / PI,
+                ]
+            }
+            _ => return [0.0; 3],
+        };
+        let Some(image) = self.scene.images.get(image as usize) else {
+            return [0.0; 3];
+        };
+        let (w, h) = (i64::from(image.width), i64::from(image.height));
+        let texel = |x: i64, y: i64| {
+            wide(image.texels[(y.clamp(0, h - 1) * w + x.clamp(0, w - 1)) as usize])
+        };
+        let x = uv[0] * w as f64 - 0.5;
+        let y = (1.0 - uv[1]) * h as f64 - 0.5;
+        bilinear(texel, x, y).map(|c| c.max(0.0))
+    }
+
     /// Radiance (intensity, irradiance) that leaves a light along unit `w`, and the density of emitting it (for lights at infinity, of the
     /// place on the disk that covers the scene).
     pub(super) fn emission(&self, end: &End, point: &EndPoint, w: V) -> (V, f64) {
@@ -141,13 +195,31 @@ impl Recorder<'_> {
                     LightKind::Triangle { l, two_sided, .. }
                     | LightKind::Sphere { l, two_sided, .. },
                 ),
+            ) => lambertian(point, w, wide(*l), *two_sided),
+            (
+                End::Area { p, .. },
+                Some(
+                    LightKind::ImageTriangle {
+                        image,
+                        scale: s,
+                        two_sided,
+                        ..
+                    }
+                    | LightKind::ImageSphere {
+                        image,
+                        scale: s,
+                        two_sided,
+                        ..
+                    },
+                ),
             ) => {
-                let cos = point.normal.map_or(0.0, |n| dot(w, n));
-                let lit = cos > 0.0 || *two_sided;
-                let sides = if *two_sided { 2.0 } else { 1.0 };
-                let l = if lit { wide(*l) } else { [0.0; 3] };
-                (l, cos.abs() / (sides * PI))
+                let l = scale(self.shown(light, *image, *p), f64::from(*s));
+                lambertian(point, w, l, *two_sided)
             }
+            (
+                End::Point { .. },
+                Some(LightKind::Goniometric { .. } | LightKind::Projection { .. }),
+            ) => self.sky(light, w),
             (End::Point { .. }, Some(LightKind::Point { i, .. })) => (wide(*i), 0.5 / TAU),
             (
                 End::Point { .. },
@@ -178,6 +250,14 @@ impl Recorder<'_> {
             _ => ([0.0; 3], 0.0),
         }
     }
+}
+
+/// Radiance towards unit `w` and density of emitting it.
+fn lambertian(point: &EndPoint, w: V, l: V, two_sided: bool) -> (V, f64) {
+    let cos = point.normal.map_or(0.0, |n| dot(w, n));
+    let lit = cos > 0.0 || two_sided;
+    let sides = if two_sided { 2.0 } else { 1.0 };
+    (if lit { l } else { [0.0; 3] }, cos.abs() / (sides * PI))
 }
 
 /// Unit normal of a sphere or ellipsoid at a point of it, towards its front, and the density over area of points that are uniform on the

@@ -15,14 +15,18 @@ pub mod bsdf;
 pub mod coated;
 pub mod compare;
 mod exact;
+mod frustum;
 mod join;
 mod kernel;
 pub mod lights;
+pub mod panorama;
 pub mod path;
 pub mod reference;
 pub mod report;
 pub mod sensitivity;
 pub mod sky;
+pub mod spectral;
+mod texels;
 pub mod vector;
 pub mod walk;
 pub mod warp;
@@ -43,7 +47,7 @@ pub struct Recorder<'a> {
     pub world: &'a World<'a>,
     /// Probability of choosing each light.
     pub choice: Vec<f64>,
-    /// Of each light, if it surrounds the scene.
+    /// Of each light whose emission goes by direction.
     skies: Vec<Option<Sky>>,
 }
 

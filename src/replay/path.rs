@@ -2,6 +2,7 @@
 
 use super::vector::V;
 use crate::surface::Kind;
+use crate::surface::bump::Relief;
 
 /// A vertex on a surface; internal space.
 #[derive(Clone, Debug)]
@@ -13,6 +14,8 @@ pub struct Vertex {
     pub ng: V,
     /// Unit shading normal.
     pub ns: V,
+    /// Barycentric coordinates that the tracer reported; of no meaning on spheres.
+    pub surface: [f32; 2],
     /// Along increasing `u`, of any length; zero where no BSDF asks for it.
     pub tangent: V,
     pub kind: Kind,
@@ -21,12 +24,16 @@ pub struct Vertex {
     /// What the BSDF is multiplied by: of a component of a mixture its weight over the probability of choosing it, which all strategies have
     /// in common ([`mixture`](crate::surface::mixture)); else 1.
     pub share: [f32; 3],
+    /// The index of refraction depends on the wavelength.
+    pub dispersive: bool,
     /// The light that the primitive is, or [`NONE`](crate::scene::NONE).
     pub light: u32,
     /// Triangles first, then spheres.
     pub primitive: u32,
     /// Index into the scene's materials.
     pub material: u32,
+    /// What its bump or normal map says, as looked up in `f32`.
+    pub relief: Option<Relief>,
 }
 
 /// Where a path meets its light.
@@ -71,4 +78,6 @@ pub struct Path {
     /// `x1 ..= xk`.
     pub surface: Vec<Vertex>,
     pub end: End,
+    /// What its light is multiplied by: 1, or the colour of its wavelength if it was dispersed.
+    pub colour: V,
 }

@@ -2,6 +2,7 @@
 //!
 //! * The measurement contribution `F` with respect to the product of areas of the surface vertices: importance (the camera's density),
 //!   BSDFs with cosines against *shading* normals towards the light, and `|cos ng| / d^2` per segment.
+//!   If something on it disperses light, times the colour of its wavelength, which all strategies share.
 //! * The density `p_s` of the path under every strategy `s`, with respect to the same measure. A direction sampled with density `p`
 //!   (solid angle) makes a density `p |cos ng| / d^2` at the vertex it arrives at, cosines against *geometric* normals. The vertex on
 //!   an environment is its direction (solid angle); a light from infinity arrives with density `|cos ng| / (pi R^2)`. A vertex on a
@@ -15,7 +16,7 @@
 
 use super::path::{Path, Vertex};
 use super::vector::*;
-use super::{Recorder, bsdf, coated};
+use super::{Recorder, bsdf, coated, panorama};
 use crate::scene::Projection;
 use crate::surface::{Kind, Mode};
 
@@ -74,7 +75,7 @@ impl Reference {
         most + sum.ln()
     }
 
-    /// `F / sum p_s`: what the renderer reports over its number of strategies.
+    /// `F / sum p_s`: what the renderer reports, times the probability of the strategy.
     pub fn rgb(&self) -> V {
         let sum = self.log_sum();
         self.log_contribution.map(|f| {
@@ -167,7 +168,9 @@ impl Recorder<'_> {
             None => (end_cos(towards[k]) * inv_d2[k]).ln(),
         };
         let arrive: Vec<f64> = (0..=k).map(arrive).collect();
-        let mut log_contribution = emitted.map(|l| l.ln() + camera_pdf.ln() + arrive[0]);
+        let mut log_contribution: V = std::array::from_fn(|c| {
+            emitted[c].ln() + path.colour[c].ln() + camera_pdf.ln() + arrive[0]
+        });
         for (j, joint) in joints.iter().enumerate() {
             for (value, f_cos) in log_contribution.iter_mut().zip(joint.f_cos) {
                 *value += f_cos.ln() + arrive[j + 1];
@@ -229,9 +232,15 @@ impl Recorder<'_> {
         wide([m[0][2], m[1][2], m[2][2]])
     }
 
-    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera.
+    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera, or of the sphere.
     fn camera_pdf(&self, direction: V) -> f64 {
         let film = &self.scene.film;
+        if let Projection::Sphere(map) = self.scene.camera.projection {
+            let m = self.scene.camera.to_world;
+            // Its columns are orthonormal.
+            let local = [0, 1, 2].map(|c| dot(direction, wide([m[0][c], m[1][c], m[2][c]])));
+            return panorama::density(map, film, &self.world.camera.region, local);
+        }
         let [x0, x1, y0, y1] = self.scene.camera.screen.map(f64::from);
         let region = self.world.camera.region;
         let pixel = (x1 - x0) / f64::from(film.width) * (y1 - y0) / f64::from(film.height);

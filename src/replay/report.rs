@@ -6,7 +6,7 @@ use super::reference::Reference;
 use super::vector::{length, mean, sub, wide};
 use super::walk::{Subpath, Walk};
 use super::{Fate, Recorder};
-use crate::plan::DepthPlan;
+use crate::plan::{Choice, DepthPlan};
 use crate::scene::NONE;
 use crate::transport::paths::Side;
 use serde::Serialize;
@@ -19,9 +19,17 @@ pub struct Report {
     pub s: u32,
     pub t: u32,
     pub strategies: usize,
+    /// Probability of this one.
+    pub strategy_probability: f32,
     /// The primary samples, and what they are for.
     pub samples: Vec<f32>,
+    /// Those of the same path where strategies are chosen uniformly.
+    pub uniform_samples: Vec<f32>,
     pub layout: Vec<Part>,
+    /// Of a path in a scene with dispersion, in nanometres.
+    pub wavelength: Option<f32>,
+    /// What its light is multiplied by, if a surface that disperses light scatters it.
+    pub colour: Option<[f32; 3]>,
     pub fate: String,
     /// Of the joined vertices; `None` if no visibility ray was traced.
     pub visible: Option<bool>,
@@ -127,7 +135,13 @@ impl Recorder<'_> {
             s: walk.s,
             t: walk.t,
             strategies: walk.choices,
+            strategy_probability: if walk.factor > 0.0 {
+                1.0 / walk.factor
+            } else {
+                0.0
+            },
             samples: samples.to_vec(),
+            uniform_samples: uniform(plan, samples),
             layout: parts
                 .filter(|(_, range)| !range.is_empty())
                 .map(|(name, range)| Part {
@@ -136,6 +150,8 @@ impl Recorder<'_> {
                     count: range.len(),
                 })
                 .collect(),
+            wavelength: walk.wavelength.map(|w| w.single.nm),
+            colour: walk.wavelength.map(|w| w.single.colour),
             fate: walk.fate.to_string(),
             visible: walk.visible,
             rejected: walk.rejected,
@@ -213,10 +229,10 @@ impl Recorder<'_> {
         figures.subpaths(walk);
         let meeting = &walk.meetings[i];
         figures.push("MIS weight".into(), meeting.weight, |r| r.weight(path.s));
-        let choices = walk.choices as f64;
+        let factor = f64::from(walk.factor);
         for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
             let name = format!("contribution, {name}");
-            figures.push(name, meeting.rgb[c], |r| r.rgb()[c] * choices);
+            figures.push(name, meeting.rgb[c], |r| r.rgb()[c] * factor);
         }
         let density = |s: u32| DensityReport {
             s,
@@ -235,6 +251,16 @@ impl Recorder<'_> {
             weight_moves: part(moves.weight, reference.weight(path.s)),
         }
     }
+}
+
+/// The primary samples of the same path where strategies are chosen uniformly.
+fn uniform(plan: &DepthPlan, samples: &[f32]) -> Vec<f32> {
+    let mut samples = samples.to_vec();
+    let chooses = plan.strategies.len() > 1 && !plan.choice.is_uniform();
+    if let Some(u) = samples.get_mut(plan.layout.strategy).filter(|_| chooses) {
+        *u = Choice::uniform(&plan.strategies).carry(&plan.choice, *u);
+    }
+    samples
 }
 
 /// The figures of a path as they are collected.

@@ -1,66 +1,82 @@
-//! Environments in `f64`: radiance by direction, and the density of choosing a direction, piecewise constant over texels.
-//!
-//! The probability of a texel is by definition what the renderer's tables say: the differences of cumulative sums rounded to `f32`. The
-//! tables are made once more here.
+//! What lights send by direction, in `f64`: environments, and points whose intensity an image gives. With it the density of choosing a direction,
+//! piecewise constant over texels.
 
+use super::frustum::Frustum;
+use super::texels::{Table, bilinear, brightness, tent};
 use super::vector::{V, dot, unit, wide};
-use crate::scene::{EnvLayout, LightKind, Scene};
+use crate::scene::{EnvLayout, Filtering, Image, LightKind, Rgb, Scene};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// What escaping rays see of one light.
+/// What escaping rays see of one light, or what one at a point sends.
 pub enum Sky {
     Constant(V),
     Image(Map),
+    Frustum(Frustum),
 }
 
-/// An image around the scene.
+/// An image around the scene or a point.
 pub struct Map {
     width: usize,
     height: usize,
-    /// Radiance, as the renderer scales it.
+    /// Radiance or intensity, as the renderer scales it.
     texels: Vec<V>,
     to_light: [V; 3],
     layout: EnvLayout,
-    /// Upper ends of the rows' intervals, and of the texels' within each row.
-    rows: Vec<f64>,
-    columns: Vec<f64>,
+    filtering: Filtering,
+    table: Table,
 }
 
 impl Sky {
-    /// `None` for lights that do not surround the scene.
+    /// `None` for lights whose emission is the same in all directions, or has a formula.
     pub fn of(scene: &Scene, light: &LightKind) -> Option<Self> {
-        match light {
-            LightKind::InfiniteConstant { l } => Some(Sky::Constant(wide(*l))),
+        let image = |index: u32| scene.images.get(index as usize);
+        Some(match light {
+            LightKind::InfiniteConstant { l } => Sky::Constant(wide(*l)),
             LightKind::InfiniteImage {
-                image,
+                image: index,
                 scale,
                 to_light,
                 layout,
             } => {
-                let image = scene.images.get(*image as usize)?;
-                let mut map = Map {
-                    width: image.width as usize,
-                    height: image.height as usize,
-                    texels: (image.texels.iter())
-                        .map(|t| std::array::from_fn(|c| f64::from(t[c] * scale[c])))
-                        .collect(),
-                    to_light: to_light.map(wide),
-                    layout: *layout,
-                    rows: Vec::new(),
-                    columns: Vec::new(),
-                };
-                map.tabulate();
-                Some(Sky::Image(map))
+                let filtering = Filtering::Bilinear;
+                let image = image(*index)?;
+                Sky::Image(Map::new(image, *scale, *to_light, *layout, filtering))
             }
-            _ => None,
-        }
+            LightKind::Goniometric {
+                image: index,
+                scale,
+                to_light,
+                layout,
+                ..
+            } => {
+                let filtering = match layout {
+                    EnvLayout::LatLong => Filtering::Bilinear,
+                    EnvLayout::EqualArea => Filtering::Nearest,
+                };
+                let image = image(*index)?;
+                Sky::Image(Map::new(image, *scale, *to_light, *layout, filtering))
+            }
+            LightKind::Projection {
+                image: index,
+                scale,
+                to_light,
+                extent,
+                filtering,
+                ..
+            } => {
+                let image = image(*index)?;
+                Sky::Frustum(Frustum::new(image, *scale, *to_light, *extent, *filtering))
+            }
+            _ => return None,
+        })
     }
 
-    /// Radiance from unit `direction`, away from the scene, and density over solid angle of sampling it.
+    /// What there is along unit `direction`, away from the scene or the point, and density over solid angle of sampling it.
     pub fn seen(&self, direction: V) -> (V, f64) {
         match self {
             Sky::Constant(l) => (*l, 0.5 / TAU),
             Sky::Image(map) => map.seen(direction),
+            Sky::Frustum(frustum) => frustum.seen(direction),
         }
     }
 
@@ -69,69 +85,43 @@ impl Sky {
         match self {
             Sky::Constant(_) => super::warp::sphere(u, v),
             Sky::Image(map) => map.sample(u, v),
+            Sky::Frustum(frustum) => frustum.sample(u, v),
         }
     }
 }
 
 impl Map {
-    /// The density follows the mean of the channels under a tent of two texels' radius, times the sine of a row's angle in a lat-long map.
-    fn tabulate(&mut self) {
-        let (w, h) = (self.width as i64, self.height as i64);
-        let brightness = |x: i64, y: i64| {
-            let [r, g, b] = self.texel(x, y).map(|v| v as f32);
-            f64::from(((r + g + b) / 3.0).max(0.0))
+    fn new(
+        image: &Image,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        layout: EnvLayout,
+        filtering: Filtering,
+    ) -> Self {
+        let size = [image.width as usize, image.height as usize];
+        let texels: Vec<V> = (image.texels.iter())
+            .map(|t| std::array::from_fn(|c| f64::from((t[c] * scale[c]).max(0.0))))
+            .collect();
+        let value = |x, y| brightness(texels[wrapped(layout, size, x, y)]);
+        // The sine of a row's angle in a lat-long map.
+        let of_row = |y: i64| match layout {
+            EnvLayout::LatLong => ((y as f64 + 0.5) / size[1] as f64 * PI).sin(),
+            EnvLayout::EqualArea => 1.0,
         };
-        let tent = |x: i64, y: i64| -> f64 {
-            let weight = |d: i64| if d == 0 { 0.5 } else { 0.25 };
-            (-1..=1)
-                .flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)))
-                .map(|(dx, dy)| weight(dx) * weight(dy) * brightness(x + dx, y + dy))
-                .sum()
+        let weight = |x, y| match filtering {
+            Filtering::Nearest => value(x, y),
+            Filtering::Bilinear => tent(value, x, y),
         };
-        let mut columns = Vec::with_capacity(self.texels.len());
-        let mut rows = Vec::with_capacity(self.height);
-        let mut all = 0.0;
-        for y in 0..h {
-            let mut ends = Vec::with_capacity(self.width);
-            let mut running = 0.0;
-            for x in 0..w {
-                running += tent(x, y);
-                ends.push(running);
-            }
-            columns.extend(ends.iter().map(|e| rounded(*e, running)));
-            let sine = match self.layout {
-                EnvLayout::LatLong => ((y as f64 + 0.5) / h as f64 * PI).sin(),
-                EnvLayout::EqualArea => 1.0,
-            };
-            all += running * sine;
-            rows.push(all);
+        let table = Table::new(size, weight, of_row);
+        Self {
+            width: size[0],
+            height: size[1],
+            texels,
+            to_light: to_light.map(wide),
+            layout,
+            filtering,
+            table,
         }
-        self.rows = rows.iter().map(|e| rounded(*e, all)).collect();
-        if let Some(last) = self.rows.last_mut() {
-            *last = 1.0;
-        }
-        self.columns = columns;
-    }
-
-    /// A texel; beyond the border, what the layout has there.
-    fn texel(&self, x: i64, y: i64) -> V {
-        let (w, h) = (self.width as i64, self.height as i64);
-        let (x, y) = match self.layout {
-            EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
-            EnvLayout::EqualArea => {
-                // Beyond an edge of the octahedral square lies the same edge, turned round.
-                let over = |a: i64, b: i64| match a {
-                    a if a < 0 => (-1 - a, w - 1 - b),
-                    a if a >= w => (2 * w - 1 - a, w - 1 - b),
-                    a => (a, b),
-                };
-                let (x, y) = over(x, y);
-                let (y, x) = over(y, x);
-                (x.clamp(0, w - 1), y.clamp(0, h - 1))
-            }
-        };
-        let at = (y * w + x) as usize;
-        self.texels.get(at).copied().unwrap_or([0.0; 3])
     }
 
     fn seen(&self, direction: V) -> (V, f64) {
@@ -154,46 +144,22 @@ impl Map {
         if !(u.is_finite() && v.is_finite()) {
             return ([0.0; 3], 0.0);
         }
-        let (x, y) = (u * self.width as f64, v * self.height as f64);
-        let density = self.probability(x as usize, y as usize) * (self.width * self.height) as f64;
+        let density = self.table.density(u, v);
         let pdf = if area > 0.0 { density / area } else { 0.0 };
-        (self.bilinear(x - 0.5, y - 0.5), pdf)
-    }
-
-    fn probability(&self, x: usize, y: usize) -> f64 {
-        let (x, y) = (x.min(self.width - 1), y.min(self.height - 1));
-        let step = |ends: &[f64], i: usize| {
-            let end = |i: usize| ends.get(i).copied().unwrap_or(0.0);
-            if i == 0 { end(0) } else { end(i) - end(i - 1) }
-        };
-        step(&self.rows, y) * step(self.row(y), x)
-    }
-
-    fn row(&self, y: usize) -> &[f64] {
-        let start = y * self.width;
-        self.columns.get(start..start + self.width).unwrap_or(&[])
-    }
-
-    fn bilinear(&self, x: f64, y: f64) -> V {
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let mut sum = [0.0; 3];
-        for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
-            for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
-                let texel = self.texel(x0 as i64 + dx, y0 as i64 + dy);
-                for c in 0..3 {
-                    sum[c] += wx * wy * texel[c];
-                }
+        let (x, y) = (u * self.width as f64, v * self.height as f64);
+        let texel = |x, y| self.texels[wrapped(self.layout, [self.width, self.height], x, y)];
+        let value = match self.filtering {
+            Filtering::Nearest => {
+                let last = [self.width - 1, self.height - 1].map(|n| n as i64);
+                texel((x as i64).min(last[0]), (y as i64).min(last[1]))
             }
-        }
-        sum
+            Filtering::Bilinear => bilinear(texel, x - 0.5, y - 0.5),
+        };
+        (value, pdf)
     }
 
     fn sample(&self, u: f64, v: f64) -> V {
-        let (y, fy) = invert(&self.rows, v);
-        let (x, fx) = invert(self.row(y), u);
-        let u = (x as f64 + fx) / self.width as f64;
-        let v = (y as f64 + fy) / self.height as f64;
+        let [u, v] = self.table.sample(u, v);
         let local = match self.layout {
             EnvLayout::LatLong => {
                 let ((sin_t, cos_t), (sin_p, cos_p)) = ((v * PI).sin_cos(), (u * TAU).sin_cos());
@@ -212,31 +178,28 @@ impl Map {
     }
 }
 
-/// A cumulative sum's part of the whole, as the renderer keeps it.
-fn rounded(part: f64, whole: f64) -> f64 {
-    if whole > 0.0 {
-        f64::from((part / whole) as f32)
-    } else {
-        1.0
-    }
-}
-
-/// The interval that holds `u`, and where in it.
-fn invert(ends: &[f64], u: f64) -> (usize, f64) {
-    let i = ends.partition_point(|end| *end <= u);
-    let i = i.min(ends.len().saturating_sub(1));
-    let start = if i == 0 { 0.0 } else { ends[i - 1] };
-    let width = ends.get(i).copied().unwrap_or(1.0) - start;
-    let f = if width > 0.0 {
-        (u - start) / width
-    } else {
-        0.5
+/// Index of a texel; beyond the border, of what the layout has there.
+fn wrapped(layout: EnvLayout, [width, height]: [usize; 2], x: i64, y: i64) -> usize {
+    let (w, h) = (width as i64, height as i64);
+    let (x, y) = match layout {
+        EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
+        EnvLayout::EqualArea => {
+            // Beyond an edge of the octahedral square lies the same edge, turned round.
+            let over = |a: i64, b: i64| match a {
+                a if a < 0 => (-1 - a, w - 1 - b),
+                a if a >= w => (2 * w - 1 - a, w - 1 - b),
+                a => (a, b),
+            };
+            let (x, y) = over(x, y);
+            let (y, x) = over(y, x);
+            (x.clamp(0, w - 1), y.clamp(0, h - 1))
+        }
     };
-    (i, f.clamp(0.0, 1.0 - f64::EPSILON))
+    (y * w + x) as usize
 }
 
 /// Equal-area octahedral map (Clarberg 2008), unit square to sphere.
-fn sphere_of(u: f64, v: f64) -> V {
+pub(super) fn sphere_of(u: f64, v: f64) -> V {
     let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     let inside = 1.0 - (u.abs() + v.abs());
     let r = 1.0 - inside.abs();
@@ -251,7 +214,7 @@ fn sphere_of(u: f64, v: f64) -> V {
 }
 
 /// Its inverse.
-fn square_of(d: V) -> (f64, f64) {
+pub(super) fn square_of(d: V) -> (f64, f64) {
     let [x, y, z] = d.map(f64::abs);
     // sqrt(1 - |z|) without the difference.
     let r = ((x * x + y * y) / (1.0 + z)).sqrt();

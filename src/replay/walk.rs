@@ -6,14 +6,17 @@
 
 use super::path::{End, Path, Vertex};
 use super::vector::{V, scale, wide};
-use super::{Recorder, kernel};
+use super::{Recorder, kernel, spectral};
 use crate::geometry::shading_frame;
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
+use crate::surface::texture::Place;
 use crate::trace::offset;
+use crate::transport::cutout::Through;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
+use crate::transport::wavelength::Wavelength;
 use std::fmt;
 
 /// A subpath's vertex and how the subpath came there and went on.
@@ -119,6 +122,15 @@ pub struct Meeting {
     pub rgb: [f32; 3],
 }
 
+/// The wavelength of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Chosen {
+    /// As the renderer has it.
+    pub single: Wavelength,
+    /// The colour, in `f64`.
+    pub colour_f64: V,
+}
+
 /// A path from its primary samples.
 #[derive(Clone, Debug)]
 pub struct Walk {
@@ -127,6 +139,10 @@ pub struct Walk {
     pub t: u32,
     /// Strategies that the depth chooses among.
     pub choices: usize,
+    /// If the scene has dispersion.
+    pub wavelength: Option<Chosen>,
+    /// One over the probability of the strategy; 0 if there is none.
+    pub factor: f32,
     /// `None` if `t = 1`.
     pub camera: Option<Subpath>,
     /// `None` if `s < 2`.
@@ -155,19 +171,49 @@ impl Walk {
         self.meetings.iter().map(move |m| {
             let seen = &seen[..seen.len() - usize::from(on_light(m) && !seen.is_empty())];
             let steps = seen.iter().chain(lit.iter().rev());
+            let surface: Vec<Vertex> = steps.map(|s| s.vertex.clone()).collect();
             Path {
+                colour: self.colour_of(&surface),
                 s: self.s,
                 camera: wide(camera.map_or(self.lens, |c| c.origin)),
-                surface: steps.map(|s| s.vertex.clone()).collect(),
+                surface,
                 end: m.end,
             }
         })
+    }
+
+    /// The colour of light scattered at these vertices, in `f64`.
+    pub(super) fn colour_of(&self, surface: &[Vertex]) -> V {
+        match &self.wavelength {
+            Some(w) if surface.iter().any(|v| v.dispersive) => w.colour_f64,
+            _ => [1.0; 3],
+        }
     }
 
     /// The path, if there is one and nothing blocks it. Paths of which nobody asked whether they are blocked count as visible: they carry
     /// nothing, or have met their light.
     pub fn path(&self) -> Option<Path> {
         self.paths().next().filter(|_| self.visible != Some(false))
+    }
+}
+
+impl Walk {
+    /// A contribution as the renderer colours it; `at_light` says that the camera's last vertex is on the light, and does not scatter.
+    pub(super) fn coloured(&self, rgb: Vec3<f32>, at_light: bool) -> Vec3<f32> {
+        let Some(w) = &self.wavelength else {
+            return rgb;
+        };
+        let steps = |side: &Option<Subpath>, less: usize| {
+            side.as_ref().is_some_and(|s| {
+                let count = s.steps.len().saturating_sub(less);
+                s.steps[..count].iter().any(|s| s.vertex.dispersive)
+            })
+        };
+        if steps(&self.camera, usize::from(at_light)) || steps(&self.light, 0) {
+            rgb.mul_elem(Vec3::splat(w.single.colour))
+        } else {
+            rgb
+        }
     }
 }
 
@@ -196,16 +242,21 @@ impl Recorder<'_> {
         let s = match plan.strategies[..] {
             [] => 0,
             [only] => only,
-            // Strategies are consecutive numbers.
-            [first, ..] => {
-                first + ((u(plan.layout.strategy) * count as f32) as u32).min(count as u32 - 1)
-            }
+            _ => plan.strategies[plan.choice.index(u(plan.layout.strategy))],
         };
         let t = plan.depth + 2 - s;
         let mut walk = Walk {
             s,
             t,
             choices: count,
+            wavelength: self.world.wavelengths.as_ref().map(|table| {
+                let u = u(plan.layout.wavelength);
+                Chosen {
+                    single: table.at(u),
+                    colour_f64: spectral::colour(u.into()),
+                }
+            }),
+            factor: plan.choice.factor(s),
             camera: None,
             light: None,
             fate: Fate::NoStrategy,
@@ -226,6 +277,7 @@ impl Recorder<'_> {
     fn walk_subpaths(&self, plan: &DepthPlan, u: &dyn Fn(usize) -> f32, walk: &mut Walk) -> Fate {
         let at = &plan.layout;
         let (s, t) = (walk.s, walk.t);
+        let nm = walk.wavelength.map_or(0.0, |w| w.single.nm);
         let bounce = |base: usize, j: usize| {
             let d = base + j * at.per_bounce;
             [
@@ -245,7 +297,7 @@ impl Recorder<'_> {
             let numbers = |j| bounce(at.camera_bounce, j);
             let labels = |j| label(at.camera_label, j);
             let (length, rows) = (t as usize - 1, (&numbers as _, &labels as _));
-            let (steps, ended) = self.advance(flight, length, Side::Camera, rows);
+            let (steps, ended) = self.advance(flight, nm, length, Side::Camera, rows);
             let reached = steps.len();
             if let Some(camera) = &mut walk.camera {
                 camera.steps = steps;
@@ -275,7 +327,7 @@ impl Recorder<'_> {
         let numbers = |j| bounce(at.light_bounce, j);
         let labels = |j| label(at.light_label, j);
         let (length, rows) = (s as usize - 1, (&numbers as _, &labels as _));
-        let (steps, ended) = self.advance(flight, length, Side::Light, rows);
+        let (steps, ended) = self.advance(flight, nm, length, Side::Light, rows);
         if let Some(light) = &mut walk.light {
             light.steps = steps;
         }
@@ -288,7 +340,7 @@ impl Recorder<'_> {
             return Fate::Delta(Side::Light);
         }
         if t == 1 {
-            self.join_lens(self.lens(u, at.connection), walk)
+            self.join_lens((u(at.connection), u(at.connection + 1)), walk)
         } else {
             self.join_tips(walk)
         }
@@ -356,20 +408,22 @@ impl Recorder<'_> {
             distant: ray.distant,
         };
         walk.light = Some(flight.subpath(0.0, light));
-        ray.valid.then_some(flight)
+        let emits = self.world.emits(&[light], [u[0], u[1]]) & 1 != 0;
+        (ray.valid && emits).then_some(flight)
     }
 
     /// Walks a subpath to its `length`-th surface vertex; `bounce` gives the samples of each, `label` the one that chooses a component.
     fn advance(
         &self,
         mut flight: Flight,
+        nm: f32,
         length: usize,
         side: Side,
         (bounce, label): (&dyn Fn(usize) -> [f32; 3], &dyn Fn(usize) -> Option<f32>),
     ) -> (Vec<Step>, Ended) {
         let mut steps = Vec::with_capacity(length);
         for j in 0..length {
-            let Some(mut step) = self.arrive(&flight, label(j)) else {
+            let Some(mut step) = self.arrive(&flight, nm, label(j)) else {
                 return (steps, Ended::Missed(flight));
             };
             if j + 1 == length {
@@ -387,7 +441,7 @@ impl Recorder<'_> {
     }
 
     /// `label` is the primary sample that chooses a component if the vertex is of a mixture.
-    fn arrive(&self, flight: &Flight, label: Option<f32>) -> Option<Step> {
+    fn arrive(&self, flight: &Flight, nm: f32, label: Option<f32>) -> Option<Step> {
         let world = self.world;
         let (o, d) = (flight.origin, flight.direction);
         let ray = [Row([
@@ -401,7 +455,7 @@ impl Recorder<'_> {
             0.0,
         ])];
         let mut hit = [Row::default()];
-        world.tracer.closest::<f32>(&ray, &[0], &mut hit);
+        world.closest::<f32>(&ray, &[0], &mut hit, &mut Through::default());
         let [t, b1, b2, primitive, ..] = hit[0].0;
         let primitive = primitive.to_bits();
         if primitive == NONE {
@@ -416,20 +470,30 @@ impl Recorder<'_> {
             world.wanted,
         );
         let (shape, light) = world.geometry.shape_of(primitive);
-        let (materials, mut material) = (&world.materials, shape.material);
+        let place = Place {
+            uv: point.uv,
+            p: point.p.lane(0),
+            n: point.ng.lane(0),
+        };
+        let (materials, mut material) = (&world.materials, shape.material as usize);
         let mut share = [1.0; 3];
-        if materials.entries[material as usize].mixture {
-            let chosen = materials.choose(material as usize, point.uv, label.unwrap_or(0.0));
-            material = chosen.material;
+        if materials.entries[material].mixture {
+            let chosen = materials.choose(material, &place, label.unwrap_or(0.0));
+            material = chosen.material as usize;
             if label.is_some() {
                 share = chosen.share;
             }
         }
-        let entry = materials.entries[material as usize];
-        let row = if entry.textured {
-            materials.evaluate(material as usize, point.uv)
+        let entry = materials.entries[material];
+        let row = if entry.per_hit {
+            materials.evaluate(material, &place, nm)
         } else {
-            materials.rows[material as usize]
+            materials.rows[material]
+        };
+        let (relief, ns, tangent) = if materials.is_bumped(material) {
+            world.shading_at(material, primitive, [b1, b2], &place, point.ns.lane(0))
+        } else {
+            (None, point.ns.lane(0), point.tangent.lane(0))
         };
         let distance2 = if flight.distant { 1.0 } else { t * t };
         let cos = direction.dot(point.ng).abs();
@@ -438,14 +502,17 @@ impl Recorder<'_> {
                 p: wide(point.p.lane(0)),
                 error: point.error.into(),
                 ng: wide(point.ng.lane(0)),
-                ns: wide(point.ns.lane(0)),
-                tangent: wide(point.tangent.lane(0)),
+                ns: wide(ns),
+                surface: [b1, b2],
+                tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,
                 share,
+                dispersive: entry.dispersive,
                 light,
                 primitive,
-                material,
+                material: material as u32,
+                relief,
             },
             wo: (-direction).lane(0),
             beta: flight.beta,

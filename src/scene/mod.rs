@@ -12,11 +12,17 @@ pub mod pbrt;
 pub mod ply;
 pub mod shapes;
 pub mod spectrum;
+pub mod texture;
 
 use glam::{DVec3, Vec2, Vec3};
+use spectrum::IndexCurve;
+use std::sync::Arc;
 
 pub use self::image::Image;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
+pub use self::texture::{
+    Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,
+};
 
 /// "No such entry" in every `u32` index of these tables.
 pub const NONE: u32 = u32::MAX;
@@ -70,14 +76,24 @@ pub struct Shape {
     pub light: u32,
     /// First primitive of this shape in its table (triangles or spheres).
     pub first: u32,
+    /// Index into [`Scene::alphas`], or [`NONE`]: nothing is cut out of it.
+    pub alpha: u32,
 }
 
-/// A material parameter: a constant or a texture.
+/// What is cut out of shapes. Never a constant that leaves all of a shape or nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Param {
-    Constant(Rgb),
-    /// Index into [`Scene::textures`].
-    Texture(u32),
+pub struct Alpha {
+    /// A number.
+    pub value: Param,
+    pub test: AlphaTest,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaTest {
+    /// pbrt-v3: the surface is there wherever the value is not 0.
+    NotZero,
+    /// pbrt-v4: the value is the part of the surface that is there.
+    Fraction,
 }
 
 /// A material as the file means it, both dialects reduced to one set of kinds.
@@ -88,6 +104,25 @@ pub struct Material {
     /// Where it was made (`scene.pbrt:42`), for reports.
     pub origin: String,
     pub kind: MaterialKind,
+    pub bump: Option<Bump>,
+}
+
+/// What tilts the shading normals of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bump {
+    /// v3 `bumpmap`, v4 `displacement`: a height along the normal, in lengths of the scene file.
+    Height { height: Param, tangents: Tangents },
+    /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z` along the normal.
+    Normal { image: u32 },
+}
+
+/// What heights are measured along on meshes with vertex normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tangents {
+    /// v3: directions of length 1 in the scene file.
+    Unit,
+    /// v4: as long as dp/du, both.
+    LikeU,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -101,11 +136,13 @@ pub enum MaterialKind {
         fresnel: ConductorFresnel,
         roughness: Roughness,
     },
-    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal (no dispersion).
+    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal; with
+    /// `dispersion` it is that of the helium d line.
     Dielectric {
         reflectance: Param,
         transmittance: Param,
         eta: Param,
+        dispersion: Option<Arc<IndexCurve>>,
         roughness: Roughness,
     },
     /// v3 `plastic`: Lambertian plus glossy dielectric reflection (index 1.5).
@@ -115,8 +152,11 @@ pub enum MaterialKind {
         roughness: Roughness,
     },
     /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
-    ThinDielectric { eta: Param },
-    /// v4 `diffusetransmission`, v3 `translucent` without its glossy lobes: Lambertian on both sides. Each colour is the product of two
+    ThinDielectric {
+        eta: Param,
+        dispersion: Option<Arc<IndexCurve>>,
+    },
+    /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes: Lambertian on both sides. Each colour is the product of two
     /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
     DiffuseTransmission {
         reflectance: [Param; 2],
@@ -141,7 +181,7 @@ pub enum MaterialKind {
     },
     /// What a smooth coat reflects; `eta` is inside over outside.
     Coat { eta: f32 },
-    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects. At most [`MAX_COMPONENTS`], none
+    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
     /// of them an interface; nested at most [`MAX_NESTING`] deep.
     Mixture { components: Vec<Component> },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
@@ -177,6 +217,18 @@ impl Coat {
     /// How often light may meet the base.
     pub fn visits(&self) -> u32 {
         self.max_depth.div_ceil(2)
+    }
+}
+
+impl MaterialKind {
+    /// How the index of refraction depends on the wavelength, if it does.
+    pub fn dispersion(&self) -> Option<&IndexCurve> {
+        match self {
+            Self::Dielectric { dispersion, .. } | Self::ThinDielectric { dispersion, .. } => {
+                dispersion.as_deref()
+            }
+            _ => None,
+        }
     }
 }
 
@@ -242,54 +294,6 @@ pub enum Remap {
     V4,
 }
 
-/// A texture; children are indices of earlier entries of [`Scene::textures`] or constants, so the table has no cycles.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Texture {
-    Constant(Rgb),
-    /// Product of two textures.
-    Scale {
-        a: Param,
-        b: Param,
-    },
-    /// `(1 - amount) * a + amount * b`, per channel.
-    Mix {
-        a: Param,
-        b: Param,
-        amount: Param,
-    },
-    /// 2D checkerboard over `mapping`: `a` where `floor(s) + floor(t)` is even.
-    Checkerboard {
-        a: Param,
-        b: Param,
-        mapping: UvMapping,
-    },
-    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this order, as pbrt-v4). Image
-    /// row 0 is the top: `t = 1`.
-    Image {
-        image: u32,
-        mapping: UvMapping,
-        wrap: Wrap,
-        scale: f32,
-        invert: bool,
-    },
-}
-
-/// `(s, t) = (su * u + du, sv * v + dv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UvMapping {
-    pub su: f32,
-    pub sv: f32,
-    pub du: f32,
-    pub dv: f32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrap {
-    Repeat,
-    Black,
-    Clamp,
-}
-
 /// A light. Power-like values are linear sRGB with every `scale`, `power` and unit conversion already applied.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
@@ -312,6 +316,21 @@ pub enum LightKind {
         l: Rgb,
         two_sided: bool,
     },
+    /// v4: emission of one triangle by an image, radiance `scale * image(u, v)`, negative texels as 0; bilinear, clamped to its border, row 0 at
+    /// `v = 1`.
+    ImageTriangle {
+        triangle: u32,
+        image: u32,
+        scale: f32,
+        two_sided: bool,
+    },
+    /// The same for one analytic sphere.
+    ImageSphere {
+        sphere: u32,
+        image: u32,
+        scale: f32,
+        two_sided: bool,
+    },
     /// Intensity `i` (W/sr, per internal length squared) at `p`.
     Point { p: Vec3, i: Rgb },
     /// As pbrt: intensity `i` times `smoothstep`-like falloff between the two cosines around unit `axis`.
@@ -322,6 +341,27 @@ pub enum LightKind {
         cos_total: f32,
         cos_falloff: f32,
         falloff: SpotFalloff,
+    },
+    /// Intensity `scale * image(direction)` at `p`, negative texels as 0; `to_light` are the rows of the rotation from internal to light space (`y` and
+    /// `z` already exchanged, as pbrt has it). A v3 map is looked up bilinearly, a v4 map at the nearest texel.
+    Goniometric {
+        p: Vec3,
+        image: u32,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        layout: EnvLayout,
+    },
+    /// Intensity `scale * image(x, y)` at `p` towards the light space direction `(x, y, 1)`, the image filling `|x| <= extent[0]`,
+    /// `|y| <= extent[1]` with row 0 at `y = -extent[1]`; 0 outside, negative texels as 0. `to_light` are the rows of the rotation from internal to
+    /// light space. Bilinear look-ups take the image to be repeated beyond its border.
+    Projection {
+        p: Vec3,
+        image: u32,
+        scale: Rgb,
+        to_light: [[f32; 3]; 3],
+        /// Tangents of half the angles of view.
+        extent: [f32; 2],
+        filtering: Filtering,
     },
     /// Light travelling along unit `direction` (from the light into the scene) with irradiance `l` on a facing surface.
     Distant { direction: Vec3, l: Rgb },
@@ -334,6 +374,15 @@ pub enum LightKind {
         to_light: [[f32; 3]; 3],
         layout: EnvLayout,
     },
+}
+
+/// How a light's image is looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filtering {
+    /// pbrt-v4's projection and goniometric lights.
+    Nearest,
+    /// pbrt-v3's.
+    Bilinear,
 }
 
 /// How the spot's smooth edge is shaped between `cos_total` (0) and `cos_falloff` (1), `x` linear in the cosine.
@@ -360,7 +409,8 @@ pub struct Camera {
     /// Camera to internal space: three rows of a 3x4 matrix; the linear part is orthonormal (perhaps mirrored).
     pub to_world: [[f32; 4]; 3],
     /// Screen window `[x0, x1, y0, y1]` that the full film shows: on the plane `z = 1` for a perspective (already
-    /// times `tan(fov / 2)`), in internal lengths for an orthographic camera. Raster `y` runs down, screen `y` up.
+    /// times `tan(fov / 2)`), in internal lengths for an orthographic camera; without meaning for a sphere. Raster `y` runs down, screen
+    /// `y` up.
     pub screen: [f32; 4],
     /// Radius of the lens, internal length; 0 is a pinhole.
     pub lens_radius: f32,
@@ -372,6 +422,17 @@ pub struct Camera {
 pub enum Projection {
     Perspective,
     Orthographic,
+    /// Every direction around a point; there is neither a screen nor a lens.
+    Sphere(SphereMap),
+}
+
+/// How the whole film maps to directions; raster coordinates `u`, `v` from 0 to 1, `y` up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SphereMap {
+    /// Azimuth `2 pi u` from `x` towards `z`, angle `pi v` from `y`.
+    Equirectangular,
+    /// Octahedral (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"): `y` in the middle, `-y` at the corners.
+    EqualArea,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -463,6 +524,7 @@ pub struct Scene {
     pub triangles: Vec<Triangle>,
     pub spheres: Vec<Sphere>,
     pub shapes: Vec<Shape>,
+    pub alphas: Vec<Alpha>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<Image>,
@@ -485,6 +547,7 @@ impl Scene {
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.shapes[..])
+            + size_of_val(&self.alphas[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.textures[..])
             + size_of_val(&self.lights[..]);

@@ -1,4 +1,4 @@
-//! Spectra reduced to linear sRGB at load; nothing downstream knows wavelengths.
+//! Spectra reduced to linear sRGB at load. Nothing downstream knows wavelengths but what disperses light: [`IndexCurve`], [`responses`].
 //!
 //! Every reduction integrates against the CIE 1931 2-degree observer in steps of 1 nm from 360 to 830 nm and converts XYZ
 //! to Rec. 709 primaries with the matrix pbrt-v3 uses. They differ in what counts as white:
@@ -10,7 +10,14 @@
 //!   render: Fresnel reflectances of Cu, Ag, Al, MgO, TiO2 then lie within 0.01 of the integrated ones. pbrt-v3 in RGB mode
 //!   puts it through the illuminant's formula; [`named_spd_file`] and [`Meaning::Index`] reproduce that.
 
+mod glass;
+mod index;
+mod response;
 mod tables;
+
+pub use self::glass::{Sellmeier, glass_index};
+pub use self::index::IndexCurve;
+pub use self::response::{FIRST, LAST, responses, spectral_white};
 
 use std::fs;
 use std::path::Path;
@@ -110,6 +117,14 @@ pub fn unit_luminance(rgb: [f32; 3]) -> [f32; 3] {
 /// Reduces pairs of wavelength (nm) and value, in any order, interpolated linearly and held constant beyond the ends. The
 /// scale of an illuminant is kept (pbrt-v3); a pbrt-v4 light wants [`unit_luminance`] of it.
 pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], String> {
+    check(lambda_value)?;
+    let mut sorted = lambda_value.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(reduce(&sorted, meaning))
+}
+
+/// What keeps pairs of wavelength and value from being a spectrum, if anything.
+fn check(lambda_value: &[Sample]) -> Result<(), String> {
     if lambda_value.is_empty() {
         return Err("a spectrum needs at least one pair of wavelength and value".into());
     }
@@ -121,9 +136,13 @@ pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], St
             return Err(format!("value {value} at {lambda} nm is not finite"));
         }
     }
-    let mut sorted = lambda_value.to_vec();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(reduce(&sorted, meaning))
+    Ok(())
+}
+
+/// An index of refraction over the wavelength from pairs of wavelength (nm) and value; see [`IndexCurve::of_samples`].
+pub fn index_samples(lambda_value: &[Sample]) -> Result<IndexCurve, String> {
+    check(lambda_value)?;
+    Ok(IndexCurve::of_samples(lambda_value))
 }
 
 /// Planck's law in arbitrary units, finite for every temperature: relative to its exponential at the end of the visible range.
@@ -177,14 +196,14 @@ pub fn blackbody_v3(kelvin: f32) -> [f32; 3] {
 ///   is no dispersion in RGB;
 /// - `stdillum-{A,D50,D65,F1...F12}`, `illum-acesD60`: luminance 1, as pbrt-v4 normalises them.
 ///
-/// Spectral responses of cameras are not colours: `None`.
+/// Spectral responses of cameras are not colours: `None`, see [`is_sensor`].
 pub fn named(name: &str) -> Option<[f32; 3]> {
     if let Some(rest) = name.strip_prefix("metal-") {
         let (element, quantity) = rest.split_once('-')?;
         return Some(reduce(metal(element, quantity)?, Meaning::Reflectance));
     }
-    if let Some(glass) = name.strip_prefix("glass-") {
-        return glass_index(glass).map(|n| [n; 3]);
+    if let Some(glass) = glass_index(name) {
+        return Some([glass.at_d() as f32; 3]);
     }
     illuminant(name).map(|s| unit_luminance(reduce(s, Meaning::Illuminant)))
 }
@@ -196,6 +215,13 @@ pub fn named_spd_file(path: &str) -> Option<[f32; 3]> {
     let file = path.rsplit(['/', '\\']).next()?;
     let (element, quantity) = file.strip_suffix(".spd")?.split_once('.')?;
     Some(reduce(metal(element, quantity)?, Meaning::Index))
+}
+
+/// True of the names that pbrt-v4 gives to the responses of cameras' sensors: `canon_eos_100d_r` and so on.
+pub fn is_sensor(name: &str) -> bool {
+    let makers = ["canon_", "hasselblad_", "nikon_", "sony_"];
+    makers.iter().any(|m| name.starts_with(m))
+        && ["_r", "_g", "_b"].iter().any(|c| name.ends_with(c))
 }
 
 fn metal(element: &str, quantity: &str) -> Option<&'static [Sample]> {
@@ -215,20 +241,6 @@ fn metal(element: &str, quantity: &str) -> Option<&'static [Sample]> {
         "k" => Some(k),
         _ => None,
     }
-}
-
-/// Index of refraction at 587.6 nm from Schott's data sheets. pbrt-v4 also knows SF5, SF10, SF11 as F5, F10, F11.
-fn glass_index(name: &str) -> Option<f32> {
-    Some(match name {
-        "BK7" => 1.51680,
-        "BAF10" => 1.67003,
-        "FK51A" => 1.48656,
-        "LASF9" => 1.85025,
-        "SF5" | "F5" => 1.67271,
-        "SF10" | "F10" => 1.72828,
-        "SF11" | "F11" => 1.78472,
-        _ => return None,
-    })
 }
 
 fn illuminant(name: &str) -> Option<&'static [Sample]> {
@@ -252,6 +264,15 @@ fn illuminant(name: &str) -> Option<&'static [Sample]> {
         "stdillum-F12" => &ILLUMINANT_F12,
         _ => return None,
     })
+}
+
+/// pbrt-v4's named spectra as indices of refraction over the wavelength: glasses, and what it has of metals.
+pub fn named_index(name: &str) -> Option<IndexCurve> {
+    if let Some(rest) = name.strip_prefix("metal-") {
+        let (element, quantity) = rest.split_once('-')?;
+        return Some(IndexCurve::of_samples(metal(element, quantity)?));
+    }
+    glass_index(name).map(|glass| IndexCurve::of(|nm| glass.at(nm)))
 }
 
 /// Reads pairs of wavelength (nm) and value, separated by any white space; `#` starts a comment.
@@ -362,7 +383,45 @@ mod tests {
 
     #[test]
     fn names() {
-        assert_eq!(named("glass-BK7"), Some([1.5168; 3]));
+        assert_near(named("glass-BK7").unwrap(), [1.5168; 3], 1e-5);
+        let metals = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"].map(|m| format!("metal-{m}"));
+        let metals = metals
+            .iter()
+            .flat_map(|m| [format!("{m}-eta"), format!("{m}-k")]);
+        let glasses =
+            ["BK7", "BAF10", "FK51A", "LASF9", "F5", "F10", "F11"].map(|g| format!("glass-{g}"));
+        let white = [
+            "stdillum-A",
+            "stdillum-D50",
+            "stdillum-D65",
+            "illum-acesD60",
+        ]
+        .map(String::from);
+        let tubes = (1..=12).map(|i| format!("stdillum-F{i}"));
+        let all: Vec<String> = metals.chain(glasses).chain(white).chain(tubes).collect();
+        assert_eq!(all.len(), 14 + 7 + 4 + 12);
+        for name in &all {
+            let rgb = named(name).unwrap_or_else(|| panic!("{name}"));
+            assert!(
+                rgb.iter().all(|v| v.is_finite() && *v >= 0.0),
+                "{name} {rgb:?}"
+            );
+            assert!(!is_sensor(name));
+            if let Some(metal) = name.strip_prefix("metal-") {
+                let file = format!("spds/metals/{}.spd", metal.replace('-', "."));
+                assert!(named_spd_file(&file).is_some(), "{file}");
+            }
+        }
+        assert!(is_sensor("canon_eos_5d_r") && is_sensor("nikon_d810_b"));
+        // Light bulbs are red, D50 a little; gold reflects red, green, blue in this order.
+        let order = |[r, g, b]: [f32; 3]| r > g && g > b;
+        assert!(order(named("stdillum-A").unwrap()) && order(named("stdillum-D50").unwrap()));
+        let (n, k) = (named("metal-Au-eta").unwrap(), named("metal-Au-k").unwrap());
+        let reflected = |c: usize| {
+            let kk = k[c] * k[c];
+            ((n[c] - 1.0).powi(2) + kk) / ((n[c] + 1.0).powi(2) + kk)
+        };
+        assert!(order([0, 1, 2].map(reflected)) && reflected(0) > 0.9 && reflected(2) < 0.5);
         for unknown in [
             "canon_eos_5d_r",
             "glass-",

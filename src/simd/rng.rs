@@ -76,6 +76,12 @@ pub fn unit_float<L: Lanes>(word: L::Uint) -> L {
     L::from_uint24(word.shr::<8>()) * L::splat(1.0 / 16_777_216.0)
 }
 
+/// Four words that look random, a function of four.
+#[inline(always)]
+pub fn hash<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
+    pcg4d::<L>(v)
+}
+
 #[inline(always)]
 fn pcg4d<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
     let a = L::Uint::splat(1_664_525);

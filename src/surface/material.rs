@@ -1,5 +1,7 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
+use super::Kind;
+use super::bump::{self, Relief, Tilted};
 use super::coat::Interface;
 use super::coated_conductor::{Layers, pack_bounces};
 use super::coated_diffuse::base_of;
@@ -7,20 +9,28 @@ use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::mixture::{self, Chosen};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
-use super::{Kind, texture};
+use super::texture::{self, Place};
+use crate::geometry::Derivatives;
+use crate::scene::spectrum::IndexCurve;
 use crate::scene::{
-    ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
+    Bump, ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
     is_smooth,
 };
 use crate::simd::Row;
+use glam::DVec3;
+use std::sync::Arc;
 
 /// One material of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// Of a mixture that of one of its components.
     pub kind: Kind,
-    /// Its row, or the weights of its components, must be evaluated per hit.
+    /// Its row, its shading normal, or the weights of its components depend on where it is hit.
     pub textured: bool,
+    /// Its index of refraction depends on the wavelength. Never of a mixture: one of its components' may.
+    pub dispersive: bool,
+    /// Its row, or its shading normal, must be evaluated per hit: textured or dispersive.
+    pub per_hit: bool,
     /// It has no row: one of its components is chosen per hit ([`MaterialTable::choose`]).
     pub mixture: bool,
 }
@@ -28,9 +38,11 @@ pub struct Entry {
 /// The materials of a scene, in the order of [`Scene::materials`].
 pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
-    /// Parameter rows; those of textured materials are unused.
+    /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
     materials: &'a [Material],
+    /// Length of a unit of the scene file.
+    unit: f64,
     textures: &'a [Texture],
     images: &'a [Image],
     /// Of coated diffuse materials.
@@ -39,6 +51,10 @@ pub struct MaterialTable<'a> {
     looked_up: Vec<Vec<u32>>,
     /// Some material needs a tangent.
     pub anisotropic: bool,
+    /// Some texture looks at texture coordinates.
+    pub uses_uv: bool,
+    /// Some texture looks at the point or the normal.
+    pub uses_point: bool,
 }
 
 impl<'a> MaterialTable<'a> {
@@ -47,17 +63,22 @@ impl<'a> MaterialTable<'a> {
             entries: Vec::new(),
             rows: Vec::new(),
             materials: &scene.materials,
+            unit: scene.space.scale,
             textures: &scene.textures,
             images: &scene.images,
             interfaces: Vec::new(),
             looked_up: Vec::new(),
             anisotropic: false,
+            uses_uv: false,
+            uses_point: false,
         };
-        for Material { kind, .. } in &scene.materials {
+        for Material { kind, bump, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
             let mut entry = Entry {
                 kind: kernel(kind),
-                textured,
+                textured: textured || bump.is_some(),
+                dispersive: kind.dispersion().is_some(),
+                per_hit: textured || bump.is_some() || kind.dispersion().is_some(),
                 mixture: false,
             };
             if let MaterialKind::Conductor { roughness, .. }
@@ -78,8 +99,20 @@ impl<'a> MaterialTable<'a> {
                 .interfaces
                 .push(table.interface(&scene.materials, kind));
             let mut images = Vec::new();
-            for param in params(kind) {
-                collect_images(&scene.textures, param, &mut images);
+            let mut list = params(kind);
+            match bump {
+                Some(Bump::Height { height, .. }) => list.push(*height),
+                Some(Bump::Normal { .. }) => table.uses_uv = true,
+                None => {}
+            }
+            for param in list {
+                param.visit(&scene.textures, &mut |index, texture| {
+                    table.uses_uv |= texture.uses_uv();
+                    table.uses_point |= texture.uses_point();
+                    if matches!(texture, Texture::Image { .. }) {
+                        images.push(index);
+                    }
+                });
             }
             if let MaterialKind::Mixture { components } = kind {
                 entry.mixture = true;
@@ -94,7 +127,7 @@ impl<'a> MaterialTable<'a> {
             images.sort();
             images.dedup();
             table.looked_up.push(images);
-            let row = table.evaluate(table.entries.len() - 1, [0.0, 0.0]);
+            let row = table.evaluate(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
         table
@@ -117,15 +150,15 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
-    pub fn announce(&self, material: usize, uv: [f32; 2]) {
+    pub fn announce(&self, material: usize, place: &Place) {
         for &texture in &self.looked_up[material] {
-            texture::announce(self.textures, self.images, texture, uv);
+            texture::announce(self.textures, self.images, texture, place);
         }
     }
 
-    /// The component of a mixture that the primary sample `u` chooses at texture coordinates `uv`.
-    pub fn choose(&self, material: usize, uv: [f32; 2], u: f32) -> Chosen {
-        let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
+    /// The component of a mixture that the primary sample `u` chooses at a place.
+    pub fn choose(&self, material: usize, place: &Place, u: f32) -> Chosen {
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
         mixture::choose(self.materials, material as u32, &at, u)
     }
 
@@ -149,9 +182,51 @@ impl<'a> MaterialTable<'a> {
         found
     }
 
-    /// The parameter row of a material at texture coordinates `uv`; zero of a mixture.
-    pub fn evaluate(&self, material: usize, uv: [f32; 2]) -> Row {
-        let at = |p: Param| texture::evaluate(self.textures, self.images, p, uv);
+    /// Whether shading normals of a material are other than those of its surfaces; never of a mixture, but of its components.
+    pub fn is_bumped(&self, material: usize) -> bool {
+        self.materials[material].bump.is_some()
+    }
+
+    /// What the bump or normal map of a material says at a place with shading normal `ns`.
+    pub fn relief(
+        &self,
+        material: usize,
+        place: &Place,
+        d: &Derivatives,
+        ns: DVec3,
+    ) -> Option<Relief> {
+        let bump = self.materials[material].bump.as_ref()?;
+        Some(bump::look_up(
+            self.textures,
+            self.images,
+            bump,
+            place,
+            d,
+            ns,
+            self.unit,
+        ))
+    }
+
+    /// The shading frame that follows from it, for shading and geometric normal `[ns, ng]`.
+    pub fn tilt(
+        &self,
+        material: usize,
+        relief: &Relief,
+        d: &Derivatives,
+        normals: [DVec3; 2],
+    ) -> Option<Tilted> {
+        let bump = self.materials[material].bump.as_ref()?;
+        Some(bump::tilt(bump, relief, d, normals, self.unit))
+    }
+
+    /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only dispersive materials know); zero of a
+    /// mixture.
+    pub fn evaluate(&self, material: usize, place: &Place, nm: f32) -> Row {
+        let index = |eta: Param, curve: &Option<Arc<IndexCurve>>| match curve {
+            Some(curve) => curve.at(nm),
+            None => texture::evaluate(self.textures, self.images, eta, place)[0],
+        };
+        let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
         // Reflectances are those of passive surfaces, as in pbrt; interpolation and scaling can leave [0, 1].
         let unit = |p: Param| at(p).map(|v| v.clamp(0.0, 1.0));
         let mut row = [0.0; 8];
@@ -177,11 +252,12 @@ impl<'a> MaterialTable<'a> {
                 reflectance,
                 transmittance,
                 eta,
+                dispersion,
                 roughness,
             } => {
                 row[..3].copy_from_slice(&unit(*reflectance));
                 row[3..6].copy_from_slice(&unit(*transmittance));
-                row[6] = at(*eta)[0].max(f32::MIN_POSITIVE);
+                row[6] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
                 if self.entries[material].kind == Kind::RoughDielectric {
                     let (u, v) = (at(roughness.u)[0], at(roughness.v)[0]);
                     let [ax, ay] = glass_alphas(u, v, roughness.remap);
@@ -204,8 +280,8 @@ impl<'a> MaterialTable<'a> {
                 row[6] = alpha(at(roughness.u)[0], roughness.remap);
                 row[7] = alpha(at(roughness.v)[0], roughness.remap);
             }
-            MaterialKind::ThinDielectric { eta } => {
-                row[0] = at(*eta)[0].max(f32::MIN_POSITIVE);
+            MaterialKind::ThinDielectric { eta, dispersion } => {
+                row[0] = index(*eta, dispersion).max(f32::MIN_POSITIVE);
             }
             MaterialKind::DiffuseTransmission {
                 reflectance,
@@ -334,25 +410,6 @@ fn glass_alphas(u: f32, v: f32, remap: Remap) -> [f32; 2] {
     }
 }
 
-/// Appends the image textures below a parameter.
-fn collect_images(textures: &[Texture], param: Param, images: &mut Vec<u32>) {
-    let Param::Texture(index) = param else {
-        return;
-    };
-    let mut below = |params: &[Param]| {
-        for &param in params {
-            collect_images(textures, param, images);
-        }
-    };
-    match textures[index as usize] {
-        Texture::Constant(_) => {}
-        Texture::Scale { a, b } => below(&[a, b]),
-        Texture::Mix { a, b, amount } => below(&[a, b, amount]),
-        Texture::Checkerboard { a, b, .. } => below(&[a, b]),
-        Texture::Image { .. } => images.push(index),
-    }
-}
-
 fn params(kind: &MaterialKind) -> Vec<Param> {
     let rough = |r: &Roughness| [r.u, r.v];
     match kind {
@@ -370,6 +427,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             let mut list = rough(roughness).to_vec();
@@ -390,7 +448,7 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             list.extend([*diffuse, *specular]);
             list
         }
-        MaterialKind::ThinDielectric { eta } => vec![*eta],
+        MaterialKind::ThinDielectric { eta, .. } => vec![*eta],
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

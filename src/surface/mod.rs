@@ -7,10 +7,12 @@
 //! 3. Of a [`mixture`] one component is chosen per hit; it never gets as far as a kernel.
 //! 4. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
 
+pub mod bump;
 pub mod coat;
 pub mod coated_conductor;
 pub mod coated_diffuse;
 pub mod conductor;
+pub mod cutout;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
@@ -25,6 +27,7 @@ pub mod substrate;
 pub mod texture;
 pub mod thin_dielectric;
 
+pub use self::cutout::Cutouts;
 pub use self::material::MaterialTable;
 use crate::simd::{Lanes, Vec3};
 

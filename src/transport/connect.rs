@@ -29,13 +29,14 @@ impl<L: Lanes> Tip<L> {
 }
 
 impl World<'_> {
-    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `choices` times.
+    /// `s = 0`: adds what the camera tips of `list` emit to their outcomes, `factor` times (one over the probability of the strategy). Their last
+    /// hits are still those of the tips: paths of this strategy have no light subpath.
     pub(super) fn emission<L: Lanes>(
         &self,
         paths: &mut Paths,
         list: &[u32],
         lit: &mut List,
-        choices: f32,
+        factor: f32,
     ) {
         lit.clear();
         for &path in list {
@@ -50,16 +51,21 @@ impl World<'_> {
             let tip = paths.tips[0].load::<L>(chunk);
             let cos = tip.wo.dot(tip.ng);
             let lights = &lights[..chunk.len()];
-            let seen = self.lights.emitted(&self.geometry, lights, tip.p, cos);
+            let mut surface = [L::zero(); 2];
+            if self.lights.has_pictures() {
+                let [_, b1, b2, ..] = L::load_rows(&paths.hit, chunk);
+                surface = [b1, b2];
+            }
+            let seen = (self.lights).emitted(&self.geometry, lights, tip.p, cos, surface);
             let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
             let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
-            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
-            add(paths, chunk, rgb);
+            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
+            self.add(paths, chunk, rgb);
         }
     }
 
-    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments.
-    pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32) {
+    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments, `factor` times.
+    pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32) {
         for chunk in list.chunks(L::N) {
             let ray = L::load_rows(&paths.ray, chunk);
             let flight = L::load_rows(&paths.flight, chunk);
@@ -75,22 +81,32 @@ impl World<'_> {
                 let seen = self.lights.escaped(light, direction);
                 let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
                 let weight = partial.weight_hit(seen.direct_pdf, emission);
-                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(choices));
-                add(paths, chunk, rgb);
+                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
+                self.add(paths, chunk, rgb);
             }
         }
     }
 
     /// Joins the tips of the paths in the lists `direct` (`s = 1`), `lens` (`t = 1`) and `general`, and adds the visible
-    /// contributions, `choices` times, to their outcomes.
+    /// contributions to their outcomes, times the factors of their strategies: `factors[s]` for `s` light vertices.
     pub(super) fn connect<L: Lanes>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
         at: ConnectionSamples,
-        choices: f32,
+        factors: &[f32],
     ) {
+        if self.plan.dispersion {
+            for (list, side) in [
+                (&lists.direct, Side::Camera),
+                (&lists.general, Side::Camera),
+                (&lists.lens, Side::Light),
+                (&lists.general, Side::Light),
+            ] {
+                paths.dispersion.touch(list, side);
+            }
+        }
         let [direct, lens, general] = &mut lists.joined;
         direct.clear();
         lens.clear();
@@ -119,14 +135,23 @@ impl World<'_> {
         paths.clock.lap(Stage::Connect);
         // Contributions first: no ray for what carries nothing.
         lists.trace.clear();
-        self.weigh_direct::<L>(paths, direct, choices, &mut lists.trace);
-        self.weigh_lens::<L>(paths, lens, choices, &mut lists.trace);
-        self.weigh_tips::<L>(paths, general, choices, &mut lists.trace);
+        self.weigh_direct::<L>(paths, direct, factors[1], &mut lists.trace);
+        // Where `t = 1`, no strategy has more light vertices.
+        let most = factors[factors.len() - 1];
+        self.weigh_lens::<L>(paths, lens, most, &mut lists.trace);
+        self.weigh_tips::<L>(paths, general, factors, &mut lists.trace);
         paths.clock.lap(Stage::Mis);
         paths.rays += lists.trace.len() as u64;
         paths.sorter.sort(&paths.ray, &lists.trace);
         paths.clock.lap(Stage::Sort);
-        (self.tracer).occluded::<L>(&paths.ray, paths.sorter.sorted(), &mut paths.blocked);
+        // Hits have been arrived at, and their rows are free.
+        paths.rays += self.occluded::<L>(
+            &paths.ray,
+            paths.sorter.sorted(),
+            &mut paths.blocked,
+            &mut paths.hit,
+            &mut paths.through,
+        );
         paths.clock.count(Stage::Occlusion, lists.trace.len(), L::N);
         paths.clock.lap(Stage::Occlusion);
         for &path in &*lists.trace {
@@ -182,7 +207,7 @@ impl World<'_> {
                 &mut paths.end,
                 chunk,
             );
-            joined.push_where(chunk, seen.valid.bits());
+            joined.push_where(chunk, seen.valid.bits() & self.emits(light, u));
         }
     }
 
@@ -196,7 +221,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
-            let lens = if self.plan.lens {
+            let lens = if self.camera.connects_by_choice() {
                 (
                     samples.gather(at.point, chunk),
                     samples.gather(at.point + 1, chunk),
@@ -288,7 +313,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         list: &[u32],
-        choices: f32,
+        factor: f32,
         live: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
@@ -303,30 +328,36 @@ impl World<'_> {
                 end[4] * L::splat(paths.light_subpaths),
                 end[5].gt(L::zero()),
             );
-            let scale = weight * L::splat(choices) / end[3];
+            let scale = weight * L::splat(factor) / end[3];
             let f = Vec3::new(value[0], value[1], value[2]);
             let rgb = tip
                 .beta
                 .mul_elem(f)
                 .mul_elem(Vec3::new(end[0], end[1], end[2]))
                 * scale;
-            keep(paths, chunk, rgb, live);
+            self.keep(paths, chunk, rgb, live);
         }
     }
 
-    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
+    fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32, live: &mut List) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
             let value = L::load_rows(&paths.value[1], chunk);
             let end = L::load_rows(&paths.end, chunk);
             let weight = tip.partial().weight_camera(end[3] * value[5], value[4]);
             let f = Vec3::new(value[0], value[1], value[2]);
-            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(choices));
-            keep(paths, chunk, rgb, live);
+            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(factor));
+            self.keep(paths, chunk, rgb, live);
         }
     }
 
-    fn weigh_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], choices: f32, live: &mut List) {
+    fn weigh_tips<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        factors: &[f32],
+        live: &mut List,
+    ) {
         for chunk in list.chunks(L::N) {
             let tips = [
                 paths.tips[0].load::<L>(chunk),
@@ -348,8 +379,48 @@ impl World<'_> {
                 let v = &values[i];
                 tips[i].beta.mul_elem(Vec3::new(v[0], v[1], v[2]))
             };
-            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * L::splat(choices));
-            keep(paths, chunk, rgb, live);
+            let last = chunk.len() - 1;
+            let factor = L::from_fn(|i| factors[paths.s[chunk[i.min(last)] as usize] as usize]);
+            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * factor);
+            self.keep(paths, chunk, rgb, live);
+        }
+    }
+
+    /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
+    /// alive.
+    #[inline(always)]
+    fn keep<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
+        let rgb = self.coloured(paths, list, rgb);
+        let zero = L::zero();
+        L::store_rows(
+            [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
+            &mut paths.value[0],
+            list,
+        );
+        let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
+        live.push_where(list, dark.not().bits());
+    }
+
+    /// Adds to the outcomes of the paths in `list`.
+    #[inline(always)]
+    fn add<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
+        let rgb = self.coloured(paths, list, rgb);
+        for (i, &path) in list.iter().enumerate() {
+            let v = rgb.lane(i);
+            let out = &mut paths.outcome[path as usize].rgb;
+            for c in 0..3 {
+                out[c] += v[c];
+            }
+        }
+    }
+
+    /// Contributions with the colours of the paths' wavelengths ([`super::wavelength`]).
+    #[inline(always)]
+    fn coloured<L: Lanes>(&self, paths: &Paths, list: &[u32], rgb: Vec3<L>) -> Vec3<L> {
+        if self.plan.dispersion {
+            paths.dispersion.colour(list, rgb)
+        } else {
+            rgb
         }
     }
 }
@@ -373,30 +444,4 @@ fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: 
         links,
         list,
     );
-}
-
-/// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
-/// alive.
-#[inline(always)]
-fn keep<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
-    let zero = L::zero();
-    L::store_rows(
-        [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
-        &mut paths.value[0],
-        list,
-    );
-    let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
-    live.push_where(list, dark.not().bits());
-}
-
-/// Adds to the outcomes of the paths in `list`.
-#[inline(always)]
-fn add<L: Lanes>(paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
-    for (i, &path) in list.iter().enumerate() {
-        let v = rgb.lane(i);
-        let out = &mut paths.outcome[path as usize].rgb;
-        for c in 0..3 {
-            out[c] += v[c];
-        }
-    }
 }

@@ -9,30 +9,35 @@ use super::walk::Bounce;
 use crate::plan::{DepthPlan, Plan};
 use crate::simd::Lanes;
 
-/// Primary samples of a path-traced path: raster (2), lens (2), and per bounce three for the BSDF, one for the choice of a light,
-/// two for a point on it; and one for the choice of a component, if there are mixtures.
+/// Primary samples of a path-traced path: raster (2), lens (2), wavelength (1, if paths have one), and per bounce three for the BSDF, one for
+/// the choice of a light, two for a point on it; and one for the choice of a component, if there are mixtures.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
     pub max_depth: u32,
+    wavelength: bool,
     per_bounce: usize,
 }
 
 impl UnidirectionalLayout {
+    const WAVELENGTH: usize = 4;
+
     /// Of paths with up to `max_depth` scattering events.
     pub fn new(plan: &Plan, max_depth: u32) -> Self {
         Self {
             max_depth,
+            wavelength: plan.dispersion,
             per_bounce: 6 + usize::from(plan.mixtures),
         }
     }
 
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
-        4 + self.per_bounce * self.max_depth as usize
+        self.at(self.max_depth).0
     }
 
     fn at(&self, depth: u32) -> (usize, ConnectionSamples) {
-        let base = 4 + self.per_bounce * depth as usize;
+        let first = Self::WAVELENGTH + usize::from(self.wavelength);
+        let base = first + self.per_bounce * depth as usize;
         let connection = ConnectionSamples {
             choice: base + 3,
             point: base + 4,
@@ -64,13 +69,14 @@ impl World<'_> {
         if depth.strategies.is_empty() {
             return;
         }
+        self.start_wavelengths(paths, samples, depth.layout.wavelength, n);
         let mut lists = std::mem::take(&mut paths.lists);
         self.choose_strategies(depth, samples, paths, &mut lists);
         paths.clock.lap(Stage::Sort);
         let at = &depth.layout;
         // With one strategy nothing competes with it.
         let alone = depth.strategies.len() == 1;
-        let choices = depth.strategies.len() as f32;
+        let factors = depth.choice.factors();
         self.start_camera::<L>(
             paths,
             samples,
@@ -99,19 +105,19 @@ impl World<'_> {
             self.advance_camera::<L>(paths, samples, &mut lists, depth, wave);
             self.advance_light::<L>(paths, samples, &mut lists, depth, wave);
         }
-        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, choices);
-        self.escape::<L>(paths, &lists.escaped, choices);
+        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, factors[0]);
+        self.escape::<L>(paths, &lists.escaped, factors[0]);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        self.connect::<L>(paths, samples, &mut lists, connection, choices);
+        self.connect::<L>(paths, samples, &mut lists, connection, factors);
         paths.lists = lists;
         self.settle(paths);
     }
 
-    /// The first primary sample of the camera stream chooses among the strategies uniformly.
+    /// The first primary sample of the camera stream chooses among the strategies.
     fn choose_strategies(
         &self,
         depth: &DepthPlan,
@@ -120,16 +126,15 @@ impl World<'_> {
         lists: &mut Lists,
     ) {
         lists.clear();
-        let count = depth.strategies.len();
         let n = paths.n;
-        if count == 1 {
-            paths.s[..n].fill(depth.strategies[0]);
+        let chosen = &mut paths.s[..n];
+        if let [only] = depth.strategies[..] {
+            chosen.fill(only);
         } else {
-            // Strategies are consecutive numbers.
-            let (first, most) = (depth.strategies[0], count as u32 - 1);
-            let choice = &samples.row(depth.layout.strategy)[..n];
-            for (s, u) in paths.s[..n].iter_mut().zip(choice) {
-                *s = first + ((u * count as f32) as i32 as u32).min(most);
+            let u = &samples.row(depth.layout.strategy)[..n];
+            depth.choice.indices(u, chosen);
+            for s in chosen {
+                *s = depth.strategies[*s as usize];
             }
         }
         for path in 0..n {
@@ -240,6 +245,9 @@ impl World<'_> {
         if list.is_empty() {
             return;
         }
+        if self.plan.dispersion {
+            paths.dispersion.touch(list, side);
+        }
         self.queue(paths, list, side, &mut lists.queues);
         list.clear();
         paths.clock.lap(Stage::Sort);
@@ -267,6 +275,7 @@ impl World<'_> {
     ) {
         paths.resize(n);
         paths.light_subpaths = 0.0;
+        self.start_wavelengths(paths, samples, UnidirectionalLayout::WAVELENGTH, n);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         for path in 0..n {
@@ -306,7 +315,7 @@ impl World<'_> {
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (first, connection) = layout.at(depth);
-            self.connect::<L>(paths, samples, &mut lists, connection, 1.0);
+            self.connect::<L>(paths, samples, &mut lists, connection, &[1.0; 2]);
             let bounce = Bounce::at(first);
             self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }

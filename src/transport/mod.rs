@@ -5,12 +5,15 @@
 //!    vertex, since a multiplexed path connects only its tips ([`mis`] says why that suffices).
 //! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
 //! 4. [`connect`] joins tips with one visibility ray.
-//! 5. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
+//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
 pub mod clock;
 pub mod connect;
+pub mod cutout;
+mod dispersion;
 pub mod evaluate;
 mod list;
 pub mod mis;
@@ -18,6 +21,7 @@ pub mod paths;
 pub mod samples;
 mod sort;
 pub mod walk;
+pub mod wavelength;
 
 pub use self::paths::{Outcome, Paths};
 
@@ -26,17 +30,21 @@ use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
 use crate::plan::Plan;
 use crate::scene::Scene;
-use crate::surface::MaterialTable;
+use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
+use wavelength::Wavelengths;
 
 /// A scene prepared for transport.
 pub struct World<'a> {
     pub geometry: Geometry<'a>,
     pub materials: MaterialTable<'a>,
+    pub cutouts: Cutouts<'a>,
     pub lights: LightTable,
     pub camera: Camera,
     pub tracer: Tracer,
     pub plan: Plan,
+    /// If some index of refraction depends on the wavelength.
+    pub wavelengths: Option<Wavelengths>,
     /// What hit points must compute.
     pub wanted: Wanted,
 }
@@ -50,13 +58,15 @@ impl<'a> World<'a> {
         let camera = Camera::new(&scene.camera, &scene.film);
         let plan = Plan::new(scene, max_depth, &materials, &lights, &camera);
         let wanted = Wanted {
-            uv: materials.entries.iter().any(|e| e.textured),
+            uv: materials.uses_uv,
             tangent: materials.anisotropic,
             normals: scene.vertices.iter().any(|v| v.n != [0.0; 3]),
             spheres: !scene.spheres.is_empty(),
         };
         Self {
+            wavelengths: plan.dispersion.then(Wavelengths::new),
             tracer: Tracer::build(scene),
+            cutouts: Cutouts::new(scene),
             geometry,
             materials,
             lights,

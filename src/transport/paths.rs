@@ -6,6 +6,8 @@ use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::clock::Clock;
+use crate::transport::cutout::Through;
+use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
 use crate::transport::sort::Sorter;
 
@@ -88,15 +90,17 @@ pub struct Paths {
     /// Per path `[beta (3), dVCM, dVC, distant (0 or 1), 0, 0]` of the subpath on its way.
     pub flight: Vec<Row>,
     pub tips: [Tips; 2],
-    /// Parameter rows: first those of the materials, then one per path and side for textured hits.
+    /// Parameter rows: first those of the materials, then one per path and side for hits that have their own.
     pub params: Vec<Row>,
     materials: usize,
-    /// Parameter rows to be evaluated, with material and texture coordinates.
+    /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
     /// Tips that are of mixtures until a component is chosen: path, material and texture coordinates.
     pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
     /// Paths whose tips are of chosen components, and their shares, until they are in the throughputs.
     pub(super) shares: Vec<(u32, [f32; 3])>,
+    /// Wavelengths.
+    pub(super) dispersion: Dispersion,
     /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
     pub link: Vec<Row>,
     /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
@@ -112,6 +116,8 @@ pub struct Paths {
     pub outcome: Vec<Outcome>,
     /// Puts waves in the order they are traced.
     pub(super) sorter: Sorter,
+    /// Rays on their way through cut-outs.
+    pub(super) through: Through,
     /// Rays traced so far.
     pub rays: u64,
     /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
@@ -183,6 +189,7 @@ impl Paths {
             textured: Vec::new(),
             mixed: Vec::new(),
             shares: Vec::new(),
+            dispersion: Dispersion::default(),
             link: Vec::new(),
             end: Vec::new(),
             value: Default::default(),
@@ -191,6 +198,7 @@ impl Paths {
             t: Vec::new(),
             outcome: Vec::new(),
             sorter: Sorter::default(),
+            through: Through::default(),
             rays: 0,
             light_subpaths: 1.0,
             lists: Lists::default(),
@@ -232,7 +240,7 @@ impl Paths {
         }
     }
 
-    /// The parameter row reserved for a textured tip.
+    /// The parameter row reserved for a tip that has its own.
     #[inline(always)]
     pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
         (self.materials + 2 * path as usize + side as usize) as u32

@@ -4,11 +4,14 @@ use super::World;
 use super::clock::Stage;
 use super::list::List;
 use super::mis::{self, Partial};
-use super::paths::{Paths, Side};
+use super::paths::{Paths, Side, Tips};
 use super::samples::Samples;
 use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::Bsdf;
+use crate::surface::bump::{Relief, Tilted};
+use crate::surface::texture::Place;
+use glam::DVec3;
 
 /// Where the primary samples of a bounce are.
 #[derive(Clone, Copy)]
@@ -122,7 +125,8 @@ impl World<'_> {
                 &mut paths.flight,
                 chunk,
             );
-            started.push_where(chunk, ray.valid.bits());
+            let emits = self.emits(&light[..chunk.len()], [u[0], u[1]]);
+            started.push_where(chunk, ray.valid.bits() & emits);
         }
     }
 
@@ -132,7 +136,7 @@ impl World<'_> {
         paths.sorter.sort(&paths.ray, list);
         paths.clock.lap(Stage::Sort);
         let sorted = paths.sorter.sorted();
-        self.tracer.closest::<L>(&paths.ray, sorted, &mut paths.hit);
+        paths.rays += self.closest::<L>(&paths.ray, sorted, &mut paths.hit, &mut paths.through);
         paths.clock.count(Stage::Trace, list.len(), L::N);
         paths.clock.lap(Stage::Trace);
     }
@@ -153,12 +157,35 @@ impl World<'_> {
             self.arrive_at::<L, false>(paths, list, side);
         }
         // Texels have been asked for, and have had time to come.
-        for &(row, material, uv) in &paths.textured {
-            paths.params[row as usize] = self.materials.evaluate(material as usize, uv);
+        for &(path, material, uv) in &paths.textured {
+            let place = self.place(&paths.tips[side as usize], path, uv);
+            let row = paths.own_params(side, path) as usize;
+            let nm = paths.dispersion.nm(path as usize);
+            paths.params[row] = self.materials.evaluate(material as usize, &place, nm);
+        }
+        if self.plan.bumps {
+            self.tilt(paths, side);
+        }
+        if self.plan.dispersion {
+            self.note_dispersive(paths, list, side);
         }
         paths.textured.clear();
         paths.clock.count(Stage::Surface, list.len(), L::N);
         paths.clock.lap(Stage::Surface);
+    }
+
+    /// Where a path's tip is, as textures see it.
+    #[inline(always)]
+    fn place(&self, tips: &Tips, path: u32, uv: [f32; 2]) -> Place {
+        let mut place = Place {
+            uv,
+            ..Place::default()
+        };
+        if self.materials.uses_point {
+            place.p.copy_from_slice(&tips.place[path as usize].0[..3]);
+            place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
+        }
+        place
     }
 
     /// Chooses among the components of the mixtures that have been arrived at; the tips are as if of that component alone.
@@ -173,12 +200,13 @@ impl World<'_> {
         for &(path, material, uv) in &mixed {
             let sample = |at: Bounce| samples.row(at.dimension(paths, path))[path as usize];
             let u = label.map_or(0.0, sample);
-            let chosen = self.materials.choose(material as usize, uv, u);
+            let place = self.place(&paths.tips[side as usize], path, uv);
+            let chosen = self.materials.choose(material as usize, &place, u);
             let entry = self.materials.entries[chosen.material as usize];
             let mut row = chosen.material;
-            if entry.textured {
+            if entry.per_hit {
                 row = paths.own_params(side, path);
-                paths.textured.push((row, chosen.material, uv));
+                paths.textured.push((path, chosen.material, uv));
             }
             let tips = &mut paths.tips[side as usize];
             tips.kind[path as usize] = entry.kind;
@@ -245,14 +273,22 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if entry.textured || MIXTURES && entry.mixture {
+                if entry.per_hit || MIXTURES && entry.mixture {
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
-                    self.materials.announce(shape.material as usize, uv);
+                    let mut place = Place {
+                        uv,
+                        ..Place::default()
+                    };
+                    if self.materials.uses_point {
+                        place.p = point.p.lane(i);
+                        place.n = point.ng.lane(i);
+                    }
+                    self.materials.announce(shape.material as usize, &place);
                     if MIXTURES && entry.mixture {
                         paths.mixed.push((path, shape.material, uv));
                     } else {
                         params[i] = paths.own_params(side, path);
-                        paths.textured.push((params[i], shape.material, uv));
+                        paths.textured.push((path, shape.material, uv));
                     }
                 }
             }
@@ -295,6 +331,53 @@ impl World<'_> {
                 chunk,
             );
         }
+    }
+
+    /// Tilts the shading frames of those textured tips that have a bump or normal map.
+    fn tilt(&self, paths: &mut Paths, side: Side) {
+        let tips = &mut paths.tips[side as usize];
+        for &(path, material, uv) in &paths.textured {
+            if !self.materials.is_bumped(material as usize) {
+                continue;
+            }
+            let path = path as usize;
+            let [x, y, z, ..] = tips.place[path].0;
+            let [nx, ny, nz, _, sx, sy, sz, _] = tips.frame[path].0;
+            let [_, b1, b2, ..] = paths.hit[path].0;
+            let primitive = tips.energy[path].0[3].to_bits();
+            let place = Place {
+                uv,
+                p: [x, y, z],
+                n: [nx, ny, nz],
+            };
+            let (_, ns, tangent) =
+                self.shading_at(material as usize, primitive, [b1, b2], &place, [sx, sy, sz]);
+            tips.frame[path].0[4..7].copy_from_slice(&ns);
+            tips.energy[path].0[4..7].copy_from_slice(&tangent);
+        }
+    }
+
+    /// What the bump or normal map of a material says at a hit, and the shading normal and tangent that follow; `place.n` is the geometric normal
+    /// towards the front, `ns` the shading normal of the surface.
+    pub fn shading_at(
+        &self,
+        material: usize,
+        primitive: u32,
+        b: [f32; 2],
+        place: &Place,
+        ns: [f32; 3],
+    ) -> (Option<Relief>, [f32; 3], [f32; 3]) {
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let (p, ng, ns) = (wide(place.p), wide(place.n), wide(ns));
+        let d = self.geometry.derivatives(primitive, b.map(f64::from), p);
+        let relief = self.materials.relief(material, place, &d, ns);
+        let tilted = relief.and_then(|r| self.materials.tilt(material, &r, &d, [ns, ng]));
+        let Tilted { ns, tangent } = tilted.unwrap_or(Tilted {
+            ns,
+            tangent: d.dpdu,
+        });
+        let narrow = |v: DVec3| v.as_vec3().to_array();
+        (relief, narrow(ns), narrow(tangent))
     }
 
     /// Sorts `list` into the queues of its tips' BSDF kinds.

@@ -107,8 +107,19 @@ const VARNISHED: &str = "Material \"coatedconductor\" \"float interface.roughnes
 const POLISHED: &str = "Material \"coateddiffuse\" \"rgb reflectance\" [0.2 0.5 0.3]";
 const BRONZE: &str = "Material \"coatedconductor\" \"float conductor.roughness\" 0.3 \"bool remaproughness\" \"false\"";
 const CHROME: &str = "Material \"coatedconductor\" \"float thickness\" 0.1";
+const CRYSTAL: &str = "Material \"dielectric\" \"spectrum eta\" \"glass-F11\"";
+const HAZE: &str = "Material \"dielectric\" \"spectrum eta\" [400 1.8 500 1.6 700 1.5] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
+const FOIL: &str = "Material \"thindielectric\" \"spectrum eta\" [400 1.8 700 1.4]";
 const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
 const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
+const STONE: &str = "Material \"matte\" \"texture Kd\" \"marble\"";
+const DOTTED: &str = "Material \"matte\" \"texture Kd\" \"dots\"";
+const CREASED: &str =
+    "Material \"plastic\" \"texture Kd\" \"globe\" \"texture roughness\" \"creases\"";
+
+/// Textures have to be made before they are named.
+const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
+const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
 
 /// Named materials that are mixtures.
 const MIXTURES: &str = "Texture \"checks\" \"spectrum\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3 \"rgb tex1\" [1 0.8 0.3] \"rgb tex2\" [0 0.1 0.6]
@@ -183,7 +194,7 @@ pub fn sky(width: u32, height: u32) -> Picture {
 /// Every scene of the transport tests, by name.
 pub fn all() -> Vec<(&'static str, Scene)> {
     let dir = tempfile::tempdir().expect("a temporary directory");
-    write_sky(dir.path());
+    write_images(dir.path());
     let load = |(name, text): (_, String)| (name, load(&text, dir.path()));
     texts().into_iter().map(load).collect()
 }
@@ -191,7 +202,7 @@ pub fn all() -> Vec<(&'static str, Scene)> {
 /// The same as files in a folder.
 pub fn write_all(dir: &Path) -> Vec<PathBuf> {
     std::fs::create_dir_all(dir).expect("a folder");
-    write_sky(dir);
+    write_images(dir);
     let file = |(i, (_, text)): (usize, (&str, String))| {
         let path = dir.join(format!("{i}.pbrt"));
         std::fs::write(&path, text).expect("a written scene");
@@ -200,8 +211,11 @@ pub fn write_all(dir: &Path) -> Vec<PathBuf> {
     texts().into_iter().enumerate().map(file).collect()
 }
 
-fn write_sky(dir: &Path) {
-    write(&dir.join("sky.pfm"), &sky(16, 8), &[], 0.0).expect("a written image");
+fn write_images(dir: &Path) {
+    for (name, width, height) in [("sky", 16, 8), ("square", 12, 12), ("slide", 7, 5)] {
+        let path = dir.join(format!("{name}.pfm"));
+        write(&path, &sky(width, height), &[], 0.0).expect("a written image");
+    }
 }
 
 /// Names and scene files.
@@ -313,6 +327,22 @@ fn texts() -> Vec<(&'static str, String)> {
                     wave(5)
                 ),
         ),
+        build(
+            "marble, dots and creases",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "TransformBegin Scale 4 4 4 Rotate 40 1 1 0
+                 Texture \"marble\" \"spectrum\" \"marble\" \"float variation\" 3
+                 Texture \"creases\" \"float\" \"wrinkled\" \"integer octaves\" 4
+                 TransformEnd
+                 Texture \"dots\" \"spectrum\" \"dots\" \"float uscale\" 5 \"float vscale\" 5 \"texture inside\" \"marble\" \"rgb outside\" [.2 .1 .4]
+                 Texture \"globe\" \"spectrum\" \"bilerp\" \"string mapping\" \"spherical\" \"rgb v00\" [.7 .6 .2] \"rgb v01\" [.2 .3 .6] \"rgb v10\" [.1 .1 .1] \"rgb v11\" [.5 .2 .2]
+                 {}{}{}",
+                walls([STONE, MATTE, DOTTED, BLUE, STONE]),
+                sphere(0.2, -0.3, 0.2, 0.5, CREASED),
+                MATTE.to_owned() + &area("5 4 3", false, &lamp()),
+            ),
+        ),
         in_v4(build(
             "sheets",
             format!("{LOOK}{LENS}"),
@@ -327,6 +357,36 @@ fn texts() -> Vec<(&'static str, String)> {
                 )
                 + MATTE
                 + &area("5 4 3", true, &lamp()),
+        )),
+        build(
+            "goniometric lamp and a slide",
+            format!("{LOOK}{PINHOLE}"),
+            walls([PLASTIC, MATTE, ROUGH, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin Translate 0.3 0.5 0 Rotate 40 1 2 0 LightSource \"goniometric\" \"string mapname\" \"sky.pfm\" \"rgb I\" [1 1 0.8] AttributeEnd
+                     AttributeBegin Translate -0.4 0.6 -0.6 Rotate 65 1 0.2 0 LightSource \"projection\" \"string mapname\" \"slide.pfm\" \"float fov\" 50 AttributeEnd
+                     {}{}",
+                    sphere(-0.4, -0.4, 0.2, 0.4, GLASS),
+                    sphere(0.5, -0.4, 0.3, 0.35, METAL),
+                ),
+        ),
+        in_v4(build(
+            "image lamps and a slide",
+            format!("{LOOK}{LENS}"),
+            walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin Translate -0.4 0.5 -0.6 Rotate 70 1 -0.2 0 LightSource \"projection\" \"string filename\" \"slide.pfm\" \"float power\" 6 \"float fov\" 60 AttributeEnd
+                     AttributeBegin Translate 0.6 0.3 -0.3 LightSource \"goniometric\" \"string filename\" \"square.pfm\" \"float power\" 8 AttributeEnd
+                     AttributeBegin
+                     {MATTE}
+                     AreaLightSource \"diffuse\" \"string filename\" \"slide.pfm\" \"float scale\" 2 \"bool twosided\" \"true\"
+                     Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-0.6 0.7 -0.4 0.5 0.8 -0.4 0.5 0.6 0.5 -0.6 0.6 0.4] \"float uv\" [0 0 1 0.1 0.9 1.2 -0.1 1]
+                     AreaLightSource \"diffuse\" \"string filename\" \"sky.pfm\" \"float power\" 5
+                     Translate 0.2 -0.4 0.2 Rotate 50 1 1 0 Shape \"sphere\" \"float radius\" 0.3
+                     AttributeEnd
+                     {}",
+                    sphere(-0.5, -0.5, 0.2, 0.4, PAPER),
+                ),
         )),
         build(
             "frosted ball around a lamp and frosted smooth mesh, clear wedge",
@@ -354,6 +414,20 @@ fn texts() -> Vec<(&'static str, String)> {
                     wave(5)
                 ),
         )),
+        in_v4(build(
+            "dispersing glass: frosted ball around a lamp, clear wedge and ball, foil",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "{}{}{}{}AttributeBegin {CRYSTAL} Translate -0.3 -0.8 -0.1 {} AttributeEnd
+                 AttributeBegin {FOIL} Translate 0 0.2 -0.8 Rotate 80 1 0 0 Scale 0.6 1 0.4 {} AttributeEnd\n",
+                walls([MATTE, MATTE, MATTE, BLUE, MATTE]),
+                sphere(0.4, 0.2, 0.2, 0.4, HAZE),
+                area("9 8 7", false, &sphere(0.4, 0.2, 0.2, 0.15, MATTE)),
+                sphere(-0.5, 0.3, 0.3, 0.3, CRYSTAL),
+                wedge(),
+                wave(4),
+            ),
+        )),
         build(
             "mixtures, specular in part, textured, nested and emitting",
             format!("{LOOK}{PINHOLE}"),
@@ -372,6 +446,64 @@ fn texts() -> Vec<(&'static str, String)> {
                     "AttributeBegin\nNamedMaterial \"nested\"\nTranslate 0.4 -0.5 0 Scale 0.6 1 0.6\n{}AttributeEnd\n",
                     wave(5)
                 ),
+        ),
+        build(
+            "panorama of a room",
+            "LookAt 0.2 0.1 -0.3  0.5 0 0.4  0.1 1 0\nCamera \"environment\"\nFilm \"image\" \"integer xresolution\" 16 \"integer yresolution\" 8\nPixelFilter \"gaussian\" \"float xwidth\" 2.5 \"float ywidth\" 2\n".into(),
+            walls([ROUGH, MATTE, PLASTIC, BLUE, MATTE])
+                + &front(BLUE)
+                + &sphere(0.5, -0.5, 0.3, 0.3, GLASS)
+                + MATTE
+                + &area("5 4 3", false, &lamp()),
+        ),
+        in_v4(build(
+            "part of an equal-area panorama",
+            "Scale 1 -1 1\nLookAt 0.1 0.2 -0.2  -0.5 0.3 0.4  0 1 0\nCamera \"spherical\"\nFilm \"image\" \"integer xresolution\" 14 \"integer yresolution\" 12 \"float cropwindow\" [0.4 1 0 0.7]\nPixelFilter \"triangle\" \"float xradius\" 1.5 \"float yradius\" 2\n".into(),
+            format!(
+                "LightSource \"infinite\" \"rgb L\" [1 1.2 1.5]\n{}",
+                walls([MATTE, ROUGH, MATTE, BLUE, MATTE])
+                    + &sphere(-0.4, -0.3, 0.4, 0.3, MATTE)
+                    + MATTE
+                    + &area("5 4 3", true, &lamp())
+            ),
+        )),
+        in_v4(build(
+            "cut-outs",
+            format!("{LOOK}{PINHOLE}"),
+            CHECKS.to_string()
+                + &walls([MATTE, MATTE, MATTE, BLUE, MATTE])
+                + &format!(
+                    "AttributeBegin\n{BLUE}\nTranslate 0 0.3 0 Scale 0.8 1 0.8\n{}AttributeEnd\n",
+                    wave(4).replace("\n", " \"texture alpha\" \"checks\"\n")
+                )
+                + &sphere(-0.4, -0.5, 0.0, 0.4, MATTE).replace("radius\" 0.4", "radius\" 0.4 \"float alpha\" 0.6")
+                + &sphere(0.4, -0.4, 0.2, 0.35, PAPER)
+                    .replace("radius\" 0.35", "radius\" 0.35 \"texture alpha\" \"checks\"")
+                + MATTE
+                + &area(
+                    "8 7 5",
+                    true,
+                    &lamp().replace("\n", " \"texture alpha\" \"checks\"\n"),
+                )
+                + &area(
+                    "2 2 3",
+                    false,
+                    &sphere(0.6, 0.3, -0.4, 0.2, MATTE)
+                        .replace("radius\" 0.2", "radius\" 0.2 \"texture alpha\" \"checks\""),
+                ),
+        )),
+        build(
+            "bumps",
+            format!("{LOOK}{PINHOLE}"),
+            format!(
+                "Texture \"heights\" \"float\" \"imagemap\" \"string filename\" \"sky.pfm\" \"float scale\" 0.1\n\
+                 {}AttributeBegin {MATTE} {BUMPY} Translate 0 -0.7 0 {} AttributeEnd\n{}{}{MATTE}\n{}",
+                walls([MATTE, MATTE, &format!("{BLUE} {BUMPY}"), BLUE, MATTE]),
+                wave(5),
+                sphere(-0.4, 0.1, 0.2, 0.35, &format!("{PLASTIC} {BUMPY}")),
+                sphere(0.45, 0.0, 0.1, 0.35, &format!("{BRUSHED} {BUMPY}")),
+                area("5 4 3", false, &lamp()),
+            ),
         ),
     ]
 }

@@ -6,7 +6,8 @@ use clap::{Args, value_parser};
 
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::cli::args::{
-    Integrator, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution, sigma,
+    ChoiceName, Integrator, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution,
+    sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
 #[cfg(feature = "switches")]
@@ -105,6 +106,15 @@ pub struct ConvergeArgs {
         help_heading = "Variants"
     )]
     pub sigma: Vec<f32>,
+
+    /// How chains choose among the strategies of their depth (mmlt) [default: uniform]
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        help_heading = "Variants"
+    )]
+    pub strategy_choice: Vec<ChoiceName>,
 
     /// Cheaper alternatives to robust numerics, one variant each beside the robust one: fast-triangles, film-f64, film-f32, cheap-math,
     /// cheap-random
@@ -362,6 +372,16 @@ impl ConvergeArgs {
             (
                 "--sigma",
                 Axis::new("sigma", metropolis, &self.sigma, text, |s, v| s.sigma = v),
+            ),
+            (
+                "--strategy-choice",
+                Axis::new(
+                    "strategy choice",
+                    metropolis,
+                    &self.strategy_choice,
+                    |c| text(c.setting().name()),
+                    |s, v| s.strategy_choice = v.setting(),
+                ),
             ),
             #[cfg(feature = "switches")]
             (

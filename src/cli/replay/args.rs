@@ -50,6 +50,8 @@ pub struct ReplayArgs {
     pub iteration: Option<u32>,
 
     /// Primary samples of the path, in [0, 1), separated by commas or spaces; `-` reads them from stdin
+    ///
+    /// The first chooses among the strategies of the depth uniformly, whatever the chains of a render have learned.
     #[arg(
         long,
         value_name = "U,U,...",

@@ -67,10 +67,9 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             RenderError::Settings(_) => Failure::Input(format!("{}: {e}", input.name)),
             RenderError::Threads { .. } => Failure::Io(e.to_string()),
         })?;
-        let plan = plan(&world, args.depth)?;
         let recorder = Recorder::new(scene, &world);
-        document.current = Some(recorder.report(plan, &visit.state.samples));
-        document.proposal = Some(recorder.report(plan, &visit.step.proposal));
+        document.current = Some(recorder.report(&visit.plan, &visit.state.samples));
+        document.proposal = Some(recorder.report(&visit.plan, &visit.step.proposal));
         document.iteration = Some(Iteration::of(&whose, &visit));
     }
     let out = if args.json {

@@ -66,8 +66,8 @@ fn path(out: &mut String, report: &Report) {
         (
             "strategy",
             format!(
-                "(s, t) = ({}, {}) at depth {}, one of {}",
-                report.s, report.t, report.depth, report.strategies
+                "(s, t) = ({}, {}) at depth {}, one of {}, probability {}",
+                report.s, report.t, report.depth, report.strategies, report.strategy_probability
             ),
         ),
         ("fate", format!("{}{seen}{rejected}", report.fate)),
@@ -107,7 +107,16 @@ fn samples(out: &mut String, report: &Report) {
         let numbers: Vec<String> = numbers.map(f32::to_string).collect();
         out.push_str(&format!("    {:<26} {}\n", part.name, numbers.join(" ")));
     }
-    let all: Vec<String> = report.samples.iter().map(f32::to_string).collect();
+    if let (Some(nm), Some(colour)) = (report.wavelength, report.colour) {
+        let colour: Vec<String> = colour.map(|c| c.to_string()).into();
+        out.push_str(&format!(
+            "    {nm} nm: dispersed light is multiplied by {}\n",
+            colour.join(" ")
+        ));
+    }
+    // Given samples choose strategies uniformly.
+    let again = report.uniform_samples.iter();
+    let all: Vec<String> = again.map(f32::to_string).collect();
     out.push_str(&format!(
         "    again: --depth {} --samples {}\n",
         report.depth,

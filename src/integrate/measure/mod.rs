@@ -18,12 +18,13 @@ pub use self::report::{
 };
 
 use super::bootstraps::bootstraps;
-use super::schedule::LARGEST_BATCH;
+use super::schedule::{LARGEST_BATCH, chosen};
 use super::{RenderError, Settings, check, mmlt, per_second, pool};
 use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, Half, SplatFilm};
+use crate::plan::DepthPlan;
 use crate::scene::Scene;
 use crate::simd::f32x8;
 use crate::transport::World;
@@ -59,6 +60,8 @@ struct Bench<'a> {
     crop: [u32; 4],
     kernel: Kernel,
     bootstraps: Vec<Bootstrap>,
+    /// Of every depth, as chains choose strategies.
+    plans: Vec<DepthPlan>,
     seed: u64,
     /// Chains of a batch.
     chains: usize,
@@ -93,6 +96,9 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {
         return Err(dark(&world, settings));
     }
+    let plans = (world.plan.depths.iter().zip(&bootstraps))
+        .map(|(plan, bootstrap)| chosen(settings, plan, bootstrap))
+        .collect();
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
     let layers = mmlt::layers(world.plan.depths.len());
     let bench = Bench {
@@ -106,6 +112,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
             settings.sigma,
         ),
         bootstraps,
+        plans,
         seed: settings.seed,
         chains,
         time,

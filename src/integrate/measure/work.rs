@@ -48,7 +48,7 @@ impl<L: Lanes> Work<L> {
         let batches = depths
             .filter(|i| light(*i) > 0.0)
             .map(|i| {
-                let plan = &bench.world.plan.depths[i];
+                let plan = &bench.plans[i];
                 let all = threads * bench.chains;
                 let seeds = bench.bootstraps[i].seeds(bench.seed, plan.depth, all);
                 let first = number * bench.chains;
@@ -59,7 +59,7 @@ impl<L: Lanes> Work<L> {
                     // Rounds what is due, in the long run, to the nearest visit.
                     due: 0.5,
                     layer: layer_of(i),
-                    batch: Batch::new::<L>(bench.world, i, first, seeds, bench.seed, paths),
+                    batch: Batch::new::<L>(bench.world, plan, first, seeds, bench.seed, paths),
                 }
             })
             .collect();
@@ -80,7 +80,7 @@ impl<L: Lanes> Work<L> {
             let groups: Vec<u8> = (0..share.batch.len())
                 .map(|i| (i * GROUPS / share.batch.len()) as u8)
                 .collect();
-            (share.batch).watch(bench.world, &groups, &tiling);
+            (share.batch).watch(&groups, &tiling);
         }
         work.judged = true;
         work

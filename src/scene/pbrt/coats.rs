@@ -75,7 +75,8 @@ pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, S
 /// The coat of either; `prefix` is before the names of its interface's parameters.
 fn coat(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<Coat, SceneError> {
     let name = format!("{prefix}eta");
-    let eta = constant(set, &name, index(set, names, &name)?)?[0];
+    let (eta, _) = index(set, names, &name)?;
+    let eta = constant(set, &name, eta)?[0];
     let thickness = number(set, names, "thickness")?.unwrap_or(0.01);
     if thickness < 0.0 {
         return Err(set.error(format_args!("thickness {thickness} is negative")));

@@ -4,7 +4,7 @@ use super::dialect::Dialect;
 use super::error::SceneError;
 use super::params::{Param, ParamSet, Type, Values};
 use crate::scene::Rgb;
-use crate::scene::spectrum::{self, Meaning};
+use crate::scene::spectrum::{self, IndexCurve, Meaning, Sample};
 
 /// v4's `ColorSpace`, the space of `rgb` values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,11 +140,7 @@ impl ParamSet {
                         v.len()
                     )));
                 }
-                let pairs: Vec<_> = v
-                    .chunks_exact(2)
-                    .map(|p| (p[0] as f32, p[1] as f32))
-                    .collect();
-                let color = spectrum::samples(&pairs, spectrum_meaning).map_err(fail)?;
+                let color = spectrum::samples(&pairs(v), spectrum_meaning).map_err(fail)?;
                 self.normalised(color, meaning)
             }
             (Type::Spectrum, Values::Strings(v)) => {
@@ -163,6 +159,12 @@ impl ParamSet {
                     // v3 scenes often come without the files of measured metals they name.
                     let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
                     known.ok_or_else(|| {
+                        if spectrum::is_sensor(name) {
+                            return fail(format!(
+                                "\"{name}\" is the response of a camera's sensor, not a colour; use \"rgb {}\" instead",
+                                param.name
+                            ));
+                        }
                         fail(format!(
                             "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
                             param.name
@@ -186,6 +188,39 @@ impl ParamSet {
         })
     }
 
+    /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter is no spectrum, or the same everywhere.
+    pub fn index_curve(&self, param: &Param) -> Result<Option<IndexCurve>, SceneError> {
+        let fail = |what: String| self.error_at(param, what);
+        let curve = match (param.ty, &param.values) {
+            // An odd list is an error wherever it stands.
+            (Type::Spectrum, Values::Numbers(v)) if v.len() % 2 == 0 && !v.is_empty() => {
+                spectrum::index_samples(&pairs(v)).map_err(fail)?
+            }
+            (Type::Spectrum, Values::Strings(v)) if v.len() == 1 => {
+                let path = self.dir.join(&v[0]);
+                if path.is_file() {
+                    let samples = spectrum::read_spd(&path).map_err(fail)?;
+                    spectrum::index_samples(&samples).map_err(fail)?
+                } else {
+                    match spectrum::named_index(&v[0]) {
+                        Some(curve) => curve,
+                        None => return Ok(None),
+                    }
+                }
+            }
+            _ => return Ok(None),
+        };
+        if curve.is_constant() {
+            return Ok(None);
+        }
+        match curve.range() {
+            [least, _] if least <= 0.0 => Err(fail(format!(
+                "index of refraction {least} is not positive; glass has 1.5"
+            ))),
+            _ => Ok(Some(curve)),
+        }
+    }
+
     fn normalised(&self, color: Rgb, meaning: Use) -> Rgb {
         if self.dialect == Dialect::V4 && meaning == Use::Emission {
             spectrum::unit_luminance(color)
@@ -193,6 +228,12 @@ impl ParamSet {
             color
         }
     }
+}
+
+/// Wavelengths and values in turn.
+fn pairs(v: &[f64]) -> Vec<Sample> {
+    let pairs = v.chunks_exact(2);
+    pairs.map(|p| (p[0] as f32, p[1] as f32)).collect()
 }
 
 fn narrow(c: [f64; 3]) -> Rgb {

@@ -62,8 +62,9 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         triangles: Vec::with_capacity(loader.geometry.triangles.len()),
         spheres: Vec::with_capacity(loader.geometry.spheres.len()),
         shapes: Vec::with_capacity(loader.geometry.shapes.len()),
+        alphas: std::mem::take(&mut loader.tables.alphas),
         materials: std::mem::take(&mut loader.tables.materials),
-        textures: std::mem::take(&mut loader.tables.textures),
+        textures: loader.tables.take_textures(&space),
         images: std::mem::take(&mut loader.tables.images),
         lights: loader
             .lights
@@ -183,10 +184,19 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
         });
         if let Some(light) = &shape.light {
             let l = light.radiance(whole_area.unwrap_or_else(|| geometry.triangle_area(triangle)));
-            let kind = LightKind::Triangle {
-                triangle: index,
-                l,
-                two_sided: light.two_sided,
+            let two_sided = light.two_sided;
+            let kind = match light.image {
+                None => LightKind::Triangle {
+                    triangle: index,
+                    l,
+                    two_sided,
+                },
+                Some(image) => LightKind::ImageTriangle {
+                    triangle: index,
+                    image,
+                    scale: l[0],
+                    two_sided,
+                },
             };
             scene.lights.push(Light {
                 origin: light.set.site.origin(),
@@ -205,6 +215,7 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
             material: shape.material,
             light,
             first,
+            alpha: shape.alpha,
         });
     }
     world.len() - kept
@@ -232,10 +243,19 @@ fn add_spheres(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) {
         });
         if let Some(light) = &shape.light {
             let l = light.radiance(if light.has_power() { world.area() } else { 0.0 });
-            let kind = LightKind::Sphere {
-                sphere: index,
-                l,
-                two_sided: light.two_sided,
+            let two_sided = light.two_sided;
+            let kind = match light.image {
+                None => LightKind::Sphere {
+                    sphere: index,
+                    l,
+                    two_sided,
+                },
+                Some(image) => LightKind::ImageSphere {
+                    sphere: index,
+                    image,
+                    scale: l[0],
+                    two_sided,
+                },
             };
             scene.lights.push(Light {
                 origin: light.set.site.origin(),
@@ -252,6 +272,7 @@ fn add_spheres(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) {
         material: shape.material,
         light,
         first,
+        alpha: shape.alpha,
     });
 }
 

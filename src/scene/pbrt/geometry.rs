@@ -49,6 +49,8 @@ pub(super) struct WorldSphere {
 pub(super) struct WorldShape {
     pub site: Rc<Site>,
     pub material: u32,
+    /// Index into the scene's table, or [`NONE`](scene::NONE).
+    pub alpha: u32,
     pub light: Option<Rc<AreaLight>>,
     /// `power` is that of the whole shape; otherwise each triangle has it, as in pbrt.
     pub power_of_whole: bool,
@@ -64,7 +66,9 @@ pub(super) struct Setting {
     pub ctm: DAffine3,
     pub reverse: bool,
     pub material: u32,
-    /// The material looks at texture coordinates.
+    /// Index into the scene's table of cut-outs, or [`NONE`](scene::NONE).
+    pub alpha: u32,
+    /// The material or the cut-out looks at texture coordinates.
     pub needs_uv: bool,
     pub light: Option<Rc<AreaLight>>,
 }
@@ -193,6 +197,7 @@ impl Geometry {
         self.shapes.push(WorldShape {
             site: Rc::clone(&setting.site),
             material: setting.material,
+            alpha: setting.alpha,
             light: setting.light.clone(),
             power_of_whole,
             spheres,

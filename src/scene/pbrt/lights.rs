@@ -16,7 +16,7 @@ use super::textures::{Channels, Tables};
 use super::transform::{narrow_point, similarity};
 use crate::scene::image::{Encoding, Image};
 use crate::scene::spectrum::luminance;
-use crate::scene::{EnvLayout, Light, LightKind, Rgb, Space, SpotFalloff};
+use crate::scene::{EnvLayout, Filtering, Light, LightKind, Rgb, Space, SpotFalloff};
 
 /// A light that is no surface, in world space.
 #[derive(Clone, Debug)]
@@ -38,6 +38,21 @@ enum WorldLightKind {
         cos_total: f64,
         cos_falloff: f64,
         falloff: SpotFalloff,
+    },
+    Goniometric {
+        p: DVec3,
+        image: u32,
+        scale: Rgb,
+        to_light: DMat3,
+        layout: EnvLayout,
+    },
+    Projection {
+        p: DVec3,
+        image: u32,
+        scale: Rgb,
+        to_light: DMat3,
+        extent: [f64; 2],
+        filtering: Filtering,
     },
     Distant {
         direction: DVec3,
@@ -61,6 +76,7 @@ impl WorldLight {
         let intensity =
             |i: Rgb| i.map(|c| ((f64::from(c) * space.scale * space.scale) as f32).min(f32::MAX));
         let unit = |v: DVec3| v.as_vec3().normalize_or(Vec3::Z);
+        let rows = |m: DMat3| m.transpose().as_mat3().to_cols_array_2d();
         let kind = match self.kind {
             WorldLightKind::Point { p, i } => LightKind::Point {
                 p: point(p),
@@ -81,6 +97,34 @@ impl WorldLight {
                 cos_falloff: cos_falloff as f32,
                 falloff,
             },
+            WorldLightKind::Goniometric {
+                p,
+                image,
+                scale,
+                to_light,
+                layout,
+            } => LightKind::Goniometric {
+                p: point(p),
+                image,
+                scale: intensity(scale),
+                to_light: rows(to_light),
+                layout,
+            },
+            WorldLightKind::Projection {
+                p,
+                image,
+                scale,
+                to_light,
+                extent,
+                filtering,
+            } => LightKind::Projection {
+                p: point(p),
+                image,
+                scale: intensity(scale),
+                to_light: rows(to_light),
+                extent: extent.map(|x| x as f32),
+                filtering,
+            },
             WorldLightKind::Distant { direction, l } => LightKind::Distant {
                 direction: unit(direction),
                 l,
@@ -94,7 +138,7 @@ impl WorldLight {
             } => LightKind::InfiniteImage {
                 image,
                 scale,
-                to_light: to_light.transpose().as_mat3().to_cols_array_2d(),
+                to_light: rows(to_light),
                 layout,
             },
         };
@@ -178,13 +222,15 @@ pub(super) fn build(
                 },
             )
         }
+        "goniometric" => goniometric(set, ctm, placed(DVec3::ZERO)?, tables)?,
+        "projection" => projection(set, ctm, placed(DVec3::ZERO)?, tables)?,
         "infinite" => infinite(set, ctm, tables, report)?,
-        "goniometric" | "projection" | "exinfinite" => {
-            return Err(
-                set.error("this light is not supported; use point, spot, distant or infinite")
-            );
+        "exinfinite" if set.dialect == Dialect::V3 => infinite(set, ctm, tables, report)?,
+        _ => {
+            return Err(set.error(
+                "this light is unknown; use point, spot, goniometric, projection, distant or infinite",
+            ));
         }
-        _ => return Err(set.error("this light is unknown; use point, spot, distant or infinite")),
     };
     set.accept(&["nsamples", "samples"]);
     set.finish(report);
@@ -240,6 +286,167 @@ fn direction(set: &ParamSet, ctm: &DAffine3, v: DVec3) -> Result<DVec3, SceneErr
     })
 }
 
+/// The image of a light: v3 `mapname`, v4 `filename`.
+fn image_of<'a>(
+    set: &ParamSet,
+    channels: Channels,
+    tables: &'a mut Tables,
+) -> Result<Option<(u32, &'a Image)>, SceneError> {
+    let name = match set.dialect {
+        Dialect::V3 => "mapname",
+        Dialect::V4 => "filename",
+    };
+    let Some(file) = set.string(name)?.filter(|f| !f.is_empty()) else {
+        return Ok(None);
+    };
+    let index = tables
+        .image(set.dir.join(file), Encoding::Auto, channels)
+        .map_err(|e| set.error(e))?;
+    match tables.images.get(index as usize) {
+        Some(image) if image.width > 0 && image.height > 0 => Ok(Some((index, image))),
+        _ => Err(set.error("the image is missing")),
+    }
+}
+
+/// In v4 an image takes the place of a spectrum.
+fn check_exclusive(set: &ParamSet) -> Result<(), SceneError> {
+    if set.dialect == Dialect::V3 {
+        return Ok(());
+    }
+    let image = set.string("filename")?.is_some_and(|f| !f.is_empty());
+    if image && set.has("L") {
+        return Err(
+            set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
+        );
+    }
+    Ok(())
+}
+
+/// World to light space, for lights that show an image.
+fn turned(set: &ParamSet, ctm: &DAffine3) -> Result<DMat3, SceneError> {
+    // The inverse, which of an orthonormal frame is its transpose. Directions do not feel the scale.
+    similarity(ctm).map(|s| s.frame.transpose()).ok_or_else(|| {
+        set.error("this light can be rotated and mirrored, but not sheared or stretched")
+    })
+}
+
+/// Whether nothing of the image shines.
+fn is_black(image: &Image) -> bool {
+    image.texels.iter().flatten().all(|c| *c <= 0.0)
+}
+
+fn check_square(set: &ParamSet, image: &Image) -> Result<(), SceneError> {
+    if image.width == image.height {
+        return Ok(());
+    }
+    Err(set.error(format_args!(
+        "{} is {}x{}, but must be a square equal-area map; convert it with `imgtool makeequiarea`",
+        image.name, image.width, image.height
+    )))
+}
+
+fn goniometric(
+    set: &ParamSet,
+    ctm: &DAffine3,
+    p: DVec3,
+    tables: &mut Tables,
+) -> Result<(Rgb, WorldLightKind), SceneError> {
+    let i = emission(set, "I")?;
+    // v4 makes a number of each texel, the mean of its channels.
+    let (layout, channels) = match set.dialect {
+        Dialect::V3 => (EnvLayout::LatLong, Channels::Rgb),
+        Dialect::V4 => (EnvLayout::EqualArea, Channels::Mean),
+    };
+    let Some((index, image)) = image_of(set, channels, tables)? else {
+        return match set.dialect {
+            Dialect::V3 => Ok((i, WorldLightKind::Point { p, i })),
+            Dialect::V4 => {
+                Err(set.error("needs an image, \"string filename\"; or use a point light"))
+            }
+        };
+    };
+    if layout == EnvLayout::EqualArea {
+        check_square(set, image)?;
+    }
+    let black = is_black(image);
+    let sum: f64 = image.texels.iter().map(|t| f64::from(t[0])).sum();
+    let mean = sum / image.texels.len() as f64;
+    let scale = if black {
+        [0.0; 3]
+    } else {
+        with_unit(set, i, "power", 4.0 * PI * mean)?
+    };
+    // pbrt exchanges y and z: the pole of the map is the light's y.
+    let exchange = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
+    Ok((
+        scale,
+        WorldLightKind::Goniometric {
+            p,
+            image: index,
+            scale,
+            to_light: exchange * turned(set, ctm)?,
+            layout,
+        },
+    ))
+}
+
+fn projection(
+    set: &ParamSet,
+    ctm: &DAffine3,
+    p: DVec3,
+    tables: &mut Tables,
+) -> Result<(Rgb, WorldLightKind), SceneError> {
+    let (default, i, flip, filtering) = match set.dialect {
+        Dialect::V3 => (45.0, emission(set, "I")?, 1.0, Filtering::Bilinear),
+        // v4 turns the image upright.
+        Dialect::V4 => (90.0, scaled(set, [1.0; 3])?, -1.0, Filtering::Nearest),
+    };
+    let fov = set.float_in("fov", default, 0.0, 180.0)?;
+    let tangent = (fov / 2.0).to_radians().tan();
+    if !(1e-6..=1e6).contains(&tangent) {
+        return Err(set.error("\"fov\" must lie between 0 and 180 degrees, both excluded"));
+    }
+    let Some((index, image)) = image_of(set, Channels::Rgb, tables)? else {
+        let name = match set.dialect {
+            Dialect::V3 => "mapname",
+            Dialect::V4 => "filename",
+        };
+        return Err(set.error(format_args!("needs an image, \"string {name}\"")));
+    };
+    // The shorter side has the angle of view.
+    let aspect = f64::from(image.width) / f64::from(image.height);
+    let extent = [tangent * aspect.max(1.0), tangent * (1.0 / aspect).max(1.0)];
+    let scale = if is_black(image) {
+        [0.0; 3]
+    } else {
+        with_unit(set, i, "power", projected_flux(image, extent))?
+    };
+    let upright = DMat3::from_diagonal(DVec3::new(1.0, flip, 1.0));
+    Ok((
+        scale,
+        WorldLightKind::Projection {
+            p,
+            image: index,
+            scale,
+            to_light: upright * turned(set, ctm)?,
+            extent,
+            filtering,
+        },
+    ))
+}
+
+/// Luminous flux of a projected image of scale 1, as pbrt-v4 has it for `power`: negative texels count.
+fn projected_flux(image: &Image, extent: [f64; 2]) -> f64 {
+    let (w, h) = (image.width as usize, image.height as usize);
+    let place = |i: usize, n: usize, e: f64| (2.0 * (i as f64 + 0.5) / n as f64 - 1.0) * e;
+    let mut sum = 0.0;
+    for (i, texel) in image.texels.iter().enumerate() {
+        let (x, y) = (place(i % w, w, extent[0]), place(i / w, h, extent[1]));
+        sum += f64::from(luminance(*texel)) * (1.0 + x * x + y * y).powf(-1.5);
+    }
+    4.0 * extent[0] * extent[1] * sum / (w * h) as f64
+}
+
 fn infinite(
     set: &ParamSet,
     ctm: &DAffine3,
@@ -248,29 +455,14 @@ fn infinite(
 ) -> Result<(Rgb, WorldLightKind), SceneError> {
     set.refuse(
         &["portal"],
-        "portals are not supported; remove it, the picture stays the same but for noise",
+        "portals are not supported; remove it: the light is then all around, and where the portal is the scene's only opening the picture stays \
+         the same but for noise",
     )?;
-    let name = if set.dialect == Dialect::V3 {
-        "mapname"
-    } else {
-        "filename"
-    };
-    let file = set.string(name)?;
-    if file.is_some() && set.dialect == Dialect::V4 && set.has("L") {
-        return Err(
-            set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
-        );
-    }
+    check_exclusive(set)?;
     let l = emission(set, "L")?;
-    let Some(file) = file.filter(|f| !f.is_empty()) else {
+    let Some((image, picture)) = image_of(set, Channels::Rgb, tables)? else {
         let l = with_unit(set, l, "illuminance", PI)?;
         return Ok((l, WorldLightKind::Constant { l }));
-    };
-    let image = tables
-        .image(set.dir.join(file), Encoding::Auto, Channels::Rgb)
-        .map_err(|e| set.error(e))?;
-    let Some(picture) = tables.images.get(image as usize) else {
-        return Err(set.error("the image is missing"));
     };
     let Some(placed) = similarity(ctm) else {
         return Err(set
@@ -285,13 +477,7 @@ fn infinite(
     let (layout, scale) = match set.dialect {
         Dialect::V3 => (EnvLayout::LatLong, l),
         Dialect::V4 => {
-            if picture.width != picture.height {
-                return Err(set.error(format_args!(
-                    "{} is {}x{}, but an environment must be a square equal-area map; convert it with `imgtool \
-                     makeequiarea`",
-                    picture.name, picture.width, picture.height
-                )));
-            }
+            check_square(set, picture)?;
             let k = upward_illuminance(picture);
             (EnvLayout::EqualArea, with_unit(set, l, "illuminance", k)?)
         }
@@ -334,18 +520,43 @@ pub(super) struct AreaLight {
     pub two_sided: bool,
     /// v4's `power`; the radiance then depends on the area of each primitive.
     power: Option<f64>,
+    /// v4's image, that `l` scales.
+    pub image: Option<u32>,
+    /// Mean luminance of the image as pbrt-v4 has it for `power`, 1 without one.
+    mean: f64,
 }
 
 impl AreaLight {
-    pub fn build(kind: &str, set: ParamSet, report: &mut Report) -> Result<Self, SceneError> {
+    pub fn build(
+        kind: &str,
+        set: ParamSet,
+        tables: &mut Tables,
+        report: &mut Report,
+    ) -> Result<Self, SceneError> {
         if !(kind == "diffuse" || kind == "area" && set.dialect == Dialect::V3) {
             return Err(set.error("this area light is unknown; use \"diffuse\""));
         }
-        set.refuse(
-            &["filename"],
-            "images on area lights are not supported; use \"rgb L\"",
-        )?;
-        let l = emission(&set, "L")?;
+        if set.dialect == Dialect::V3 {
+            set.refuse(
+                &["filename", "mapname"],
+                "area lights of this dialect have no image; use \"rgb L\", or the v4 dialect",
+            )?;
+        }
+        check_exclusive(&set)?;
+        let mut l = emission(&set, "L")?;
+        let (mut image, mut mean) = (None, 1.0);
+        if set.dialect == Dialect::V4
+            && let Some((index, picture)) = image_of(&set, Channels::Rgb, tables)?
+        {
+            image = Some(index);
+            let sum: f64 = (picture.texels.iter())
+                .map(|t| f64::from(luminance(*t)))
+                .sum();
+            mean = sum / picture.texels.len() as f64;
+            if is_black(picture) {
+                l = [0.0; 3];
+            }
+        }
         let two_sided = set.bool_or("twosided", false)?;
         let power = match set.dialect {
             Dialect::V3 => None,
@@ -358,6 +569,8 @@ impl AreaLight {
             l,
             two_sided,
             power,
+            image,
+            mean,
         })
     }
 
@@ -365,12 +578,12 @@ impl AreaLight {
         self.power.is_some()
     }
 
-    /// Radiance of a primitive of this area (world space).
+    /// Radiance of a primitive of this area (world space), or what its image is multiplied by.
     pub fn radiance(&self, area: f64) -> Rgb {
         match self.power {
-            Some(power) if area > 0.0 => {
+            Some(power) if area > 0.0 && self.mean > 0.0 => {
                 let sides = if self.two_sided { 2.0 } else { 1.0 };
-                let factor = (power / (sides * area * PI)) as f32;
+                let factor = (power / (sides * area * PI * self.mean)) as f32;
                 self.l.map(|c| c * factor)
             }
             _ => self.l,

@@ -15,12 +15,13 @@ use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
 use super::materials::{Built, PartMaterial};
 use super::params::ParamSet;
+use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
-use super::{materials, shape, transform};
+use super::{materials, transform};
 use crate::scene::budget::Budget;
-use crate::scene::{Component, Material, MaterialKind};
+use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -561,11 +562,13 @@ impl Loader {
             }
         };
         let (kind, set) = self.kind_and_params(site, "texture")?;
+        let ctm = self.states.current.fixed_ctm(&set.site);
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
             class,
             &set,
+            &ctm,
             names,
             &mut self.tables,
             &mut self.report,
@@ -618,8 +621,7 @@ impl Loader {
     }
 
     fn make_material(&mut self, name: String, kind: String, set: ParamSet) -> Rc<MaterialDef> {
-        let state = &self.states.current;
-        let built = materials::build(&kind, &set, &state.textures, &state.named_materials);
+        let built = self.build_material(&kind, &set);
         if built.is_ok() {
             set.finish(&mut self.report);
         }
@@ -636,6 +638,26 @@ impl Loader {
             self.failed_materials.push(Rc::clone(&made));
         }
         made
+    }
+
+    fn build_material(
+        &mut self,
+        kind: &str,
+        set: &ParamSet,
+    ) -> Result<(Built, Option<Bump>), SceneError> {
+        let state = &self.states.current;
+        let names = &state.textures;
+        let built = materials::build(kind, set, names, &state.named_materials)?;
+        let bump = match built.first_named() {
+            None => materials::bump(kind, set, names, &mut self.tables, &mut self.report)?,
+            // v3 adds the lobes of the second material to the BSDF of the first, which has the frame (`MixMaterial`).
+            Some(first) if set.dialect == Dialect::V3 => {
+                (first.built.as_ref().ok()).and_then(|(_, bump)| *bump)
+            }
+            // v4 chooses a material, and shades as that one does.
+            Some(_) => None,
+        };
+        Ok((built, bump))
     }
 
     /// Index of the current material for a shape with these parameters.
@@ -673,13 +695,7 @@ impl Loader {
         };
         made.used.set(true);
         if self.dialect == Dialect::V3 && materials::overrides(shape) {
-            let state = &self.states.current;
-            let built = materials::build(
-                &made.kind,
-                &shape.over(&made.set),
-                &state.textures,
-                &state.named_materials,
-            )?;
+            let built = self.build_material(&made.kind, &shape.over(&made.set))?;
             if made.built.as_ref() != Ok(&built) {
                 return self.add_material(&made, &built);
             }
@@ -698,46 +714,87 @@ impl Loader {
         Ok(index)
     }
 
-    fn add_material(&mut self, made: &MaterialDef, built: &Built) -> Result<u32, SceneError> {
-        let kind = match built {
-            Built::One(kind) => kind.clone(),
-            Built::Mixture(parts) => {
-                // Components come first: the table has no cycles.
-                let components = parts.iter().map(|part| {
-                    Ok(Component {
-                        material: match &part.material {
-                            PartMaterial::Own(kind) => self.push_material(made, kind.clone()),
-                            PartMaterial::Named(named) => self.material_index(named)?,
-                        },
-                        weight: part.weight,
-                        albedo: part.albedo.clone(),
-                    })
-                });
-                MaterialKind::Mixture {
-                    components: components.collect::<Result<_, SceneError>>()?,
-                }
-            }
+    /// What rays pass straight through, yet meet.
+    fn clear_material(&mut self) -> u32 {
+        let kind = MaterialKind::ThinDielectric {
+            eta: Param::Constant([1.0; 3]),
+            dispersion: None,
         };
-        Ok(self.push_material(made, kind))
+        let known =
+            (self.tables.materials.iter()).rposition(|m| m.kind == kind && m.bump.is_none());
+        match known {
+            Some(index) => index as u32,
+            None => self.push_material(Material {
+                name: "none".to_owned(),
+                origin: "emissive shapes".to_owned(),
+                kind,
+                bump: None,
+            }),
+        }
     }
 
-    fn push_material(&mut self, made: &MaterialDef, kind: MaterialKind) -> u32 {
-        let materials = &mut self.tables.materials;
-        let needs_uv = materials::needs_uv(&kind, &|below| self.needs_uv[below as usize]);
-        self.needs_uv.push(needs_uv);
-        materials.push(Material {
+    /// Appends a material to the scene's table, after its components, so that the table has no cycles.
+    fn add_material(
+        &mut self,
+        made: &MaterialDef,
+        (built, bump): &(Built, Option<Bump>),
+    ) -> Result<u32, SceneError> {
+        let material = |kind, bump| Material {
             name: made.name.clone(),
             origin: made.set.site.origin(),
             kind,
+            bump,
+        };
+        let parts = match built {
+            Built::One(kind) => {
+                return Ok(self.push_material(material(kind.clone(), *bump)));
+            }
+            Built::Mixture(parts) => parts,
+        };
+        let components = parts.iter().map(|part| {
+            let index = match &part.material {
+                PartMaterial::Own(kind) => self.push_material(material(kind.clone(), *bump)),
+                PartMaterial::Named(named) => match &named.built {
+                    // All of v3's mixture is in one shading frame.
+                    Ok((built, own)) if self.dialect == Dialect::V3 && own != bump => {
+                        named.used.set(true);
+                        self.add_material(named, &(built.clone(), *bump))?
+                    }
+                    _ => self.material_index(named)?,
+                },
+            };
+            Ok(Component {
+                material: index,
+                weight: part.weight,
+                albedo: part.albedo.clone(),
+            })
         });
-        materials.len() as u32 - 1
+        let components = components.collect::<Result<_, SceneError>>()?;
+        Ok(self.push_material(material(MaterialKind::Mixture { components }, None)))
+    }
+
+    fn push_material(&mut self, material: Material) -> u32 {
+        let below = |i: u32| self.needs_uv[i as usize];
+        let needs_uv = materials::needs_uv(&material.kind, self.tables.textures(), &below);
+        self.needs_uv.push(needs_uv || material.bump.is_some());
+        self.tables.materials.push(material);
+        self.tables.materials.len() as u32 - 1
+    }
+
+    /// Index of a cut-out; shapes that follow each other mostly share one.
+    fn add_alpha(&mut self, alpha: Alpha) -> u32 {
+        let alphas = &mut self.tables.alphas;
+        if alphas.last() != Some(&alpha) {
+            alphas.push(alpha);
+        }
+        alphas.len() as u32 - 1
     }
 
     fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "light")?;
         if directive == "AreaLightSource" {
-            let light = AreaLight::build(&kind, set, &mut self.report)?;
+            let light = AreaLight::build(&kind, set, &mut self.tables, &mut self.report)?;
             self.states.current.light = Some(Rc::new(light));
             return Ok(());
         }
@@ -752,13 +809,10 @@ impl Loader {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "shape")?;
         let ctm = self.states.current.fixed_ctm(&set.site)?;
-        let material = self.material_for(&set)?;
-        let material_kind = &self.tables.materials[material as usize].kind;
+        let mut material = self.material_for(&set)?;
         let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
-        if light.is_some()
-            && *material_kind == MaterialKind::Interface
-            && self.dialect == Dialect::V4
-        {
+        let interface = self.tables.materials[material as usize].kind == MaterialKind::Interface;
+        if light.is_some() && interface && self.dialect == Dialect::V4 {
             self.report.warn_at(
                 &set.site,
                 "its area light is ignored, as its material is \"interface\"",
@@ -775,15 +829,44 @@ impl Loader {
                 );
             }
         }
+        let cut = shape::alpha(&kind, &set, &self.states.current.textures)?;
+        let (visible, alpha) = match cut {
+            Cut::Nothing => (true, None),
+            Cut::Partly(alpha) => (true, Some(alpha)),
+            Cut::Everything => (false, None),
+        };
+        if !visible && light.is_some() {
+            return Err(set.error(
+                "area lights that are cut out entirely (alpha 0), and so invisible, are not supported; use a point light, or an \
+                 alpha of 1",
+            ));
+        }
+        if light.is_some() && interface {
+            // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
+            self.report.warn_at(
+                &set.site,
+                "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
+            );
+            material = self.clear_material();
+        }
+        let textures = self.tables.textures();
+        let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
+        let needs_uv = self.needs_uv[material as usize]
+            || alpha.is_some_and(textured)
+            || light.as_ref().is_some_and(|l| l.image.is_some());
         let setting = Setting {
             site: Rc::new(set.site.clone()),
             ctm,
             reverse: self.states.current.reverse,
             material,
-            needs_uv: self.needs_uv[material as usize],
+            alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
+            needs_uv,
             light,
         };
+        // What is invisible is checked, and left out.
+        let mut nowhere = Geometry::new(Rc::clone(&self.budget));
         let geometry = match &mut self.open_object {
+            _ if !visible => &mut nowhere,
             Some(object) => &mut object.geometry,
             None => &mut self.geometry,
         };

@@ -3,17 +3,23 @@
 use super::coats;
 use super::color::Use;
 use super::dialect::Dialect;
-use super::error::SceneError;
+use super::error::{Report, SceneError};
 use super::mixtures;
 use super::params::ParamSet;
 use super::state::{MaterialDef, MaterialNames};
-use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
-use crate::scene::spectrum;
-use crate::scene::{ConductorFresnel, MaterialKind, Param, Remap, Roughness, Weight};
+use super::textures::{
+    Channels, Tables, TextureNames, color_param, color_param_or, float_param, float_param_or,
+};
+use crate::scene::image::Encoding;
+use crate::scene::spectrum::{self, IndexCurve};
+use crate::scene::{
+    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture, Weight,
+};
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
-const OVERRIDABLE: [&str; 16] = [
+const OVERRIDABLE: [&str; 17] = [
     "Kd",
     "Ks",
     "Kr",
@@ -30,6 +36,7 @@ const OVERRIDABLE: [&str; 16] = [
     "remaproughness",
     "opacity",
     "amount",
+    "bumpmap",
 ];
 
 /// A material as it was read: of one kind, or several in one place.
@@ -74,7 +81,7 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 /// What could be used instead of a material that is not supported.
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
-        "uber" | "disney" => "plastic or matte",
+        "disney" => "uber, plastic or matte",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
@@ -88,10 +95,6 @@ pub(super) fn build(
     names: &TextureNames,
     materials: &MaterialNames,
 ) -> Result<Built, SceneError> {
-    set.refuse(
-        &["bumpmap", "displacement", "normalmap"],
-        "bump, displacement and normal maps are not supported; remove it, or displace the mesh itself",
-    )?;
     let material = match (set.dialect, kind) {
         (_, "mix") => {
             let mixture = mixtures::mix(set, names, materials)?;
@@ -105,6 +108,14 @@ pub(super) fn build(
             };
             set.accept(&["type"]);
             return Ok(coated);
+        }
+        (Dialect::V3, "uber" | "translucent") => {
+            let built = match kind {
+                "uber" => mixtures::uber(set, names)?,
+                _ => mixtures::translucent(set, names)?,
+            };
+            set.accept(&["type"]);
+            return Ok(built);
         }
         (_, "" | "none") | (Dialect::V4, "interface") => MaterialKind::Interface,
         (Dialect::V3, "matte") => MaterialKind::Diffuse {
@@ -132,26 +143,30 @@ pub(super) fn build(
             roughness: roughness(set, names, 0.1)?,
         },
         (Dialect::V3, "glass") => {
-            let eta = match float_param(set, names, "eta")? {
-                Some(eta) => eta,
-                None => float_param_or(set, names, "index", 1.5)?,
-            };
+            let eta = glass_index(set, names)?;
             MaterialKind::Dielectric {
                 reflectance: color_param_or(set, names, "Kr", 1.0)?,
                 transmittance: color_param_or(set, names, "Kt", 1.0)?,
-                eta: positive(set, eta)?,
+                eta,
+                // v3's index is a number.
+                dispersion: None,
                 roughness: roughness_or(set, names, Param::Constant([0.0; 3]))?,
             }
         }
-        (Dialect::V4, "dielectric") => MaterialKind::Dielectric {
-            reflectance: Param::Constant([1.0; 3]),
-            transmittance: Param::Constant([1.0; 3]),
-            eta: index(set, names, "eta")?,
-            roughness: roughness(set, names, 0.0)?,
-        },
-        (Dialect::V4, "thindielectric") => MaterialKind::ThinDielectric {
-            eta: index(set, names, "eta")?,
-        },
+        (Dialect::V4, "dielectric") => {
+            let (eta, dispersion) = index(set, names, "eta")?;
+            MaterialKind::Dielectric {
+                reflectance: Param::Constant([1.0; 3]),
+                transmittance: Param::Constant([1.0; 3]),
+                eta,
+                dispersion,
+                roughness: roughness(set, names, 0.0)?,
+            }
+        }
+        (Dialect::V4, "thindielectric") => {
+            let (eta, dispersion) = index(set, names, "eta")?;
+            MaterialKind::ThinDielectric { eta, dispersion }
+        }
         (Dialect::V4, "diffusetransmission") => {
             let one = Param::Constant([1.0; 3]);
             MaterialKind::DiffuseTransmission {
@@ -167,24 +182,13 @@ pub(super) fn build(
             // It has no "roughness" for both directions.
             roughness: roughness_or(set, names, Param::Constant([0.1; 3]))?,
         },
-        (Dialect::V3, "translucent") => {
-            without_gloss(set, names)?;
-            let kd = color_param_or(set, names, "Kd", 0.25)?;
-            // What a lobe that is not there would be made of.
-            set.accept(&["roughness", "remaproughness"]);
-            MaterialKind::DiffuseTransmission {
-                reflectance: [kd, color_param_or(set, names, "reflect", 0.5)?],
-                transmittance: [kd, color_param_or(set, names, "transmit", 0.5)?],
-                scale: 1.0,
-            }
-        }
         (dialect, other) => {
             let supported = match dialect {
                 Dialect::V3 => {
-                    "matte, mirror, metal, glass, plastic, substrate, translucent, mix or none"
+                    "matte, mirror, metal, glass, plastic, substrate, translucent, uber, mix or none"
                 }
                 Dialect::V4 => {
-                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, coateddiffuse, coatedconductor mix or interface"
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, coateddiffuse, coatedconductor, mix or interface"
                 }
             };
             return Err(match instead_of(other) {
@@ -217,6 +221,55 @@ pub(super) fn conductor_fresnel(
     }
 }
 
+/// What tilts the shading normals of a material of type `kind`.
+pub(super) fn bump(
+    kind: &str,
+    set: &ParamSet,
+    names: &TextureNames,
+    tables: &mut Tables,
+    report: &mut Report,
+) -> Result<Option<Bump>, SceneError> {
+    if matches!(kind, "" | "none" | "interface") {
+        return Ok(None);
+    }
+    let (name, tangents) = match set.dialect {
+        Dialect::V3 => {
+            set.refuse(
+                &["displacement", "normalmap"],
+                "is of pbrt-v4; use \"bumpmap\", a float texture of heights",
+            )?;
+            ("bumpmap", Tangents::Unit)
+        }
+        Dialect::V4 => {
+            set.refuse(
+                &["bumpmap"],
+                "is of pbrt-v3; use \"displacement\", a float texture of heights",
+            )?;
+            ("displacement", Tangents::LikeU)
+        }
+    };
+    let height = float_param(set, names, name)?;
+    if set.dialect == Dialect::V4
+        && let Some(filename) = set.string("normalmap")?
+    {
+        if let Some(param) = set.find("displacement") {
+            report.warn_at(
+                &set.site_of(param),
+                "ignored beside a normal map, as in pbrt",
+            );
+        }
+        let path = set.dir.join(filename);
+        let image = tables.image(path, Encoding::Linear, Channels::Rgb);
+        let image = image.map_err(|e| set.error(e))?;
+        return Ok(Some(Bump::Normal { image }));
+    }
+    Ok(match height {
+        // The same height everywhere tilts nothing.
+        None | Some(Param::Constant(_)) => None,
+        Some(height) => Some(Bump::Height { height, tangents }),
+    })
+}
+
 fn eta_k(
     set: &ParamSet,
     names: &TextureNames,
@@ -240,7 +293,12 @@ fn eta_k(
     })
 }
 
-fn roughness(set: &ParamSet, names: &TextureNames, default: f32) -> Result<Roughness, SceneError> {
+/// Of `roughness`, `uroughness` and `vroughness`.
+pub(super) fn roughness(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
     let both = float_param_or(set, names, "roughness", default)?;
     roughness_or(set, names, both)
 }
@@ -251,16 +309,29 @@ fn roughness_or(
     names: &TextureNames,
     both: Param,
 ) -> Result<Roughness, SceneError> {
-    let one = |name: &str| -> Result<Param, SceneError> {
-        let value = float_param(set, names, name)?.unwrap_or(both);
-        match value {
-            Param::Constant([x, ..]) if x < 0.0 => {
-                Err(set.error(format_args!("roughness {x} is negative")))
-            }
-            _ => Ok(value),
+    let u = float_param(set, names, "uroughness")?.unwrap_or(both);
+    let v = float_param(set, names, "vroughness")?.unwrap_or(both);
+    remapped(set, u, v)
+}
+
+/// Of a material that has no other parameter for it than `roughness`.
+pub(super) fn isotropic(
+    set: &ParamSet,
+    names: &TextureNames,
+    default: f32,
+) -> Result<Roughness, SceneError> {
+    let both = float_param_or(set, names, "roughness", default)?;
+    remapped(set, both, both)
+}
+
+fn remapped(set: &ParamSet, u: Param, v: Param) -> Result<Roughness, SceneError> {
+    for value in [u, v] {
+        if let Param::Constant([x, ..]) = value
+            && x < 0.0
+        {
+            return Err(set.error(format_args!("roughness {x} is negative")));
         }
-    };
-    let (u, v) = (one("uroughness")?, one("vroughness")?);
+    }
     let remap = match (set.bool_or("remaproughness", true)?, set.dialect) {
         (false, _) => Remap::None,
         (true, Dialect::V3) => Remap::V3,
@@ -269,27 +340,41 @@ fn roughness_or(
     Ok(Roughness { u, v, remap })
 }
 
-/// v3's `translucent` has a glossy lobe on either side, unless its colour is black.
-fn without_gloss(set: &ParamSet, names: &TextureNames) -> Result<(), SceneError> {
-    if color_param_or(set, names, "Ks", 0.25)? == Param::Constant([0.0; 3]) {
-        return Ok(());
-    }
-    let what = "glossy transmission is not supported; use \"rgb Ks\" [0 0 0]";
-    Err(match set.find("Ks") {
-        Some(param) => set.error_at(param, what),
-        None => set.error(format_args!("\"Ks\" is 0.25 by default, and {what}")),
-    })
+/// v3's `eta` or, in its absence, `index`.
+pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+    let eta = match float_param(set, names, "eta")? {
+        Some(eta) => eta,
+        None => float_param_or(set, names, "index", 1.5)?,
+    };
+    positive(set, eta)
 }
 
-/// v4's index of a dielectric, a number or a spectrum.
-pub(super) fn index(set: &ParamSet, names: &TextureNames, name: &str) -> Result<Param, SceneError> {
+/// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
+const D_LINE: f32 = 587.56;
+
+/// v4's index of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
+pub(super) fn index(
+    set: &ParamSet,
+    names: &TextureNames,
+    name: &str,
+) -> Result<(Param, Option<Arc<IndexCurve>>), SceneError> {
+    if let Some(param) = set.find(name)
+        && let Some(curve) = set.index_curve(param)?
+    {
+        let eta = positive(set, Param::Constant([curve.at(D_LINE); 3]))?;
+        return Ok((eta, Some(Arc::new(curve))));
+    }
+    Ok((grey_index(set, names, name)?, None))
+}
+
+fn grey_index(set: &ParamSet, names: &TextureNames, name: &str) -> Result<Param, SceneError> {
     let is_number = set
         .find(name)
         .is_some_and(|p| p.ty == super::params::Type::Float);
     let eta = if is_number {
         float_param(set, names, name)?
     } else {
-        // Without dispersion the index is one number: that of the green middle of the spectrum.
+        // A colour is no spectrum: the index is one number, that of its green.
         color_param(set, names, name, Use::Index)?.map(|eta| match eta {
             Param::Constant(c) => Param::Constant([c[1]; 3]),
             texture => texture,
@@ -311,8 +396,12 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
 
 /// Whether evaluating a material depends on texture coordinates (or the tangents derived from them). `below` says it of the materials that
 /// this one is made of.
-pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool {
-    let textured = |p: &Param| matches!(p, Param::Texture(_));
+pub(super) fn needs_uv(
+    kind: &MaterialKind,
+    textures: &[Texture],
+    below: &dyn Fn(u32) -> bool,
+) -> bool {
+    let textured = |p: &Param| p.uses_uv(textures);
     let anisotropic = |r: &Roughness| r.u != r.v || textured(&r.u);
     match kind {
         MaterialKind::Diffuse { reflectance, sigma } => textured(reflectance) || textured(sigma),
@@ -328,6 +417,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool
             reflectance,
             transmittance,
             eta,
+            dispersion: _,
             roughness,
         } => {
             textured(reflectance)
@@ -345,7 +435,7 @@ pub(super) fn needs_uv(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool
             specular,
             roughness,
         } => textured(diffuse) || textured(specular) || anisotropic(roughness),
-        MaterialKind::ThinDielectric { eta } => textured(eta),
+        MaterialKind::ThinDielectric { eta, .. } => textured(eta),
         MaterialKind::DiffuseTransmission {
             reflectance,
             transmittance,

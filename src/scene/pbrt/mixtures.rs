@@ -3,11 +3,11 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
-use super::materials::{Built, Part, PartMaterial};
+use super::materials::{Built, Part, PartMaterial, glass_index, isotropic, roughness};
 use super::params::{Param as Given, ParamSet, Type, Values};
 use super::state::{MaterialDef, MaterialNames};
-use super::textures::{TextureNames, color_param, float_param_or};
-use crate::scene::{MAX_NESTING, MaterialKind, Param, Weight};
+use super::textures::{TextureNames, color_param, color_param_or, float_param_or};
+use crate::scene::{MAX_NESTING, MaterialKind, Param, Remap, Roughness, Weight};
 use std::rc::Rc;
 
 /// `mix` of two named materials. In v3 `amount`, a colour, is the weight of the first; in v4 a number, that of the second.
@@ -46,6 +46,153 @@ pub(super) fn mix(
         )));
     }
     Ok(mixture)
+}
+
+const BLACK: Param = Param::Constant([0.0; 3]);
+const SMOOTH: Roughness = Roughness {
+    u: BLACK,
+    v: BLACK,
+    remap: Remap::None,
+};
+
+/// v3's `uber`: what its `opacity` leaves passes straight through; of the rest, a Lambertian lobe, a glossy one, and a delta reflection and
+/// refraction, the last three under the Fresnel term of one index.
+pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
+    let color = |name: &str, default: f32| color_param_or(set, names, name, default);
+    let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
+    let (kr, kt) = (color("Kr", 0.0)?, color("Kt", 0.0)?);
+    let opacity = color("opacity", 1.0)?;
+    let eta = glass_index(set, names)?;
+    let gloss = roughness(set, names, 0.1)?;
+    let glass = |reflectance, transmittance, eta, roughness| MaterialKind::Dielectric {
+        reflectance,
+        transmittance,
+        eta,
+        dispersion: None,
+        roughness,
+    };
+    let mut parts = Vec::new();
+    let mut add = |kind, weight, albedo: &[Param]| {
+        parts.push(Part {
+            material: PartMaterial::Own(kind),
+            weight,
+            albedo: albedo.to_vec(),
+        });
+    };
+    let one = Param::Constant([1.0; 3]);
+    if !is_white(opacity) {
+        add(glass(BLACK, one, one, SMOOTH), Weight::Rest(opacity), &[]);
+    }
+    if !is_black(opacity) {
+        let weight = Weight::Amount(opacity);
+        if !is_black(kd) {
+            let diffuse = MaterialKind::Diffuse {
+                reflectance: kd,
+                sigma: BLACK,
+            };
+            add(diffuse, weight, &[kd]);
+        }
+        if !is_black(ks) {
+            add(
+                glass(ks, BLACK, eta, glossy(gloss)),
+                weight,
+                &[reflected(ks)],
+            );
+        }
+        if !is_black(kr) || !is_black(kt) {
+            add(glass(kr, kt, eta, SMOOTH), weight, &[reflected(kr), kt]);
+        }
+    }
+    let nothing = MaterialKind::Diffuse {
+        reflectance: BLACK,
+        sigma: BLACK,
+    };
+    Ok(together(parts, nothing))
+}
+
+/// v3's `translucent`: Lambertian and glossy lobes on either side.
+pub(super) fn translucent(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
+    let color = |name: &str, default: f32| color_param_or(set, names, name, default);
+    let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
+    let (reflect, transmit) = (color("reflect", 0.5)?, color("transmit", 0.5)?);
+    let gloss = isotropic(set, names, 0.1)?;
+    let diffuse = MaterialKind::DiffuseTransmission {
+        reflectance: [kd, reflect],
+        transmittance: [kd, transmit],
+        scale: 1.0,
+    };
+    let mut parts = Vec::new();
+    if !is_black(reflect) || !is_black(transmit) {
+        if !is_black(kd) {
+            parts.push(Part {
+                material: PartMaterial::Own(diffuse.clone()),
+                weight: Weight::ONE,
+                albedo: vec![kd],
+            });
+        }
+        if !is_black(ks) {
+            parts.push(Part {
+                material: PartMaterial::Own(MaterialKind::Dielectric {
+                    reflectance: reflect,
+                    transmittance: transmit,
+                    eta: Param::Constant([1.5; 3]),
+                    dispersion: None,
+                    roughness: glossy(gloss),
+                }),
+                weight: Weight::Amount(ks),
+                albedo: Vec::new(),
+            });
+        }
+    }
+    Ok(together(parts, diffuse))
+}
+
+/// A mixture of these parts, or the one material that they come to; `nothing` if there are none.
+fn together(parts: Vec<Part>, nothing: MaterialKind) -> Built {
+    match &parts[..] {
+        [] => Built::One(nothing),
+        [
+            Part {
+                material: PartMaterial::Own(kind),
+                weight: Weight::Amount(amount),
+                ..
+            },
+        ] if is_white(*amount) => Built::One(kind.clone()),
+        _ => Built::Mixture(parts),
+    }
+}
+
+/// What a colour under a Fresnel term counts for when a component is chosen: more than the few percent that are reflected on average, as
+/// what is reflected at grazing angles is bright.
+fn reflected(color: Param) -> Param {
+    const SHARE: f32 = 0.25;
+    match color {
+        Param::Constant(c) => Param::Constant(c.map(|x| SHARE * x)),
+        texture => texture,
+    }
+}
+
+/// Of a lobe that no roughness makes smooth: as glass, 0 would be; v3 remaps it as it does 1e-3 (`RoughnessToAlpha`).
+fn glossy(roughness: Roughness) -> Roughness {
+    let lift = |r: Param| match r {
+        Param::Constant([x, ..]) if roughness.remap == Remap::V3 => {
+            Param::Constant([x.max(1e-3); 3])
+        }
+        r => r,
+    };
+    Roughness {
+        u: lift(roughness.u),
+        v: lift(roughness.v),
+        ..roughness
+    }
+}
+
+fn is_black(param: Param) -> bool {
+    matches!(param, Param::Constant(c) if c.iter().all(|x| *x <= 0.0))
+}
+
+fn is_white(param: Param) -> bool {
+    matches!(param, Param::Constant(c) if c.iter().all(|x| *x >= 1.0))
 }
 
 /// v3: the material that one parameter names.
@@ -100,7 +247,7 @@ fn named(
             ),
         ));
     };
-    if made.built == Ok(Built::One(MaterialKind::Interface)) {
+    if matches!(&made.built, Ok((Built::One(MaterialKind::Interface), _))) {
         return Err(set.error_at(
             given,
             format_args!("\"{name}\" lets rays pass, which is no part of a mixture; use a material that scatters"),
@@ -110,13 +257,26 @@ fn named(
 }
 
 impl Built {
+    /// The first of the named materials that this one is made of.
+    pub(super) fn first_named(&self) -> Option<&MaterialDef> {
+        match self {
+            Built::Mixture(parts) => parts.iter().find_map(|part| match &part.material {
+                PartMaterial::Named(made) => Some(&**made),
+                PartMaterial::Own(_) => None,
+            }),
+            Built::One(_) => None,
+        }
+    }
+
     /// Mixtures within each other, at most.
     fn nesting(&self) -> usize {
         match self {
             Built::One(_) => 0,
             Built::Mixture(parts) => {
                 let below = parts.iter().map(|part| match &part.material {
-                    PartMaterial::Named(made) => made.built.as_ref().map_or(0, Built::nesting),
+                    PartMaterial::Named(made) => {
+                        made.built.as_ref().map_or(0, |(built, _)| built.nesting())
+                    }
                     PartMaterial::Own(_) => 0,
                 });
                 1 + below.max().unwrap_or(0)

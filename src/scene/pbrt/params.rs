@@ -496,6 +496,12 @@ impl ParamSet {
             .map_or(default, |p| DVec3::from_slice(p.values.numbers())))
     }
 
+    pub fn vector_or(&self, name: &str, default: DVec3) -> Result<DVec3, SceneError> {
+        Ok(self
+            .single(name, &[Type::Vector3], 3)?
+            .map_or(default, |p| DVec3::from_slice(p.values.numbers())))
+    }
+
     pub fn floats(&self, name: &str) -> Result<Option<&[f64]>, SceneError> {
         Ok(self
             .typed(name, &[Type::Float])?

@@ -5,9 +5,10 @@ use glam::{DVec2, DVec3};
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::geometry::{Geometry, Mesh, Setting};
-use super::params::{ParamSet, Type, Values};
+use super::params::{ParamSet, Type};
+use super::textures::{TextureNames, float_param};
 use crate::scene::shapes::{self, MeshData};
-use crate::scene::{ply, shapes::bilinear_mesh};
+use crate::scene::{Alpha, AlphaTest, Param, ply, shapes::bilinear_mesh};
 
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
@@ -19,7 +20,6 @@ pub(super) fn build(
     geometry: &mut Geometry,
     report: &mut Report,
 ) -> Result<(), SceneError> {
-    check_alpha(set)?;
     set.refuse(
         &["displacement"],
         "displacement is not supported; displace the mesh itself",
@@ -65,21 +65,49 @@ pub(super) fn build(
     }
 }
 
-/// Cut-outs are not supported; fully opaque ones need no support.
-fn check_alpha(set: &ParamSet) -> Result<(), SceneError> {
-    for name in ["alpha", "shadowalpha"] {
-        let opaque = |p: &&super::params::Param| {
-            p.ty == Type::Float && p.values == Values::Numbers(vec![1.0])
-        };
-        if let Some(param) = set.find(name).filter(|p| !opaque(p)) {
-            return Err(set.error_at(
-                param,
-                "cut-outs are not supported; use an alpha of 1, cut the mesh itself, or the material \"interface\" (v4) or \
-                 \"none\" (v3) for what is to be invisible",
-            ));
-        }
+/// How much of a shape is cut out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Cut {
+    Nothing,
+    Partly(Alpha),
+    Everything,
+}
+
+/// What is cut out of a shape of type `kind`. A number in v3 cuts out all (0) or nothing, and only meshes have one.
+pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<Cut, SceneError> {
+    let test = match set.dialect {
+        Dialect::V3 if !matches!(kind, "trianglemesh" | "plymesh") => return Ok(Cut::Nothing),
+        Dialect::V3 => AlphaTest::NotZero,
+        Dialect::V4 => AlphaTest::Fraction,
+    };
+    let cut_of = |param: Option<Param>| match (param, test) {
+        (None, _) => Cut::Nothing,
+        (Some(Param::Constant([a, ..])), AlphaTest::NotZero) if a != 0.0 => Cut::Nothing,
+        (Some(Param::Constant([a, ..])), AlphaTest::Fraction) if a >= 1.0 => Cut::Nothing,
+        (Some(Param::Constant([a, ..])), _) if a <= 0.0 => Cut::Everything,
+        (Some(value), test) => Cut::Partly(Alpha { value, test }),
+    };
+    let cut = cut_of(float_param(set, names, "alpha")?);
+    if set.dialect == Dialect::V4 {
+        set.refuse(
+            &["shadowalpha"],
+            "is of pbrt-v3; use \"alpha\", which cuts shadows out, too",
+        )?;
+        return Ok(cut);
     }
-    Ok(())
+    // v3's shadows are cut out by both textures, everything else by "alpha" alone: visible or not would depend on who asks.
+    let shadow = cut_of(float_param(set, names, "shadowalpha")?);
+    if let Some(param) = set.find("shadowalpha")
+        && cut != Cut::Everything
+        && shadow != Cut::Nothing
+        && shadow != cut
+    {
+        return Err(set.error_at(
+            param,
+            "shadows other than those of the shape itself are not supported; use the same texture as for \"alpha\", or 1",
+        ));
+    }
+    Ok(cut)
 }
 
 fn triangle_mesh(set: &ParamSet, report: &mut Report) -> Result<Mesh, SceneError> {
@@ -187,10 +215,8 @@ fn bilinear(
     geometry: &mut Geometry,
     report: &mut Report,
 ) -> Result<(), SceneError> {
-    set.refuse(
-        &["emissionfilename"],
-        "images on area lights are not supported; use \"rgb L\"",
-    )?;
+    // A hint where to look for light, which does not change the picture.
+    set.accept(&["emissionfilename"]);
     let Some(positions) = set.triples("P", Type::Point3)? else {
         return Err(set.error("needs vertex positions, \"point3 P\""));
     };

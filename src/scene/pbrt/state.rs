@@ -13,6 +13,7 @@ use super::lights::AreaLight;
 use super::materials::Built;
 use super::params::ParamSet;
 use super::textures::{Deferred, TextureNames};
+use crate::scene::Bump;
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
@@ -24,7 +25,7 @@ pub(super) struct MaterialDef {
     pub name: String,
     pub kind: String,
     pub set: ParamSet,
-    pub built: Deferred<Built>,
+    pub built: Deferred<(Built, Option<Bump>)>,
     pub index: Cell<Option<u32>>,
     pub used: Cell<bool>,
 }

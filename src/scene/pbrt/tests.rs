@@ -348,6 +348,7 @@ fn materials_of_v3() {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.3),
+            dispersion: None,
             roughness: Roughness {
                 u: grey(0.0),
                 v: grey(0.0),
@@ -407,6 +408,147 @@ fn materials_of_v3() {
     assert_eq!(kind("Material \"none\""), MaterialKind::Interface);
 }
 
+/// The components of the material of the only shape, with their weights.
+fn components(scene: &Scene) -> Vec<(MaterialKind, Weight)> {
+    let MaterialKind::Mixture { components } = material(scene) else {
+        panic!("{:?}", material(scene));
+    };
+    let kind = |c: &Component| scene.materials[c.material as usize].kind.clone();
+    components.iter().map(|c| (kind(c), c.weight)).collect()
+}
+
+#[test]
+fn mixtures_of_both_dialects() {
+    let matte = |x: f32| MaterialKind::Diffuse {
+        reflectance: Param::Constant([x; 3]),
+        sigma: Param::Constant([0.0; 3]),
+    };
+    let amount = Param::Constant([0.1, 0.2, 0.3]);
+    let v3_mix = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 1 1]
+        MakeNamedMaterial \"b\" \"string type\" \"matte\" \"rgb Kd\" [0 0 0]
+        Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\"";
+    let s = v3(&format!("{v3_mix} \"rgb amount\" [.1 .2 .3] {V3_TRIANGLE}"));
+    assert_eq!(
+        components(&s),
+        [
+            (matte(1.0), Weight::Amount(amount)),
+            (matte(0.0), Weight::Rest(amount))
+        ]
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+    // A shape's own amount comes first; components are shared.
+    let s = v3(&format!(
+        "{v3_mix} {V3_TRIANGLE} {V3_TRIANGLE} \"rgb amount\" [.1 .2 .3] {V3_TRIANGLE}"
+    ));
+    assert_eq!(s.materials.len(), 4);
+    let half = Param::Constant([0.5; 3]);
+    let s = v4(&format!(
+        "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 1 1]
+         MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 0 0]
+         Material \"mix\" \"string materials\" [ \"a\" \"b\" ] {V4_TRIANGLE}"
+    ));
+    assert_eq!(
+        components(&s),
+        [
+            (matte(1.0), Weight::Rest(half)),
+            (matte(0.0), Weight::Amount(half))
+        ]
+    );
+}
+
+#[test]
+fn mixtures_that_cannot_be_made() {
+    let a = "MakeNamedMaterial \"a\" \"string type\" \"matte\"\n";
+    for (text, expected) in [
+        (
+            "Material \"mix\"".to_string(),
+            "t.pbrt:3:1: Material \"mix\": needs a \"string namedmaterial1\"",
+        ),
+        (
+            format!("{a}Material \"mix\" \"string namedmaterial1\" \"a\""),
+            "t.pbrt:4:1: Material \"mix\": needs a \"string namedmaterial2\"",
+        ),
+        (
+            format!(
+                "{a}Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\""
+            ),
+            "t.pbrt:4:44: Material \"mix\": parameter \"namedmaterial2\": there is no material named \"b\"",
+        ),
+        (
+            format!(
+                "{a}MakeNamedMaterial \"b\" \"string type\" \"none\"\nMaterial \"mix\" \"string namedmaterial1\" \"b\" \"string namedmaterial2\" \"a\""
+            ),
+            "t.pbrt:5:16: Material \"mix\": parameter \"namedmaterial1\": \"b\" lets rays pass",
+        ),
+    ] {
+        let error = v3_error(&format!("{text}\n{V3_TRIANGLE}"));
+        assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
+    }
+    let error = v4_error(&format!(
+        "Material \"mix\" \"string materials\" \"a\" {V4_TRIANGLE}"
+    ));
+    let expected =
+        "t.pbrt:3:16: Material \"mix\": parameter \"materials\": expected the names of 2";
+    assert!(error.starts_with(expected), "{error}");
+    // Nested once too often.
+    let nested = |n: usize| {
+        let mut text = format!("{a}MakeNamedMaterial \"m0\" \"string type\" \"matte\"\n");
+        for i in 1..=n {
+            text += &format!(
+                "MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" \"string namedmaterial1\" \"m{}\" \"string namedmaterial2\" \"a\"\n",
+                i - 1
+            );
+        }
+        format!("{text}NamedMaterial \"m{n}\" {V3_TRIANGLE}")
+    };
+    v3(&nested(MAX_NESTING));
+    let error = v3_error(&nested(MAX_NESTING + 1));
+    assert!(error.contains("nested more than"), "{error}");
+}
+
+#[test]
+fn uber_and_translucent_are_mixtures() {
+    let grey = |x: f32| Param::Constant([x; 3]);
+    let of = |text: &str| v3(&format!("Material {text} {V3_TRIANGLE}"));
+    let diffuse = MaterialKind::Diffuse {
+        reflectance: grey(0.25),
+        sigma: grey(0.0),
+    };
+    let s = of("\"uber\"");
+    let parts = components(&s);
+    assert_eq!(parts.len(), 2);
+    assert_eq!(parts[0], (diffuse.clone(), Weight::Amount(grey(1.0))));
+    let MaterialKind::Dielectric {
+        reflectance,
+        transmittance,
+        eta,
+        dispersion: None,
+        roughness,
+    } = parts[1].0
+    else {
+        panic!("{parts:?}");
+    };
+    assert_eq!(
+        [reflectance, transmittance, eta, roughness.u, roughness.v],
+        [grey(0.25), grey(0.0), grey(1.5), grey(0.1), grey(0.1)]
+    );
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
+    // Black lobes are left out, and what is left alone is no mixture.
+    assert_eq!(*material(&of("\"uber\" \"rgb Ks\" [0 0 0]")), diffuse);
+    let s = of(
+        "\"uber\" \"rgb Kr\" [.1 .1 .1] \"rgb Kt\" [.2 .2 .2] \"float index\" 1.3 \"rgb opacity\" [.5 .6 .7]",
+    );
+    let parts = components(&s);
+    assert_eq!(parts.len(), 4);
+    let opacity = Param::Constant([0.5, 0.6, 0.7]);
+    assert_eq!(parts[0].1, Weight::Rest(opacity));
+    assert!(parts[1..].iter().all(|p| p.1 == Weight::Amount(opacity)));
+    assert!(matches!(parts[3].0, MaterialKind::Dielectric { eta, .. } if eta == grey(1.3)));
+    let parts = components(&of("\"translucent\" \"rgb Ks\" [.1 .2 .3]"));
+    assert_eq!(parts[0].1, Weight::ONE);
+    assert_eq!(parts[1].1, Weight::Amount(Param::Constant([0.1, 0.2, 0.3])));
+}
+
 #[test]
 fn materials_of_v4() {
     let grey = |x: f32| Param::Constant([x; 3]);
@@ -437,6 +579,7 @@ fn materials_of_v4() {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.7),
+            dispersion: None,
             roughness: Roughness {
                 u: grey(0.0),
                 v: grey(0.0),
@@ -452,7 +595,10 @@ fn materials_of_v4() {
     ] {
         assert_eq!(
             kind(&format!("Material \"thindielectric\" {eta}")),
-            MaterialKind::ThinDielectric { eta: grey(index) }
+            MaterialKind::ThinDielectric {
+                eta: grey(index),
+                dispersion: None
+            }
         );
     }
     assert_eq!(
@@ -554,8 +700,28 @@ fn what_is_not_supported_says_so_where_it_stands() {
             "t.pbrt:3:1: MakeNamedMaterial \"a\" of type \"hair\": this material is not supported; use ",
         ),
         (
-            format!("{V4_TRIANGLE} \"float alpha\" 0.5"),
-            "t.pbrt:3:55: Shape \"trianglemesh\": parameter \"alpha\": cut-outs",
+            format!("{V4_TRIANGLE} \"float shadowalpha\" 0.5"),
+            "t.pbrt:3:55: Shape \"trianglemesh\": parameter \"shadowalpha\": is of pbrt-v3; use \"alpha\"",
+        ),
+        (
+            format!("{V4_TRIANGLE} \"texture alpha\" \"a\""),
+            "t.pbrt:3:55: Shape \"trianglemesh\": parameter \"alpha\": there is no float texture named \"a\"",
+        ),
+        (
+            format!("AreaLightSource \"diffuse\" {V4_TRIANGLE} \"float alpha\" 0"),
+            "t.pbrt:3:27: Shape \"trianglemesh\": area lights that are cut out entirely",
+        ),
+        (
+            format!("Material \"diffuse\" \"texture bumpmap\" \"b\" {V4_TRIANGLE}"),
+            "t.pbrt:3:20: Material \"diffuse\": parameter \"bumpmap\": is of pbrt-v3; use \"displacement\"",
+        ),
+        (
+            format!("Material \"diffuse\" \"texture displacement\" \"b\" {V4_TRIANGLE}"),
+            "t.pbrt:3:20: Material \"diffuse\": parameter \"displacement\": there is no float texture named \"b\"",
+        ),
+        (
+            format!("Material \"diffuse\" \"string normalmap\" \"none.png\" {V4_TRIANGLE}"),
+            "t.pbrt:3:1: Material \"diffuse\": ",
         ),
         (
             "MediumInterface \"fog\" \"\"".into(),
@@ -563,7 +729,7 @@ fn what_is_not_supported_says_so_where_it_stands() {
         ),
         (
             "LightSource \"projection\"".into(),
-            "t.pbrt:3:1: LightSource \"projection\": this light is not supported; use",
+            "t.pbrt:3:1: LightSource \"projection\": needs an image, \"string ",
         ),
         (
             "Shape \"curve\"".into(),
@@ -606,33 +772,88 @@ fn what_is_not_supported_says_so_where_it_stands() {
         let error = v4_error(&text);
         assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
     }
-    for (ks, expected) in [
-        (
-            "",
-            "\"translucent\": \"Ks\" is 0.25 by default, and glossy transmission is not supported; use ",
-        ),
-        (
-            "\"rgb Ks\" [.1 0 0]",
-            "\"translucent\": parameter \"Ks\": glossy transmission is not supported; use ",
-        ),
-    ] {
-        let error = v3_error(&format!("Material \"translucent\" {ks} {V3_TRIANGLE}"));
-        assert!(error.contains(expected), "{error}");
-    }
-    let error = v3_error(&format!("Material \"uber\" {V3_TRIANGLE}"));
+    let error = v3_error(&format!("Material \"disney\" {V3_TRIANGLE}"));
     assert!(
         error.starts_with(
-            "t.pbrt:3:1: Material \"uber\": this material is not supported; use plastic"
+            "t.pbrt:3:1: Material \"disney\": this material is not supported; use uber"
         ),
         "{error}"
     );
-    let error = v3_error(&format!(
-        "Material \"matte\" \"texture bumpmap\" \"b\" {V3_TRIANGLE}"
+    let checks = "Texture \"c\" \"float\" \"checkerboard\"";
+    for (text, expected) in [
+        (
+            format!("Material \"matte\" \"texture bumpmap\" \"b\" {V3_TRIANGLE}"),
+            "t.pbrt:3:18: Material \"matte\": parameter \"bumpmap\": there is no float texture named \"b\"",
+        ),
+        (
+            format!("Material \"matte\" \"texture displacement\" \"b\" {V3_TRIANGLE}"),
+            "t.pbrt:3:18: Material \"matte\": parameter \"displacement\": is of pbrt-v4; use \"bumpmap\"",
+        ),
+        (
+            format!("Material \"matte\" \"string normalmap\" \"b\" {V3_TRIANGLE}"),
+            "t.pbrt:3:18: Material \"matte\": parameter \"normalmap\": is of pbrt-v4; use \"bumpmap\"",
+        ),
+        (
+            format!("{checks}\n{V3_TRIANGLE} \"texture shadowalpha\" \"c\""),
+            "t.pbrt:4:80: Shape \"trianglemesh\": parameter \"shadowalpha\": shadows other than",
+        ),
+        (
+            format!("{V3_TRIANGLE} \"float shadowalpha\" 0"),
+            "t.pbrt:3:80: Shape \"trianglemesh\": parameter \"shadowalpha\": shadows other than",
+        ),
+    ] {
+        let error = v3_error(&text);
+        assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
+    }
+}
+
+#[test]
+fn cut_outs() {
+    let checks = "Texture \"c\" \"float\" \"checkerboard\"";
+    let s = v4(&format!(
+        "{checks}\n{V4_TRIANGLE} \"texture alpha\" \"c\"\n{V4_TRIANGLE} \"float alpha\" 0.5\n{V4_TRIANGLE} \"float alpha\" 1\n\
+         {V4_TRIANGLE} \"float alpha\" 0\nShape \"sphere\" \"float alpha\" 0.5"
     ));
-    assert!(
-        error.starts_with("t.pbrt:3:18: Material \"matte\": parameter \"bumpmap\": bump"),
-        "{error}"
-    );
+    let alphas: Vec<u32> = s.shapes.iter().map(|s| s.alpha).collect();
+    assert_eq!(alphas, [0, 1, NONE, 1]);
+    assert_eq!(s.alphas[0].value, Param::Texture(0));
+    assert!(s.alphas.iter().all(|a| a.test == AlphaTest::Fraction));
+    // Textures of cut-outs have texture coordinates to go by.
+    assert_eq!(s.vertices[s.triangles[0].v[2] as usize].uv, [1.0, 1.0]);
+    let s = v3(&format!(
+        "{checks}\n{V3_TRIANGLE} \"texture alpha\" \"c\" \"texture shadowalpha\" \"c\"\n{V3_TRIANGLE} \"float alpha\" 0.5\n\
+         {V3_TRIANGLE} \"float alpha\" 0 \"float shadowalpha\" 0"
+    ));
+    assert_eq!(s.shapes.len(), 2);
+    assert_eq!(s.shapes[1].alpha, NONE);
+    assert_eq!(s.alphas[0].test, AlphaTest::NotZero);
+    // Only meshes have it in v3.
+    let s = v3("Shape \"sphere\" \"float alpha\" 0");
+    assert_eq!((s.spheres.len(), s.warnings.len()), (1, 1));
+}
+
+#[test]
+fn bump_maps() {
+    let checks = "Texture \"c\" \"float\" \"checkerboard\" Texture \"k\" \"float\" \"constant\"\n";
+    let of = |s: &Scene| s.materials.iter().map(|m| m.bump).collect::<Vec<_>>();
+    let height = |tangents| {
+        let height = Param::Texture(0);
+        Some(Bump::Height { height, tangents })
+    };
+    let s = v3(&format!(
+        "{checks}Material \"matte\" \"texture bumpmap\" \"c\"\n{V3_TRIANGLE}\nMaterial \"matte\"\n{V3_TRIANGLE}\n\
+         {V3_TRIANGLE} \"texture bumpmap\" \"c\"\nMaterial \"none\"\n{V3_TRIANGLE}"
+    ));
+    let unit = height(Tangents::Unit);
+    assert_eq!(of(&s), [unit, None, unit, None]);
+    assert_eq!(s.vertices[s.triangles[0].v[2] as usize].uv, [1.0, 1.0]);
+    let s = v4(&format!(
+        "{checks}Material \"diffuse\" \"texture displacement\" \"c\"\n{V4_TRIANGLE}\n\
+         Material \"conductor\" \"texture displacement\" \"k\"\n{V4_TRIANGLE}\n\
+         Material \"conductor\" \"float displacement\" 2\n{V4_TRIANGLE}"
+    ));
+    assert_eq!(of(&s), [height(Tangents::LikeU), None, None]);
+    assert!(s.warnings.is_empty(), "{:?}", s.warnings);
 }
 
 #[test]
@@ -695,20 +916,13 @@ fn textures_fold_and_nest() {
         Texture::Checkerboard {
             a: folded,
             b: Param::Constant([0.0; 3]),
-            mapping
+            mapping: Mapping::Uv(mapping)
         }
     );
     let error = v3_error(&format!(
         "Material \"matte\" \"texture Kd\" \"nope\" {V3_TRIANGLE}"
     ));
     assert!(error.starts_with("t.pbrt:3:18: "), "{error}");
-    let error = v4_error(&format!(
-        "Texture \"w\" \"spectrum\" \"marble\" Material \"diffuse\" \"texture reflectance\" \"w\" {V4_TRIANGLE}"
-    ));
-    assert!(
-        error.starts_with("t.pbrt:3:1: Texture \"marble\": this kind of texture is not supported"),
-        "{error}"
-    );
 }
 
 #[test]

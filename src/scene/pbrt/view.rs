@@ -8,6 +8,7 @@ use super::params::ParamSet;
 use super::transform::{Similarity, inverse, narrow_point, rows, similarity};
 use crate::scene::{
     Camera, Film, Filter, FilterKind, IntegratorKind, IntegratorSettings, Projection, Space,
+    SphereMap,
 };
 
 /// Pixels a film may have.
@@ -212,18 +213,57 @@ pub(super) fn camera(
     film: &Film,
     report: &mut Report,
 ) -> Result<WorldCamera, SceneError> {
-    let projection = match kind {
+    let mut projection = match kind {
         "perspective" => Projection::Perspective,
         "orthographic" => Projection::Orthographic,
-        "environment" | "spherical" | "realistic" => {
-            return Err(set.error("this camera is not supported; use perspective or orthographic"));
+        "environment" => Projection::Sphere(SphereMap::Equirectangular),
+        "spherical" => Projection::Sphere(match set.string("mapping")? {
+            None | Some("equalarea") => SphereMap::EqualArea,
+            Some("equirectangular") => SphereMap::Equirectangular,
+            Some(other) => {
+                return Err(set.error(format_args!(
+                    "mapping \"{other}\" is unknown; use equalarea or equirectangular"
+                )));
+            }
+        }),
+        "realistic" => {
+            return Err(set.error(
+                "this camera is not supported; use perspective with lensradius and focaldistance",
+            ));
         }
-        _ => return Err(set.error("this camera is unknown; use perspective or orthographic")),
+        _ => {
+            return Err(set.error(
+                "this camera is unknown; use perspective, orthographic, spherical or environment",
+            ));
+        }
     };
     let placed = inverse(ctm).and_then(|t| similarity(&t)).ok_or_else(|| {
         set.error("its transform shears or stretches space; use rotations, translations, mirrors and uniform scales")
     })?;
     set.accept(&["shutteropen", "shutterclose"]);
+    if let Projection::Sphere(_) = projection {
+        for name in [
+            "lensradius",
+            "focaldistance",
+            "frameaspectratio",
+            "screenwindow",
+        ] {
+            if let Some(param) = set.find(name) {
+                report.warn_at(
+                    &set.site_of(param),
+                    format_args!("\"{name}\" has no effect on a camera that sees every direction"),
+                );
+            }
+        }
+        set.finish(report);
+        return Ok(WorldCamera {
+            placed,
+            projection,
+            screen: [-1.0, 1.0, -1.0, 1.0],
+            lens_radius: 0.0,
+            focal_distance: 1.0,
+        });
+    }
     let aspect = set.float_in(
         "frameaspectratio",
         f64::from(film.width) / f64::from(film.height),
@@ -264,14 +304,17 @@ pub(super) fn camera(
             }
             (fov.to_radians() / 2.0).tan()
         }
-        Projection::Orthographic => {
-            if lens_radius > 0.0 {
-                return Err(set.error(
-                    "orthographic cameras with a lens are not supported; use lensradius 0",
-                ));
-            }
-            placed.scale
+        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave its disk for points of the window
+        // in the plane in focus. That is a perspective camera, whose window lies at distance 1.
+        Projection::Orthographic if lens_radius > 0.0 => {
+            report.warn_at(
+                &set.site,
+                "with a lens, its rays start at the lens and not at the film, as in pbrt: a perspective view of its window in the plane in focus",
+            );
+            projection = Projection::Perspective;
+            1.0 / focal_distance
         }
+        Projection::Orthographic | Projection::Sphere(_) => placed.scale,
     };
     let screen = screen.map(|x| x * window_scale);
     if screen[0] == screen[1]
@@ -322,7 +365,7 @@ impl WorldCamera {
         let translation =
             narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
         let screen = match self.projection {
-            Projection::Perspective => self.screen,
+            Projection::Perspective | Projection::Sphere(_) => self.screen,
             Projection::Orthographic => self.screen.map(|x| x * space.scale),
         };
         let [x0, x1, y0, y1] = screen;

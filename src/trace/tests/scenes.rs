@@ -50,17 +50,20 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         name: String::new(),
         origin: String::new(),
         kind,
+        bump: None,
     };
     let shape = |material| Shape {
         material,
         light: NONE,
         first: 0,
+        alpha: NONE,
     };
     Scene {
         vertices: vertices.collect(),
         triangles: indices.collect(),
         spheres,
         shapes: vec![shape(0), shape(1)],
+        alphas: vec![],
         materials: vec![
             material(MaterialKind::Diffuse {
                 reflectance: black,

@@ -1,0 +1,106 @@
+//! How points and normals change along texture coordinates, for what displaces surfaces. In `f64`, one hit at a time: few hits ask.
+
+use super::Geometry;
+use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// Derivatives along texture coordinates; internal space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derivatives {
+    /// Both zero where texture coordinates do not tell directions.
+    pub dpdu: DVec3,
+    pub dpdv: DVec3,
+    /// Of the unit shading normal.
+    pub dndu: DVec3,
+    pub dndv: DVec3,
+    /// The shading normal is interpolated between vertices.
+    pub smooth: bool,
+}
+
+impl Geometry<'_> {
+    /// The derivatives at a point `p` of a primitive; `b1`, `b2` are its barycentric coordinates if that is a triangle.
+    pub fn derivatives(&self, primitive: u32, b: [f64; 2], p: DVec3) -> Derivatives {
+        let triangles = self.triangles();
+        if primitive < triangles {
+            self.triangle_derivatives(primitive, b)
+        } else {
+            self.sphere_derivatives(primitive - triangles, p)
+        }
+    }
+
+    fn triangle_derivatives(&self, triangle: u32, [b1, b2]: [f64; 2]) -> Derivatives {
+        let corners = (self.triangles[triangle as usize].v)
+            .map(|v| self.vertices[v as usize].0.map(f64::from));
+        let vector = |c: usize, from: usize| DVec3::from_slice(&corners[c][from..from + 3]);
+        let across = |from: usize| {
+            (
+                vector(1, from) - vector(0, from),
+                vector(2, from) - vector(0, from),
+            )
+        };
+        let (du1, dv1) = (corners[1][6] - corners[0][6], corners[1][7] - corners[0][7]);
+        let (du2, dv2) = (corners[2][6] - corners[0][6], corners[2][7] - corners[0][7]);
+        let inverse = 1.0 / (du1 * dv2 - dv1 * du2);
+        // pbrt-v3, section 3.6.2.
+        let along = |(e1, e2): (DVec3, DVec3)| {
+            let by_u = (e1 * dv2 - e2 * dv1) * inverse;
+            let by_v = (e2 * du1 - e1 * du2) * inverse;
+            if by_u.is_finite() && by_v.is_finite() {
+                (by_u, by_v)
+            } else {
+                (DVec3::ZERO, DVec3::ZERO)
+            }
+        };
+        let (dpdu, dpdv) = along(across(0));
+        let n = vector(0, 3) * (1.0 - b1 - b2) + vector(1, 3) * b1 + vector(2, 3) * b2;
+        // The same bound as for points on surfaces.
+        let smooth = n.length_squared() > 1e-12;
+        let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
+        if smooth {
+            let (by_u, by_v) = along(across(3));
+            (dndu, dndv) = (of_unit(n, by_u), of_unit(n, by_v));
+        }
+        Derivatives {
+            dpdu,
+            dpdv,
+            dndu,
+            dndv,
+            smooth,
+        }
+    }
+
+    fn sphere_derivatives(&self, sphere: u32, p: DVec3) -> Derivatives {
+        let sphere = &self.spheres[sphere as usize];
+        let linear = |m: &[[f32; 4]; 3]| {
+            let row = |r: &[f32; 4]| DVec3::new(r[0].into(), r[1].into(), r[2].into());
+            // Rows of the map are columns of its transpose.
+            DMat3::from_cols(row(&m[0]), row(&m[1]), row(&m[2]))
+        };
+        let to_world = linear(&sphere.to_world).transpose();
+        // The transpose of the inverse, which takes normals.
+        let for_normals = linear(&sphere.to_unit);
+        let shift = DVec3::from(sphere.to_unit.map(|r| f64::from(r[3])));
+        let w = (for_normals.transpose() * p + shift).normalize_or(DVec3::Z);
+        // pbrt moves the poles aside, where u has no direction.
+        let x = if w.x == 0.0 && w.y == 0.0 { 1e-5 } else { w.x };
+        let r = x.hypot(w.y);
+        let by_u = DVec3::new(-w.y, x, 0.0) * TAU;
+        let by_v = DVec3::new(w.z * x / r, w.z * w.y / r, -r) * -PI;
+        let n = for_normals * w;
+        let facing = f64::from(sphere.facing);
+        Derivatives {
+            dpdu: to_world * by_u,
+            dpdv: to_world * by_v,
+            dndu: of_unit(n, for_normals * by_u) * facing,
+            dndv: of_unit(n, for_normals * by_v) * facing,
+            smooth: false,
+        }
+    }
+}
+
+/// The derivative of `n / |n|` from that of `n`.
+fn of_unit(n: DVec3, by: DVec3) -> DVec3 {
+    let length = n.length();
+    let unit = n / length;
+    (by - unit * unit.dot(by)) / length
+}

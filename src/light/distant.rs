@@ -1,0 +1,146 @@
+//! Lights at infinity: from one direction, or from all around the scene.
+
+use super::{DirectSample, EmissionSample, Emitted, Kind, LightTable, Lot};
+use crate::simd::{Frame, Lanes, Mask, Vec3, math};
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+impl LightTable {
+    #[inline(always)]
+    pub(super) fn direct_distant<L: Lanes>(&self, lot: Lot<L>, p: Vec3<L>) -> DirectSample<L> {
+        let base = lot.base;
+        let place = L::load_rows(&self.place, lot.light);
+        let w = -Vec3::new(place[0], place[1], place[2]);
+        DirectSample {
+            to_light: w,
+            target: w.mul_add(self.far(), p),
+            radiance: Vec3::new(base[1], base[2], base[3]),
+            pdf: base[0],
+            emission_ratio: self.inv_disk(),
+            delta: L::Mask::splat(true),
+            valid: L::Mask::splat(true),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn direct_environment<L: Lanes>(
+        &self,
+        lot: Lot<L>,
+        p: Vec3<L>,
+        u: [L; 2],
+    ) -> DirectSample<L> {
+        let (w, radiance, pdf) = self.environment_sample(lot, u);
+        DirectSample {
+            to_light: w,
+            target: w.mul_add(self.far(), p),
+            radiance,
+            pdf: lot.base[0] * pdf,
+            emission_ratio: self.inv_disk(),
+            delta: L::Mask::splat(false),
+            valid: pdf.gt(L::zero()),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn emission_distant<L: Lanes>(&self, lot: Lot<L>, u: [L; 4]) -> EmissionSample<L> {
+        let base = lot.base;
+        let inv_choice = L::one() / base[0];
+        let place = L::load_rows(&self.place, lot.light);
+        let direction = Vec3::new(place[0], place[1], place[2]);
+        EmissionSample {
+            origin: self.disk_point(direction, u),
+            direction,
+            beta: Vec3::new(base[1], base[2], base[3]) * (inv_choice / self.inv_disk()),
+            d_vcm: L::one() / self.inv_disk(),
+            d_vc: L::zero(),
+            distant: L::Mask::splat(true),
+            valid: L::Mask::splat(true),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn emission_environment<L: Lanes>(
+        &self,
+        lot: Lot<L>,
+        u: [L; 4],
+    ) -> EmissionSample<L> {
+        let inv_choice = L::one() / lot.base[0];
+        let (w, radiance, pdf) = self.environment_sample(lot, [u[2], u[3]]);
+        let inv_density = L::one() / (self.inv_disk::<L>() * pdf);
+        EmissionSample {
+            origin: self.disk_point(-w, u),
+            direction: -w,
+            beta: radiance * (inv_density * inv_choice),
+            d_vcm: L::one() / self.inv_disk(),
+            d_vc: inv_density * inv_choice,
+            distant: L::Mask::splat(true),
+            valid: pdf.gt(L::zero()),
+        }
+    }
+
+    /// What rays escaping along unit `direction` see of one environment.
+    #[inline(always)]
+    pub fn escaped<L: Lanes>(&self, light: u32, direction: Vec3<L>) -> Emitted<L> {
+        let base = &self.base[light as usize].0;
+        let (radiance, pdf) = match self.kinds[light as usize] {
+            Kind::InfiniteImage => {
+                let map = &self.environments[base[6].to_bits() as usize];
+                map.radiance_and_pdf(direction)
+            }
+            _ => (
+                Vec3::splat([base[1], base[2], base[3]]),
+                L::splat(0.5 / TAU),
+            ),
+        };
+        let direct = pdf * L::splat(base[0]);
+        Emitted {
+            radiance,
+            direct_pdf: direct,
+            emission_pdf: direct * self.inv_disk(),
+        }
+    }
+
+    /// Direction to the light, radiance, density over solid angle.
+    #[inline(always)]
+    fn environment_sample<L: Lanes>(&self, lot: Lot<L>, u: [L; 2]) -> (Vec3<L>, Vec3<L>, L) {
+        let (base, n) = (lot.base, lot.light.len());
+        if lot.kind == Kind::InfiniteConstant {
+            let w = math::uniform_sphere(u[0], u[1]);
+            let radiance = Vec3::new(base[1], base[2], base[3]);
+            return (w, radiance, L::splat(0.5 / TAU));
+        }
+        let index = Self::column_bits(base[6], lot.mask, n);
+        let mut out = [[0.0f32; 7]; 8];
+        for i in (0..n).filter(|i| lot.mask.bits() >> i & 1 != 0) {
+            let map = &self.environments[index[i] as usize];
+            let w = map.sample([u[0].lane(i), u[1].lane(i)]);
+            let (radiance, pdf) = map.radiance_and_pdf(Vec3::<f32>::splat(w));
+            out[i] = [w[0], w[1], w[2], radiance.x, radiance.y, radiance.z, pdf];
+        }
+        let column = |c: usize| L::from_fn(|i| out[i][c]);
+        (
+            Vec3::new(column(0), column(1), column(2)),
+            Vec3::new(column(3), column(4), column(5)),
+            column(6),
+        )
+    }
+
+    /// A point of the disk outside the scene that faces it along `direction`.
+    #[inline(always)]
+    fn disk_point<L: Lanes>(&self, direction: Vec3<L>, u: [L; 4]) -> Vec3<L> {
+        let r = L::splat(self.radius);
+        let (x, y) = math::concentric_disk(u[0], u[1]);
+        Frame::new(direction).to_world(Vec3::new(x * r, y * r, -r))
+    }
+
+    /// One over the area of that disk.
+    #[inline(always)]
+    fn inv_disk<L: Lanes>(&self) -> L {
+        L::splat(FRAC_1_PI / (self.radius * self.radius))
+    }
+
+    /// Beyond the scene from any surface.
+    #[inline(always)]
+    fn far<L: Lanes>(&self) -> L {
+        L::splat(3.0 * self.radius)
+    }
+}

@@ -1,0 +1,213 @@
+//! Rays through cut-outs: what is not there is passed, and distances stay those from where the ray began.
+//!
+//! The tracer knows no cut-outs. In a scene that has them, rays whose hit lies on a part that is cut out are traced again from beyond it, off the
+//! surface by its error bound as rays leave surfaces elsewhere, until none is left.
+
+use super::World;
+use super::list::List;
+use crate::geometry::{SurfacePoint, Wanted, sampled_barycentrics};
+use crate::scene::NONE;
+use crate::simd::{Lanes, Row, Vec3};
+use crate::surface::texture::Place;
+use crate::trace::offset;
+
+/// Workspace of rays on their way through cut-outs.
+#[derive(Default)]
+pub struct Through {
+    rays: Vec<Row>,
+    left: List,
+    next: List,
+}
+
+impl Through {
+    fn reserve(&mut self, n: usize) {
+        if self.rays.len() < n {
+            self.rays.resize(n, Row::default());
+        }
+        self.left.reserve(n);
+        self.next.reserve(n);
+    }
+}
+
+impl World<'_> {
+    /// [`Tracer::closest`](crate::trace::Tracer::closest), through cut-outs. Returns how many more rays that took.
+    pub fn closest<L: Lanes>(
+        &self,
+        rays: &[Row],
+        list: &[u32],
+        hits: &mut [Row],
+        through: &mut Through,
+    ) -> u64 {
+        self.tracer.closest::<L>(rays, list, hits);
+        if !self.plan.cutouts {
+            return 0;
+        }
+        through.reserve(rays.len());
+        let Through {
+            rays: beyond,
+            left,
+            next,
+        } = through;
+        left.clear();
+        left.extend(list);
+        let mut more = 0;
+        for _ in 0..self.most_layers() {
+            next.clear();
+            for &i in &**left {
+                let [_, _, _, t_max, dx, dy, dz, _] = rays[i as usize].0;
+                if let Some([x, y, z]) = self.beyond(&rays[i as usize], &hits[i as usize]) {
+                    let passed = along(&rays[i as usize], [x, y, z]);
+                    beyond[i as usize] = Row([x, y, z, t_max - passed, dx, dy, dz, passed]);
+                    next.push(i);
+                }
+            }
+            if next.is_empty() {
+                return more;
+            }
+            more += next.len() as u64;
+            self.tracer.closest::<L>(beyond, next, hits);
+            for &i in &**next {
+                hits[i as usize].0[0] += beyond[i as usize].0[7];
+            }
+            std::mem::swap(left, next);
+        }
+        for &i in &**left {
+            hits[i as usize].0[3] = f32::from_bits(NONE);
+        }
+        more
+    }
+
+    /// [`Tracer::occluded`](crate::trace::Tracer::occluded), through cut-outs; `hits` is scratch. Returns how many more rays that took.
+    pub fn occluded<L: Lanes>(
+        &self,
+        rays: &[Row],
+        list: &[u32],
+        blocked: &mut [u32],
+        hits: &mut [Row],
+        through: &mut Through,
+    ) -> u64 {
+        self.tracer.occluded::<L>(rays, list, blocked);
+        if !self.plan.cutouts {
+            return 0;
+        }
+        through.reserve(rays.len());
+        let Through {
+            rays: beyond,
+            left,
+            next,
+        } = through;
+        left.clear();
+        for &i in list {
+            beyond[i as usize] = rays[i as usize];
+            left.push_if(i, blocked[i as usize] != 0);
+        }
+        let mut more = 0;
+        for _ in 0..self.most_layers() {
+            // Something is in the way; what, and can it be passed?
+            self.tracer.closest::<L>(beyond, left, hits);
+            next.clear();
+            for &i in &**left {
+                let ray = &mut beyond[i as usize];
+                if let Some(o) = self.beyond(ray, &hits[i as usize]) {
+                    let [x, y, z, t_max, dx, dy, dz, _] = ray.0;
+                    let target = [
+                        dx.mul_add(t_max, x),
+                        dy.mul_add(t_max, y),
+                        dz.mul_add(t_max, z),
+                    ];
+                    let d = [target[0] - o[0], target[1] - o[1], target[2] - o[2]];
+                    *ray = Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0]);
+                    next.push(i);
+                }
+            }
+            more += (left.len() + next.len()) as u64;
+            if next.is_empty() {
+                return more;
+            }
+            self.tracer.occluded::<L>(beyond, next, blocked);
+            left.clear();
+            for &i in &**next {
+                left.push_if(i, blocked[i as usize] != 0);
+            }
+        }
+        more
+    }
+
+    /// Where a ray goes on, if its hit lies on a part of a shape that is cut out.
+    fn beyond(&self, ray: &Row, hit: &Row) -> Option<[f32; 3]> {
+        let [ox, oy, oz, _, dx, dy, dz, _] = ray.0;
+        let [t, b1, b2, primitive, ..] = hit.0;
+        let primitive = primitive.to_bits();
+        if primitive == NONE || self.geometry.shape_of(primitive).0.alpha == NONE {
+            return None;
+        }
+        let d = Vec3::new(dx, dy, dz);
+        let (there, point) = self.is_there(primitive, Vec3::new(ox, oy, oz), d, [t, b1, b2]);
+        (!there).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
+    }
+
+    /// Whether a point of a shape with cut-outs is there; as for [`Geometry::surface_point`](crate::geometry::Geometry::surface_point).
+    fn is_there(
+        &self,
+        primitive: u32,
+        origin: Vec3<f32>,
+        direction: Vec3<f32>,
+        hit: [f32; 3],
+    ) -> (bool, SurfacePoint<f32>) {
+        let wanted = Wanted {
+            uv: true,
+            tangent: false,
+            normals: false,
+            spheres: self.wanted.spheres,
+        };
+        let point = (self.geometry).surface_point(&[primitive], origin, direction, hit, wanted);
+        let place = Place {
+            uv: point.uv,
+            p: point.p.lane(0),
+            n: point.ng.lane(0),
+        };
+        let alpha = self.geometry.shape_of(primitive).0.alpha;
+        (self.cutouts.is_there(alpha, primitive, &place), point)
+    }
+
+    /// Bits of the lanes whose point, sampled on the lane's light by `u`, is there to emit.
+    pub fn emits<L: Lanes>(&self, lights: &[u32], u: [L; 2]) -> u32 {
+        if !self.plan.cut_lights {
+            return u32::MAX;
+        }
+        let mut bits = 0;
+        for (i, &light) in lights.iter().enumerate() {
+            let there = self.point_emits(light, [u[0].lane(i), u[1].lane(i)]);
+            bits |= u32::from(there) << i;
+        }
+        bits
+    }
+
+    fn point_emits(&self, light: u32, [u, v]: [f32; 2]) -> bool {
+        let primitive = self.lights.primitive(&self.geometry, light);
+        if primitive == NONE || self.geometry.shape_of(primitive).0.alpha == NONE {
+            return true;
+        }
+        let (mut p, mut hit) = (Vec3::zero(), [0.0; 3]);
+        if primitive < self.geometry.triangles() {
+            let [b1, b2] = sampled_barycentrics(u, v);
+            hit = [0.0, b1, b2];
+        } else {
+            let sphere = primitive - self.geometry.triangles();
+            p = self.geometry.sample_spheres(&[sphere], u, v, false).p;
+        }
+        self.is_there(primitive, p, Vec3::zero(), hit).0
+    }
+
+    /// No ray crosses more surfaces than this: what still goes on after that goes round in circles of rounding errors.
+    fn most_layers(&self) -> usize {
+        self.tracer.stats().triangles + 2 * self.tracer.stats().spheres
+    }
+}
+
+/// How far along a ray a point is, in units of its direction's length.
+fn along(ray: &Row, p: [f32; 3]) -> f32 {
+    let [ox, oy, oz, _, dx, dy, dz, _] = ray.0;
+    let d = Vec3::new(dx, dy, dz);
+    (Vec3::splat(p) - Vec3::new(ox, oy, oz)).dot(d) / d.length2()
+}

@@ -1,0 +1,89 @@
+//! Wavelengths of a batch of paths, and which paths have met what disperses light. All of it is empty in a scene without dispersion.
+
+use super::World;
+use super::paths::{Paths, Side};
+use super::samples::Samples;
+use super::wavelength::{Wavelength, Wavelengths};
+use crate::simd::{Lanes, Vec3};
+
+/// The part of a workspace that only scenes with dispersion have.
+#[derive(Default)]
+pub struct Dispersion {
+    /// Of each path.
+    wavelength: Vec<Wavelength>,
+    /// Some scattering event of the path so far was on a dispersive surface.
+    touched: Vec<bool>,
+    /// The tip of each side is on one.
+    tip: [Vec<bool>; 2],
+}
+
+impl Dispersion {
+    /// Gives the first `n` paths the wavelengths that their primary samples stand for.
+    pub fn start(&mut self, table: &Wavelengths, samples: &[f32], n: usize) {
+        self.touched.clear();
+        self.touched.resize(n, false);
+        self.wavelength.clear();
+        (self.wavelength).extend(samples[..n].iter().map(|u| table.at(*u)));
+        for tip in &mut self.tip {
+            tip.resize(n, false);
+        }
+    }
+
+    /// Wavelength of a path in nanometres; 0 in a scene without dispersion.
+    #[inline(always)]
+    pub fn nm(&self, path: usize) -> f32 {
+        self.wavelength.get(path).map_or(0.0, |w| w.nm)
+    }
+
+    /// The tips of the paths in `list` scatter, or are joined.
+    pub fn touch(&mut self, list: &[u32], side: Side) {
+        let tip = &self.tip[side as usize];
+        for &path in list {
+            self.touched[path as usize] |= tip[path as usize];
+        }
+    }
+
+    /// `rgb` as light of the paths' wavelengths, where they have one.
+    #[inline(always)]
+    pub fn colour<L: Lanes>(&self, list: &[u32], rgb: Vec3<L>) -> Vec3<L> {
+        let last = list.len() - 1;
+        let channel = |c: usize| {
+            L::from_fn(|i| {
+                let path = list[i.min(last)] as usize;
+                if self.touched[path] {
+                    self.wavelength[path].colour[c]
+                } else {
+                    1.0
+                }
+            })
+        };
+        rgb.mul_elem(Vec3::new(channel(0), channel(1), channel(2)))
+    }
+}
+
+impl World<'_> {
+    /// Gives the paths their wavelengths, if the scene calls for them; `dimension` is that of their primary sample.
+    pub(super) fn start_wavelengths(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        dimension: usize,
+        n: usize,
+    ) {
+        if let Some(table) = &self.wavelengths {
+            paths.dispersion.start(table, samples.row(dimension), n);
+        }
+    }
+
+    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all of those are in `paths.textured`, components
+    /// of mixtures under the name of the component.
+    pub(super) fn note_dispersive(&self, paths: &mut Paths, list: &[u32], side: Side) {
+        let tip = &mut paths.dispersion.tip[side as usize];
+        for &path in list {
+            tip[path as usize] = false;
+        }
+        for &(path, material, _) in &paths.textured {
+            tip[path as usize] = self.materials.entries[material as usize].dispersive;
+        }
+    }
+}
