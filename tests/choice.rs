@@ -314,6 +314,27 @@ fn strategies_that_carry_nothing_are_left_out() {
         strategies(&format!("{LAMP}{black}{BALL}")),
         vec![vec![0]; 4]
     );
+    // A mixture does what its components do: black ones scatter nothing, glass and black cannot be joined, glass and matte can.
+    let mixed = |second: &str| {
+        let mix = format!(
+            "MakeNamedMaterial \"black\" \"string type\" \"matte\" \"rgb Kd\" [0 0 0]\nMakeNamedMaterial \"other\" \"string type\" {second}\n"
+        );
+        let ball =
+            "\"mix\" \"string namedmaterial1\" \"black\" \"string namedmaterial2\" \"other\"";
+        mix + &BALL.replace("\"glass\"", ball)
+    };
+    let (nothing, glass) = (mixed("\"matte\" \"rgb Kd\" [0 0 0]"), mixed("\"glass\""));
+    assert_eq!(strategies(&format!("{LAMP}{black}{nothing}")), dark);
+    assert_eq!(strategies(&format!("{LAMP}{FLOOR}{nothing}")), alone);
+    assert_eq!(
+        strategies(&format!("{LAMP}{black}{glass}")),
+        vec![vec![0]; 4]
+    );
+    assert_eq!(strategies(&format!("{LAMP}{FLOOR}{glass}")), flat);
+    assert_eq!(
+        strategies(&format!("{LAMP}{FLOOR}{}", mixed("\"matte\""))),
+        all
+    );
     // Lights that cannot be met.
     let unmet = vec![none.clone(), vec![1, 2], vec![1, 3], vec![1, 4]];
     assert_eq!(strategies(&format!("{point}{FLOOR}{BALL}")), unmet);

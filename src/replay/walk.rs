@@ -227,6 +227,13 @@ pub(super) struct Flight {
     pub distant: bool,
 }
 
+/// The primary samples of a subpath's vertices.
+struct Numbers<'a> {
+    bounce: &'a dyn Fn(usize) -> [f32; 3],
+    /// The one that chooses a component, of a vertex that scatters in a scene with mixtures.
+    label: &'a dyn Fn(usize) -> Option<f32>,
+}
+
 /// Where a subpath has ended.
 pub(super) enum Ended {
     Tip,
@@ -294,9 +301,11 @@ impl Recorder<'_> {
             let (raster, lens) = ([u(at.raster), u(at.raster + 1)], self.lens(u, at.lens));
             let alone = plan.strategies.len() == 1 || !self.world.plan.connectable;
             let flight = self.camera_flight(raster, lens, alone, walk);
-            let numbers = |j| bounce(at.camera_bounce, j);
-            let labels = |j| label(at.camera_label, j);
-            let (length, rows) = (t as usize - 1, (&numbers as _, &labels as _));
+            let rows = Numbers {
+                bounce: &|j| bounce(at.camera_bounce, j),
+                label: &|j| label(at.camera_label, j),
+            };
+            let length = t as usize - 1;
             let (steps, ended) = self.advance(flight, nm, length, Side::Camera, rows);
             let reached = steps.len();
             if let Some(camera) = &mut walk.camera {
@@ -324,9 +333,11 @@ impl Recorder<'_> {
         let Some(flight) = self.light_flight(light, numbers, walk) else {
             return Fate::Unlit;
         };
-        let numbers = |j| bounce(at.light_bounce, j);
-        let labels = |j| label(at.light_label, j);
-        let (length, rows) = (s as usize - 1, (&numbers as _, &labels as _));
+        let rows = Numbers {
+            bounce: &|j| bounce(at.light_bounce, j),
+            label: &|j| label(at.light_label, j),
+        };
+        let length = s as usize - 1;
         let (steps, ended) = self.advance(flight, nm, length, Side::Light, rows);
         if let Some(light) = &mut walk.light {
             light.steps = steps;
@@ -412,25 +423,25 @@ impl Recorder<'_> {
         (ray.valid && emits).then_some(flight)
     }
 
-    /// Walks a subpath to its `length`-th surface vertex; `bounce` gives the samples of each, `label` the one that chooses a component.
+    /// Walks a subpath to its `length`-th surface vertex.
     fn advance(
         &self,
         mut flight: Flight,
         nm: f32,
         length: usize,
         side: Side,
-        (bounce, label): (&dyn Fn(usize) -> [f32; 3], &dyn Fn(usize) -> Option<f32>),
+        rows: Numbers,
     ) -> (Vec<Step>, Ended) {
         let mut steps = Vec::with_capacity(length);
         for j in 0..length {
-            let Some(mut step) = self.arrive(&flight, nm, label(j)) else {
+            let Some(mut step) = self.arrive(&flight, nm, (rows.label)(j)) else {
                 return (steps, Ended::Missed(flight));
             };
             if j + 1 == length {
                 steps.push(step);
                 break;
             }
-            let next = self.scatter(&mut step, bounce(j), side);
+            let next = self.scatter(&mut step, (rows.bounce)(j), side);
             steps.push(step);
             match next {
                 Some(next) => flight = next,

@@ -265,7 +265,7 @@ mod tests {
             name: String::new(),
             width: 100,
             height: 1,
-            texels: (0..100).map(|i| [i as f32; 3]).collect::<Vec<_>>().into(),
+            texels: (0..100).map(|i| [i as f32; 3]).collect(),
         };
         let texture = Texture::Image {
             image: 0,

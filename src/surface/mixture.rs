@@ -94,7 +94,7 @@ fn weight(weight: Weight, at: &dyn Fn(Param) -> Rgb) -> [f64; 3] {
 
 /// In [0, 1]; what is not a number counts as 0.
 fn unit(x: f32) -> f64 {
-    f64::from(x.max(0.0).min(1.0))
+    if x > 0.0 { f64::from(x.min(1.0)) } else { 0.0 }
 }
 
 fn mean(rgb: [f64; 3]) -> f64 {
