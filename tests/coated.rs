@@ -484,7 +484,7 @@ fn value_distance(layers: Layers, random: &mut Random) -> [f64; 3] {
     let [mut worst, mut relative, mut bias] = [0.0f64; 3];
     for (mo, mi, phi) in [
         (0.9, 0.9, 3.0),
-        (0.9, 0.5, 3.14),
+        (0.9, 0.5, 3.1),
         (0.7, 0.7, 1.5),
         (0.6, 0.3, 2.6),
         (0.4, 0.4, 3.0),
