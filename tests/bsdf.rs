@@ -2,11 +2,12 @@
 
 mod common;
 
-use common::bsdf::{Evaluated, Kernels, Sampled, shaken};
+use common::bsdf::{Evaluated, Kernels, Sampled, coated_copper, coated_diffuse, shaken};
 use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
 use phalanx::replay::bsdf;
 use phalanx::replay::vector::*;
 use phalanx::simd::f32x8;
+use phalanx::surface::coated_conductor::pack_bounces;
 use phalanx::surface::{Kind, Mode, fresnel, microfacet::pack_alphas};
 use std::f64::consts::{PI, TAU};
 
@@ -69,6 +70,33 @@ fn rough_rows() -> Vec<(Kind, [f32; 8])> {
     ] {
         rows.push((Kind::DiffuseTransmission, [r, g, b, s, t, u, 0.0, 0.0]));
     }
+    for (eta, alphas, thickness) in [
+        (1.5, [0.001, 0.001], 0.01),
+        (1.5, [0.1, 0.1], 0.01),
+        (1.3, [0.2, 0.6], 0.5),
+        (2.0, [1.0, 1.0], 0.01),
+        (0.8, [0.3, 0.3], 0.0),
+    ] {
+        let white = coated_diffuse([1.0, 0.5, 0.0], eta, alphas, thickness);
+        rows.push((Kind::CoatedDiffuse, white));
+        let black = coated_diffuse([0.0; 3], eta, alphas, thickness);
+        rows.push((Kind::CoatedDiffuse, black));
+    }
+    for (eta, thickness) in [(1.5, 0.01), (1.0, 0.1), (0.8, 0.0), (3.0, 2.0)] {
+        let row = [0.2, 0.1, 0.0, eta, thickness, 0.0, 0.0, 0.0];
+        rows.push((Kind::CoatedDiffuseBase, row));
+    }
+    for (eta, coat, conductor) in [
+        (1.5, [0.2, 0.2], [0.3, 0.3]),
+        (1.3, [0.01, 0.01], [0.001, 0.001]),
+        (2.0, [0.6, 0.2], [0.2, 0.5]),
+        (0.8, [0.3, 0.3], [0.3, 0.3]),
+    ] {
+        let rough = coated_copper(eta, Some(coat), conductor);
+        rows.push((Kind::CoatedConductor, rough));
+        let below = coated_copper(eta, None, conductor);
+        rows.push((Kind::CoatedConductorBase, below));
+    }
     rows
 }
 
@@ -79,6 +107,12 @@ fn delta_rows() -> Vec<(Kind, [f32; 8])> {
         Kind::SmoothConductor,
         [c[0], c[1], c[2], c[3], c[4], c[5], 0.0, 0.0],
     ));
+    for eta in [0.5, 1.0, 1.5, 3.0] {
+        rows.push((Kind::Coat, [eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        let thickness = pack_bounces(0.01, 5);
+        let mirror = [c[0], c[1], c[2], c[3], c[4], c[5], eta, thickness];
+        rows.push((Kind::CoatedMirror, mirror));
+    }
     for eta in [0.5, 1.0, 1.0001, 1.5, 3.0] {
         rows.push((
             Kind::SmoothDielectric,
@@ -112,6 +146,25 @@ fn rows_for_chi_square() -> Vec<(Kind, [f32; 8])> {
     // Half of a substrate's samples are diffuse, and black ones count as lost.
     rows.retain(|(kind, row)| {
         *kind != Kind::Substrate || row[6].min(row[7]) >= 0.2 && row[3] > 0.0
+    });
+    rows.retain(|(kind, row)| match kind {
+        Kind::CoatedDiffuse => {
+            let (ax, ay) = bsdf::unpacked_alphas(row[4].into());
+            ax.min(ay) >= 0.2
+        }
+        // The lobe of the conductor is that much wider outside.
+        // Thinner than air: nothing comes from beyond the critical angle, and black samples count as lost.
+        // The density of a conductor's lobe is infinite there, which the midpoint rule does not see.
+        Kind::CoatedDiffuseBase | Kind::CoatedConductorBase | Kind::CoatedConductor
+            if row[3] < 1.0 =>
+        {
+            false
+        }
+        Kind::CoatedConductor | Kind::CoatedConductorBase => {
+            let (ax, ay) = bsdf::unpacked_alphas(row[5].into());
+            ax.min(ay) >= 0.2
+        }
+        _ => true,
     });
     // `tests/rough_dielectric.rs` has that of both hemispheres.
     rows.retain(|(kind, _)| *kind != Kind::RoughDielectric);
@@ -294,6 +347,9 @@ fn samples_and_evaluations_are_consistent() {
 fn roughness_of(kind: Kind, row: &[f64; 8]) -> f64 {
     match kind {
         Kind::RoughDielectric => bsdf::unpacked_alphas(row[7]).0,
+        Kind::CoatedDiffuse | Kind::CoatedConductor => bsdf::unpacked_alphas(row[4]).0,
+        Kind::CoatedConductorBase => bsdf::unpacked_alphas(row[5]).0,
+        Kind::CoatedDiffuseBase => 1.0,
         _ => row[6],
     }
 }

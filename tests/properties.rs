@@ -10,8 +10,9 @@ use glam::Vec3 as Point;
 use phalanx::camera::Camera;
 use phalanx::scene::Scene;
 use phalanx::simd::{Vec3, f32x8};
+use phalanx::surface::coated_conductor::{pack_bounces, pack_colour};
 use phalanx::surface::diffuse::oren_nayar_coefficients;
-use phalanx::surface::microfacet::pack_alphas;
+use phalanx::surface::microfacet::{pack_alphas, pack_halves};
 use phalanx::surface::rough_dielectric::resolved_eta;
 use phalanx::surface::{Kind, Mode};
 use phalanx::transport::World;
@@ -76,6 +77,34 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                 Kind::RoughDielectric => {
                     let eta = resolved_eta(i.max(f32::MIN_POSITIVE), u.min(v));
                     [a[0], a[1], a[2], b[0], b[1], b[2], eta, pack_alphas(u, v)]
+                }
+                Kind::Coat => [i.clamp(1e-3, 1e3), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                Kind::CoatedMirror => {
+                    let thickness = pack_bounces(m, (n * 10.0).min(1e9) as u32);
+                    [i, j, k, l, a[0], a[1], m.clamp(1e-3, 1e3), thickness]
+                }
+                Kind::CoatedDiffuseBase => [a[0], a[1], a[2], i.clamp(1e-3, 1e3), j, 0.0, 0.0, 0.0],
+                Kind::CoatedDiffuse => {
+                    let step =
+                        |x: f32, y: f32| (x * 4095.0).floor() * 4096.0 + (y * 4095.0).floor();
+                    let eta = i.clamp(1e-3, 1e3);
+                    let t = [step(b[0], b[1]), step(b[2], a[0]), step(a[1], b[0])];
+                    [a[0], a[1], a[2], eta, pack_alphas(u, v), t[0], t[1], t[2]]
+                }
+                Kind::CoatedConductor | Kind::CoatedConductorBase => {
+                    let pairs = [pack_halves(i, l), pack_halves(j, m), pack_halves(k, n)];
+                    let (eta, colour) = (l.clamp(1e-3, 1e3), pack_colour(b));
+                    let [x, y, z] = pairs;
+                    [
+                        x,
+                        y,
+                        z,
+                        eta,
+                        pack_alphas(u, v),
+                        pack_alphas(v, u),
+                        i,
+                        colour,
+                    ]
                 }
                 Kind::SmoothConductor | Kind::RoughConductor => [i, j, k, l, m, n, u, v],
             };

@@ -1,5 +1,6 @@
 //! The scattering functions once more: `f64`, textbook forms, not those of the renderer.
 
+use super::coated;
 use super::vector::{V, add, dot, scale, unit};
 use crate::surface::{Kind, Mode};
 use std::f64::consts::PI;
@@ -263,10 +264,16 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
                 pdf_reverse: 0.5 * (wo[2] / PI + ggx_pdf(wi, wo, ax, ay)),
             }
         }
+        Kind::CoatedDiffuse
+        | Kind::CoatedDiffuseBase
+        | Kind::CoatedConductor
+        | Kind::CoatedConductorBase => coated::eval(kind, row, wo, wi),
         Kind::Mirror
         | Kind::SmoothConductor
         | Kind::SmoothDielectric
         | Kind::ThinDielectric
+        | Kind::Coat
+        | Kind::CoatedMirror
         | Kind::DiffuseTransmission
         | Kind::RoughDielectric => dark,
     }

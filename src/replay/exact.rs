@@ -7,6 +7,7 @@
 
 use super::Recorder;
 use super::bsdf::unpacked_alphas;
+use super::coated;
 use super::lights::ellipsoid;
 use super::panorama;
 use super::path::{End, Path, Vertex};
@@ -398,6 +399,7 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
         let h = visible_normal(up, row[6], row[7], u);
         sub(scale(h, 2.0 * dot(up, h)), up)
     };
+    let mirrored = |w: V, h: V| sub(scale(h, 2.0 * dot(w, h)), w);
     // On the side of `wo`.
     let with_side = |w: V| [w[0], w[1], w[2] * 1f64.copysign(z)];
     // The side that the sample in `f32` went to.
@@ -407,8 +409,10 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
         step.sampled.is_some_and(|s| side(s.wi) == side(step.wo))
     };
     let wi = match v.kind {
-        Kind::Diffuse | Kind::OrenNayar => with_side(warp::hemisphere(u[0], u[1])),
-        Kind::Mirror | Kind::SmoothConductor => [-x, -y, z],
+        Kind::Diffuse | Kind::OrenNayar | Kind::CoatedDiffuseBase => {
+            with_side(warp::hemisphere(u[0], u[1]))
+        }
+        Kind::Mirror | Kind::SmoothConductor | Kind::Coat | Kind::CoatedMirror => [-x, -y, z],
         Kind::RoughConductor => with_side(glossy()),
         Kind::Plastic => {
             let black = |at: usize| row[at..at + 3].iter().all(|c| *c <= 0.0);
@@ -428,6 +432,31 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
         } else {
             glossy()
         }),
+        Kind::CoatedDiffuse => {
+            let (ax, ay) = unpacked_alphas(row[4]);
+            with_side(if u[2] < coated::diffuse_share(&row, up[2]) {
+                warp::hemisphere(u[0], u[1])
+            } else {
+                mirrored(up, visible_normal(up, ax, ay, u))
+            })
+        }
+        Kind::CoatedConductor | Kind::CoatedConductorBase => {
+            let [metal, diffuse, _] = coated::conductor_shares(v.kind, &row, up);
+            with_side(if u[2] < metal {
+                let eta = row[3];
+                let (x, y) = (x / eta, y / eta);
+                let p = [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()];
+                let (ax, ay) = coated::sampled_alphas(v.kind, &row, up[2], p[2]);
+                let q = mirrored(p, visible_normal(p, ax, ay, u));
+                let (x, y) = (q[0] * eta, q[1] * eta);
+                [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()]
+            } else if u[2] < metal + diffuse {
+                warp::hemisphere(u[0], u[1])
+            } else {
+                let (ax, ay) = unpacked_alphas(row[4]);
+                mirrored(up, visible_normal(up, ax, ay, u))
+            })
+        }
         Kind::DiffuseTransmission => {
             let w = with_side(warp::hemisphere(u[0], u[1]));
             [w[0], w[1], if reflected() { w[2] } else { -w[2] }]

@@ -12,6 +12,7 @@
 //! Vertices are in internal space (see [`crate::scene`]), contributions in linear sRGB.
 
 pub mod bsdf;
+pub mod coated;
 pub mod compare;
 mod exact;
 mod frustum;

@@ -16,7 +16,7 @@
 
 use super::path::{Path, Vertex};
 use super::vector::*;
-use super::{Recorder, bsdf, panorama};
+use super::{Recorder, bsdf, coated, panorama};
 use crate::scene::Projection;
 use crate::surface::{Kind, Mode};
 
@@ -272,13 +272,19 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
             lobe(scale(rgb(3), bend), (co / ci).abs() * bend)
         }
         Kind::ThinDielectric => lobe([1.0; 3], 1.0),
+        Kind::Coat => lobe([bsdf::dielectric(co.abs(), row[0]).0; 3], 1.0),
+        Kind::CoatedMirror => lobe([0, 1, 2].map(|c| coated::mirror(&row, co.abs(), c)), 1.0),
         Kind::Diffuse
         | Kind::OrenNayar
         | Kind::RoughConductor
         | Kind::Plastic
         | Kind::DiffuseTransmission
         | Kind::Substrate
-        | Kind::RoughDielectric => {
+        | Kind::RoughDielectric
+        | Kind::CoatedDiffuse
+        | Kind::CoatedDiffuseBase
+        | Kind::CoatedConductor
+        | Kind::CoatedConductorBase => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let value = bsdf::eval(v.kind, &row, local(wo), local(wi), Mode::Radiance);

@@ -169,11 +169,55 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
+    /// v4 `coateddiffuse`: Lambertian under a dielectric coat. Of a smooth coat the base alone: its reflection is [`MaterialKind::Coat`].
+    CoatedDiffuse { reflectance: Param, coat: Coat },
+    /// v4 `coatedconductor`. `eta` and `k` are relative to the coat, `alphas` those of the conductor. If only the coat is smooth, the conductor
+    /// alone, as of [`MaterialKind::CoatedDiffuse`].
+    CoatedConductor {
+        eta: [f32; 3],
+        k: [f32; 3],
+        alphas: [f32; 2],
+        coat: Coat,
+    },
+    /// What a smooth coat reflects; `eta` is inside over outside.
+    Coat { eta: f32 },
     /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
     /// of them an interface; nested at most [`MAX_NESTING`] deep.
     Mixture { components: Vec<Component> },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
+}
+
+/// A layer of dielectric over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// Trowbridge-Reitz alphas of its interface, 0 to 1e3; [`Coat::is_smooth`].
+    pub alphas: [f32; 2],
+    /// Inside over outside, positive.
+    pub eta: f32,
+    /// Times the extinction, which is 1.
+    pub thickness: f32,
+    /// Events that a path between the layers may have; every other one is at the base.
+    pub max_depth: u32,
+}
+
+/// Alpha below which an interface counts as smooth (pbrt-v4, `EffectivelySmooth`).
+pub const SMOOTH_ALPHA: f32 = 1e-3;
+
+/// Whether a surface with these alphas is smooth.
+pub fn is_smooth(alphas: [f32; 2]) -> bool {
+    alphas[0].max(alphas[1]) < SMOOTH_ALPHA
+}
+
+impl Coat {
+    pub fn is_smooth(&self) -> bool {
+        is_smooth(self.alphas)
+    }
+
+    /// How often light may meet the base.
+    pub fn visits(&self) -> u32 {
+        self.max_depth.div_ceil(2)
+    }
 }
 
 impl MaterialKind {

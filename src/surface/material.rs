@@ -2,6 +2,9 @@
 
 use super::Kind;
 use super::bump::{self, Relief, Tilted};
+use super::coat::Interface;
+use super::coated_conductor::{Layers, pack_bounces};
+use super::coated_diffuse::base_of;
 use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::mixture::{self, Chosen};
@@ -11,6 +14,7 @@ use crate::geometry::Derivatives;
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{
     Bump, ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
+    is_smooth,
 };
 use crate::simd::Row;
 use glam::DVec3;
@@ -43,6 +47,8 @@ pub struct MaterialTable<'a> {
     unit: f64,
     textures: &'a [Texture],
     images: &'a [Image],
+    /// Of coated diffuse materials.
+    interfaces: Vec<Option<Interface>>,
     /// Image textures of each material.
     looked_up: Vec<Vec<u32>>,
     /// Some texture looks at texture coordinates.
@@ -60,6 +66,7 @@ impl<'a> MaterialTable<'a> {
             unit: scene.space.scale,
             textures: &scene.textures,
             images: &scene.images,
+            interfaces: Vec::new(),
             looked_up: Vec::new(),
             uses_uv: false,
             uses_point: false,
@@ -69,11 +76,14 @@ impl<'a> MaterialTable<'a> {
             let mut entry = Entry {
                 kind: kernel(kind),
                 textured: textured || bump.is_some(),
-                anisotropic: roughness(kind).is_some_and(|r| r.u != r.v),
+                anisotropic: is_anisotropic(kind),
                 dispersive: kind.dispersion().is_some(),
                 per_hit: textured || bump.is_some() || kind.dispersion().is_some(),
                 mixture: false,
             };
+            table
+                .interfaces
+                .push(table.interface(&scene.materials, kind));
             let mut images = Vec::new();
             let mut list = params(kind);
             match bump {
@@ -116,6 +126,22 @@ impl<'a> MaterialTable<'a> {
         }
         self.uses_uv = true;
         self.uses_point = true;
+    }
+
+    /// The interface of a coat over a diffuse base; that of an earlier material if it has the same.
+    fn interface(&self, materials: &[Material], kind: &MaterialKind) -> Option<Interface> {
+        let MaterialKind::CoatedDiffuse { coat, .. } = kind else {
+            return None;
+        };
+        let same = |(i, interface): (usize, &Option<Interface>)| match materials[i].kind {
+            MaterialKind::CoatedDiffuse { coat: other, .. } if other == *coat => *interface,
+            _ => None,
+        };
+        let earlier = self.interfaces.iter().enumerate().find_map(same);
+        Some(earlier.unwrap_or_else(|| match coat.is_smooth() {
+            true => Interface::smooth(coat.eta, coat.thickness),
+            false => Interface::of(coat.alphas.map(resolved), coat.eta, coat.thickness),
+        }))
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
@@ -264,20 +290,68 @@ impl<'a> MaterialTable<'a> {
                 row[..3].copy_from_slice(&product(*reflectance));
                 row[3..6].copy_from_slice(&product(*transmittance));
             }
+            MaterialKind::CoatedDiffuse { reflectance, coat } => {
+                if let Some(Interface {
+                    packed,
+                    scale,
+                    internal,
+                }) = self.interfaces[material]
+                {
+                    let base = |r| scale * scale * base_of(r, coat.eta, internal, coat.visits());
+                    row[..3].copy_from_slice(&unit(*reflectance).map(base));
+                    row[3] = coat.eta;
+                    if coat.is_smooth() {
+                        row[4] = coat.thickness;
+                    } else {
+                        row[4] = pack_alphas(coat.alphas[0], coat.alphas[1]);
+                        row[5..].copy_from_slice(&packed);
+                    }
+                }
+            }
+            MaterialKind::CoatedConductor {
+                eta,
+                k,
+                alphas,
+                coat,
+            } => {
+                if self.entries[material].kind == Kind::CoatedMirror {
+                    row[..3].copy_from_slice(eta);
+                    row[3..6].copy_from_slice(k);
+                    row[6] = coat.eta;
+                    row[7] = pack_bounces(coat.thickness, coat.visits());
+                } else {
+                    let layers = Layers {
+                        eta: *eta,
+                        k: *k,
+                        coat_eta: coat.eta,
+                        coat: (!coat.is_smooth()).then_some(coat.alphas.map(resolved)),
+                        conductor: alphas.map(resolved),
+                        thickness: coat.thickness,
+                        bounces: coat.visits(),
+                    };
+                    row = layers.row();
+                }
+            }
+            MaterialKind::Coat { eta } => row[0] = *eta,
             MaterialKind::Mixture { .. } | MaterialKind::Interface => {}
         }
         Row(row)
     }
 }
 
-/// The roughness that makes lobes of different widths along `u` and `v`.
-fn roughness(kind: &MaterialKind) -> Option<Roughness> {
+/// Whether lobes have different widths along `u` and `v`.
+fn is_anisotropic(kind: &MaterialKind) -> bool {
+    let differ = |alphas: &[f32; 2]| alphas[0] != alphas[1];
     match kind {
         MaterialKind::Conductor { roughness, .. }
         | MaterialKind::Substrate { roughness, .. }
         | MaterialKind::Plastic { roughness, .. }
-        | MaterialKind::Dielectric { roughness, .. } => Some(*roughness),
-        _ => None,
+        | MaterialKind::Dielectric { roughness, .. } => roughness.u != roughness.v,
+        MaterialKind::CoatedDiffuse { coat, .. } => differ(&coat.alphas),
+        MaterialKind::CoatedConductor { coat, alphas, .. } => {
+            differ(&coat.alphas) || differ(alphas)
+        }
+        _ => false,
     }
 }
 
@@ -303,6 +377,18 @@ fn kernel(kind: &MaterialKind) -> Kind {
         MaterialKind::ThinDielectric { .. } => Kind::ThinDielectric,
         MaterialKind::DiffuseTransmission { .. } => Kind::DiffuseTransmission,
         MaterialKind::Substrate { .. } => Kind::Substrate,
+        MaterialKind::CoatedDiffuse { coat, .. } => match coat.is_smooth() {
+            true => Kind::CoatedDiffuseBase,
+            false => Kind::CoatedDiffuse,
+        },
+        MaterialKind::CoatedConductor { alphas, coat, .. } => {
+            match (coat.is_smooth(), is_smooth(*alphas)) {
+                (true, true) => Kind::CoatedMirror,
+                (true, false) => Kind::CoatedConductorBase,
+                (false, _) => Kind::CoatedConductor,
+            }
+        }
+        MaterialKind::Coat { .. } => Kind::Coat,
         // Never asked for: a component takes the mixture's place, and interfaces are left out of the tracer.
         MaterialKind::Mixture { .. } | MaterialKind::Interface => Kind::Diffuse,
     }
@@ -379,11 +465,18 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             transmittance,
             ..
         } => [*reflectance, *transmittance].concat(),
+        MaterialKind::CoatedDiffuse { reflectance, .. } => vec![*reflectance],
+        MaterialKind::CoatedConductor { .. } | MaterialKind::Coat { .. } => Vec::new(),
         MaterialKind::Mixture { components } => (components.iter())
             .flat_map(|c| [&[c.weight.param()], &c.albedo[..]].concat())
             .collect(),
         MaterialKind::Interface => Vec::new(),
     }
+}
+
+/// An alpha, kept in what `f32` evaluates well.
+fn resolved(alpha: f32) -> f32 {
+    alpha.clamp(SMOOTH_ALPHA, 1e3)
 }
 
 fn raw_alpha(roughness: f32, remap: Remap) -> f32 {

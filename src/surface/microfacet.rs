@@ -5,18 +5,37 @@ use super::{Bsdf, BsdfSample, Mode};
 use crate::simd::{Lanes, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
-/// Roughness below which a surface is treated as smooth (pbrt-v4's `EffectivelySmooth`).
-pub const SMOOTH_ALPHA: f32 = 1e-3;
+pub use crate::scene::SMOOTH_ALPHA;
 
-/// Two alphas in the bits of one float, for rows that are full: halves (IEEE 754 binary16), alpha x in the upper bits. The alphas of rows,
-/// 1e-3 to 1e3, are normal numbers of that format, right to 1/4096 of themselves; and so is the float that they make together.
+/// Two alphas in the bits of one float, for rows that are full ([`pack_halves`]). The alphas of rows are 1e-3 to 1e3.
 pub fn pack_alphas(ax: f32, ay: f32) -> f32 {
-    let half = |alpha: f32| {
-        let bits = alpha.clamp(SMOOTH_ALPHA, 1e3).to_bits() - ((127 - 15) << 23);
+    pack_halves(ax.clamp(SMOOTH_ALPHA, 1e3), ay.clamp(SMOOTH_ALPHA, 1e3))
+}
+
+/// Two positive numbers in the bits of one float: halves (IEEE 754 binary16), the first in the upper bits. Clamped to 1e-4 .. 6e4 they are normal
+/// numbers of that format, right to 1/2048 of themselves; and so is the float that they make together.
+pub fn pack_halves(first: f32, second: f32) -> f32 {
+    let half = |x: f32| {
+        let bits = x.clamp(1e-4, 6e4).to_bits() - ((127 - 15) << 23);
         // To the nearest, halves up; the carry runs into the exponent as it should.
         (bits + (1 << 12)) >> 13
     };
-    f32::from_bits(half(ax) << 16 | half(ay))
+    f32::from_bits(half(first) << 16 | half(second))
+}
+
+/// The numbers that [`pack_halves`] has packed.
+#[inline(always)]
+pub fn unpack_halves<L: Lanes>(packed: L) -> [L; 2] {
+    // A half to a float: the bits move, the bias of the exponent changes by 127 - 15. Exact.
+    let float = |half: L::Uint| {
+        let bias = L::Uint::splat((127 - 15) << 23);
+        L::from_bits(half.shl::<13>().add(bias))
+    };
+    let bits = packed.to_bits();
+    [
+        float(bits.shr::<16>()),
+        float(bits.and(L::Uint::splat(0xffff))),
+    ]
 }
 
 /// Anisotropic Trowbridge-Reitz; all directions in the upper hemisphere (`z >= 0`).
@@ -50,16 +69,8 @@ impl<L: Lanes> TrowbridgeReitz<L> {
     /// Of alphas that [`pack_alphas`] has packed.
     #[inline(always)]
     pub fn of_packed(alphas: L) -> Self {
-        // A half to a float: the bits move, the bias of the exponent changes by 127 - 15. Exact.
-        let float = |half: L::Uint| {
-            let bias = L::Uint::splat((127 - 15) << 23);
-            L::from_bits(half.shl::<13>().add(bias))
-        };
-        let bits = alphas.to_bits();
-        Self {
-            ax: float(bits.shr::<16>()),
-            ay: float(bits.and(L::Uint::splat(0xffff))),
-        }
+        let [ax, ay] = unpack_halves(alphas);
+        Self { ax, ay }
     }
 
     /// Normal distribution, normalised so that its projection integrates to 1.
@@ -118,11 +129,11 @@ impl<L: Lanes> TrowbridgeReitz<L> {
 #[inline(always)]
 pub fn sample_coated<B: Bsdf, L: Lanes>(
     row: &[L; 8],
+    distribution: &TrowbridgeReitz<L>,
     wo: Vec3<L>,
     (u, mode): ([L; 3], Mode),
     diffuse: L,
 ) -> BsdfSample<L> {
-    let distribution = TrowbridgeReitz::of_row(row);
     let (up, sign) = upper(wo);
     let h = distribution.sample_normal(up, u[0], u[1]);
     let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);

@@ -8,6 +8,9 @@
 //! 4. Adding one is a file, a [`Kind`], and a line in [`for_kind`] and in [`MaterialTable::new`].
 
 pub mod bump;
+pub mod coat;
+pub mod coated_conductor;
+pub mod coated_diffuse;
 pub mod conductor;
 pub mod cutout;
 pub mod dielectric;
@@ -43,10 +46,16 @@ pub enum Kind {
     DiffuseTransmission,
     Substrate,
     RoughDielectric,
+    Coat,
+    CoatedDiffuse,
+    CoatedDiffuseBase,
+    CoatedMirror,
+    CoatedConductor,
+    CoatedConductorBase,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 11] = [
+    pub const ALL: [Kind; 17] = [
         Kind::Diffuse,
         Kind::OrenNayar,
         Kind::Mirror,
@@ -58,13 +67,24 @@ impl Kind {
         Kind::DiffuseTransmission,
         Kind::Substrate,
         Kind::RoughDielectric,
+        Kind::Coat,
+        Kind::CoatedDiffuse,
+        Kind::CoatedDiffuseBase,
+        Kind::CoatedMirror,
+        Kind::CoatedConductor,
+        Kind::CoatedConductorBase,
     ];
 
     /// True if the BSDF is a sum of delta distributions: it cannot be connected to ([`Bsdf::DELTA`]).
     pub fn is_delta(self) -> bool {
         matches!(
             self,
-            Kind::Mirror | Kind::SmoothConductor | Kind::SmoothDielectric | Kind::ThinDielectric
+            Kind::Mirror
+                | Kind::SmoothConductor
+                | Kind::SmoothDielectric
+                | Kind::ThinDielectric
+                | Kind::Coat
+                | Kind::CoatedMirror
         )
     }
 
@@ -78,6 +98,9 @@ impl Kind {
                 | Kind::DiffuseTransmission
                 | Kind::Substrate
                 | Kind::RoughDielectric
+                | Kind::CoatedDiffuse
+                | Kind::CoatedConductor
+                | Kind::CoatedConductorBase
         )
     }
 
@@ -94,6 +117,12 @@ impl Kind {
             Kind::DiffuseTransmission => "diffuse transmission",
             Kind::Substrate => "substrate",
             Kind::RoughDielectric => "rough dielectric",
+            Kind::Coat => "coat",
+            Kind::CoatedDiffuse => "coated diffuse",
+            Kind::CoatedDiffuseBase => "diffuse under a coat",
+            Kind::CoatedMirror => "coated mirror",
+            Kind::CoatedConductor => "coated conductor",
+            Kind::CoatedConductorBase => "conductor under a coat",
         }
     }
 }
@@ -116,6 +145,12 @@ macro_rules! for_kind {
             $crate::surface::Kind::DiffuseTransmission => $self.$f::<$crate::surface::diffuse_transmission::DiffuseTransmission $(, $g)*>($($arg),*),
             $crate::surface::Kind::Substrate => $self.$f::<$crate::surface::substrate::Substrate $(, $g)*>($($arg),*),
             $crate::surface::Kind::RoughDielectric => $self.$f::<$crate::surface::rough_dielectric::Rough $(, $g)*>($($arg),*),
+            $crate::surface::Kind::Coat => $self.$f::<$crate::surface::coated_conductor::Coat $(, $g)*>($($arg),*),
+            $crate::surface::Kind::CoatedDiffuse => $self.$f::<$crate::surface::coated_diffuse::Rough $(, $g)*>($($arg),*),
+            $crate::surface::Kind::CoatedDiffuseBase => $self.$f::<$crate::surface::coated_diffuse::Base $(, $g)*>($($arg),*),
+            $crate::surface::Kind::CoatedMirror => $self.$f::<$crate::surface::coated_conductor::Smooth $(, $g)*>($($arg),*),
+            $crate::surface::Kind::CoatedConductor => $self.$f::<$crate::surface::coated_conductor::Rough $(, $g)*>($($arg),*),
+            $crate::surface::Kind::CoatedConductorBase => $self.$f::<$crate::surface::coated_conductor::Base $(, $g)*>($($arg),*),
         }
     };
 }

@@ -28,7 +28,8 @@ impl Bsdf for Plastic {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
-        sample_coated::<Self, L>(row, wo, (u, mode), diffuse_probability(row))
+        let distribution = TrowbridgeReitz::of_row(row);
+        sample_coated::<Self, L>(row, &distribution, wo, (u, mode), diffuse_probability(row))
     }
 
     #[inline(always)]

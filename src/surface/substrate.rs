@@ -33,7 +33,8 @@ impl Bsdf for Substrate {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
-        sample_coated::<Self, L>(row, wo, (u, mode), L::splat(0.5))
+        let distribution = TrowbridgeReitz::of_row(row);
+        sample_coated::<Self, L>(row, &distribution, wo, (u, mode), L::splat(0.5))
     }
 
     #[inline(always)]

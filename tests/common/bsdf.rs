@@ -1,6 +1,33 @@
 //! The kernels of all kinds of BSDF over lists of directions, and how rounding of a cosine shakes a formula.
 
-use phalanx::surface::Kind;
+use phalanx::surface::coated_conductor::Layers;
+use phalanx::surface::{Kind, coat::Interface, coated_diffuse, microfacet::pack_alphas};
+
+/// Row of a Lambertian surface under a rough coat.
+#[allow(dead_code)]
+pub fn coated_diffuse(colour: [f32; 3], eta: f32, alphas: [f32; 2], thickness: f32) -> [f32; 8] {
+    let interface = Interface::of(alphas, eta, thickness);
+    let scale = interface.scale * interface.scale;
+    let [r, g, b] = colour.map(|c| scale * coated_diffuse::base_of(c, eta, interface.internal, 5));
+    let [t, u, v] = interface.packed;
+    [r, g, b, eta, pack_alphas(alphas[0], alphas[1]), t, u, v]
+}
+
+/// Row of copper under a coat, smooth if it has no alphas.
+#[allow(dead_code)]
+pub fn coated_copper(eta: f32, coat: Option<[f32; 2]>, conductor: [f32; 2]) -> [f32; 8] {
+    let relative = |x: [f32; 3]| x.map(|x| x / eta);
+    let layers = Layers {
+        eta: relative([0.2, 0.92, 1.4]),
+        k: relative([3.9, 2.4, 2.1]),
+        coat_eta: eta,
+        coat,
+        conductor,
+        thickness: 0.01,
+        bounces: 5,
+    };
+    layers.row()
+}
 
 /// Largest change of `f` if its argument moves by a few ulps of 1: what rounding of the cosine may do.
 pub fn shaken(f: impl Fn(f64) -> f64, x: f64) -> f64 {

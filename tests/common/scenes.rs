@@ -102,6 +102,11 @@ const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vrou
 const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
 const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
 const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
+const COATED: &str = "Material \"coateddiffuse\" \"rgb reflectance\" [0.7 0.3 0.2] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
+const VARNISHED: &str = "Material \"coatedconductor\" \"float interface.roughness\" 0.2 \"float conductor.uroughness\" 0.2 \"float conductor.vroughness\" 0.4 \"bool remaproughness\" \"false\"";
+const POLISHED: &str = "Material \"coateddiffuse\" \"rgb reflectance\" [0.2 0.5 0.3]";
+const BRONZE: &str = "Material \"coatedconductor\" \"float conductor.roughness\" 0.3 \"bool remaproughness\" \"false\"";
+const CHROME: &str = "Material \"coatedconductor\" \"float thickness\" 0.1";
 const CRYSTAL: &str = "Material \"dielectric\" \"spectrum eta\" \"glass-F11\"";
 const HAZE: &str = "Material \"dielectric\" \"spectrum eta\" [400 1.8 500 1.6 700 1.5] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
 const FOIL: &str = "Material \"thindielectric\" \"spectrum eta\" [400 1.8 700 1.4]";
@@ -396,6 +401,19 @@ fn texts() -> Vec<(&'static str, String)> {
                 wave(5),
             ),
         ),
+        in_v4(build(
+            "coated balls and walls",
+            format!("{LOOK}{PINHOLE}"),
+            walls([COATED, MATTE, POLISHED, BRONZE, MATTE])
+                + &sphere(-0.5, -0.5, 0.1, 0.4, VARNISHED)
+                + &sphere(0.5, -0.6, 0.0, 0.35, CHROME)
+                + MATTE
+                + &area("5 4 3", false, &lamp())
+                + &format!(
+                    "AttributeBegin\n{BRONZE}\nTranslate 0.2 0.2 0.3 Scale 0.5 1 0.5\n{}AttributeEnd\n",
+                    wave(5)
+                ),
+        )),
         in_v4(build(
             "dispersing glass: frosted ball around a lamp, clear wedge and ball, foil",
             format!("{LOOK}{PINHOLE}"),

@@ -1,5 +1,6 @@
 //! Materials of both dialects, reduced to the kinds of [`MaterialKind`]. Defaults are those of the dialect.
 
+use super::coats;
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
@@ -80,8 +81,6 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 /// What could be used instead of a material that is not supported.
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
-        "coateddiffuse" => "diffuse, or v3's plastic in a v3 file",
-        "coatedconductor" => "conductor",
         "disney" => "uber, plastic or matte",
         "fourier" | "measured" => "metal (v3) or conductor (v4)",
         "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
@@ -101,6 +100,14 @@ pub(super) fn build(
             let mixture = mixtures::mix(set, names, materials)?;
             set.accept(&["type"]);
             return Ok(mixture);
+        }
+        (Dialect::V4, "coateddiffuse" | "coatedconductor") => {
+            let coated = match kind {
+                "coateddiffuse" => coats::diffuse(set, names)?,
+                _ => coats::conductor(set, names)?,
+            };
+            set.accept(&["type"]);
+            return Ok(coated);
         }
         (Dialect::V3, "uber" | "translucent") => {
             let built = match kind {
@@ -123,19 +130,11 @@ pub(super) fn build(
             reflectance: color_param_or(set, names, "Kr", 0.9)?,
         },
         (Dialect::V3, "metal") => MaterialKind::Conductor {
-            fresnel: eta_k(set, names)?,
+            fresnel: eta_k(set, names, "")?,
             roughness: roughness(set, names, 0.01)?,
         },
         (Dialect::V4, "conductor") => MaterialKind::Conductor {
-            fresnel: match color_param(set, names, "reflectance", Use::Albedo)? {
-                Some(_) if set.has("eta") || set.has("k") => {
-                    return Err(set.error(
-                        "\"reflectance\" and \"eta\" or \"k\" exclude each other; give one",
-                    ));
-                }
-                Some(reflectance) => ConductorFresnel::Reflectance(reflectance),
-                None => eta_k(set, names)?,
-            },
+            fresnel: conductor_fresnel(set, names, "")?,
             roughness: roughness(set, names, 0.0)?,
         },
         (Dialect::V3, "plastic") => MaterialKind::Plastic {
@@ -155,7 +154,7 @@ pub(super) fn build(
             }
         }
         (Dialect::V4, "dielectric") => {
-            let (eta, dispersion) = index(set, names)?;
+            let (eta, dispersion) = index(set, names, "eta")?;
             MaterialKind::Dielectric {
                 reflectance: Param::Constant([1.0; 3]),
                 transmittance: Param::Constant([1.0; 3]),
@@ -165,7 +164,7 @@ pub(super) fn build(
             }
         }
         (Dialect::V4, "thindielectric") => {
-            let (eta, dispersion) = index(set, names)?;
+            let (eta, dispersion) = index(set, names, "eta")?;
             MaterialKind::ThinDielectric { eta, dispersion }
         }
         (Dialect::V4, "diffusetransmission") => {
@@ -189,7 +188,7 @@ pub(super) fn build(
                     "matte, mirror, metal, glass, plastic, substrate, translucent, uber, mix or none"
                 }
                 Dialect::V4 => {
-                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, mix or interface"
+                    "diffuse, conductor, dielectric, thindielectric, diffusetransmission, coateddiffuse, coatedconductor, mix or interface"
                 }
             };
             return Err(match instead_of(other) {
@@ -204,6 +203,22 @@ pub(super) fn build(
     };
     set.accept(&["type"]);
     Ok(Built::One(material))
+}
+
+/// Of v4's conductors: `reflectance`, or `eta` and `k`, whose names begin with `prefix`.
+pub(super) fn conductor_fresnel(
+    set: &ParamSet,
+    names: &TextureNames,
+    prefix: &str,
+) -> Result<ConductorFresnel, SceneError> {
+    let given = |name: &str| set.has(&format!("{prefix}{name}"));
+    match color_param(set, names, "reflectance", Use::Albedo)? {
+        Some(_) if given("eta") || given("k") => Err(set.error(format_args!(
+            "\"reflectance\" and \"{prefix}eta\" or \"{prefix}k\" exclude each other; give one"
+        ))),
+        Some(reflectance) => Ok(ConductorFresnel::Reflectance(reflectance)),
+        None => eta_k(set, names, prefix),
+    }
 }
 
 /// What tilts the shading normals of a material of type `kind`.
@@ -255,10 +270,14 @@ pub(super) fn bump(
     })
 }
 
-fn eta_k(set: &ParamSet, names: &TextureNames) -> Result<ConductorFresnel, SceneError> {
+fn eta_k(
+    set: &ParamSet,
+    names: &TextureNames,
+    prefix: &str,
+) -> Result<ConductorFresnel, SceneError> {
     // Copper is pbrt's default metal; the dialects reduce its spectra differently.
     let or_copper = |name: &str| -> Result<Param, SceneError> {
-        if let Some(param) = color_param(set, names, name, Use::Index)? {
+        if let Some(param) = color_param(set, names, &format!("{prefix}{name}"), Use::Index)? {
             return Ok(param);
         }
         let copper = match set.dialect {
@@ -333,29 +352,30 @@ pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param,
 /// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
 const D_LINE: f32 = 587.56;
 
-/// v4's `eta` of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
-fn index(
+/// v4's index of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
+pub(super) fn index(
     set: &ParamSet,
     names: &TextureNames,
+    name: &str,
 ) -> Result<(Param, Option<Arc<IndexCurve>>), SceneError> {
-    if let Some(param) = set.find("eta")
+    if let Some(param) = set.find(name)
         && let Some(curve) = set.index_curve(param)?
     {
         let eta = positive(set, Param::Constant([curve.at(D_LINE); 3]))?;
         return Ok((eta, Some(Arc::new(curve))));
     }
-    Ok((grey_index(set, names)?, None))
+    Ok((grey_index(set, names, name)?, None))
 }
 
-fn grey_index(set: &ParamSet, names: &TextureNames) -> Result<Param, SceneError> {
+fn grey_index(set: &ParamSet, names: &TextureNames, name: &str) -> Result<Param, SceneError> {
     let is_number = set
-        .find("eta")
+        .find(name)
         .is_some_and(|p| p.ty == super::params::Type::Float);
     let eta = if is_number {
-        float_param(set, names, "eta")?
+        float_param(set, names, name)?
     } else {
         // A colour is no spectrum: the index is one number, that of its green.
-        color_param(set, names, "eta", Use::Index)?.map(|eta| match eta {
+        color_param(set, names, name, Use::Index)?.map(|eta| match eta {
             Param::Constant(c) => Param::Constant([c[1]; 3]),
             texture => texture,
         })
@@ -421,6 +441,13 @@ pub(super) fn needs_uv(
             transmittance,
             ..
         } => reflectance.iter().chain(transmittance).any(textured),
+        MaterialKind::CoatedDiffuse { reflectance, coat } => {
+            textured(reflectance) || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::CoatedConductor { alphas, coat, .. } => {
+            alphas[0] != alphas[1] || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::Coat { .. } => false,
         MaterialKind::Mixture { components } => components.iter().any(|c| {
             below(c.material) || textured(&c.weight.param()) || c.albedo.iter().any(textured)
         }),

@@ -7,6 +7,7 @@
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
 
+mod coats;
 mod color;
 mod dialect;
 mod error;

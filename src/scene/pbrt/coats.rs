@@ -1,0 +1,137 @@
+//! Surfaces under a dielectric coat (v4 `coateddiffuse`, `coatedconductor`).
+
+use super::color::Use;
+use super::error::SceneError;
+use super::materials::{Built, Part, PartMaterial, conductor_fresnel, index};
+use super::params::ParamSet;
+use super::textures::{TextureNames, color_param, color_param_or, float_param};
+use crate::scene::{Coat, ConductorFresnel, MaterialKind, Param, Weight, is_smooth};
+
+pub(super) fn diffuse(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
+    let reflectance = color_param_or(set, names, "reflectance", 0.5)?;
+    let coat = coat(set, names, "")?;
+    let base = MaterialKind::CoatedDiffuse { reflectance, coat };
+    Ok(under(coat, base, reflectance))
+}
+
+/// A surface that has its coat in it, unless that is smooth and reflects: then what it reflects, a delta distribution, and what it lets through are
+/// two components. `albedo` is about that of the surface without it.
+fn under(coat: Coat, base: MaterialKind, albedo: Param) -> Built {
+    if !coat.is_smooth() || coat.eta == 1.0 {
+        return Built::One(base);
+    }
+    let reflected = Param::Constant([mean_reflectance(coat.eta); 3]);
+    let part = |kind: MaterialKind, albedo: Param| Part {
+        material: PartMaterial::Own(kind),
+        weight: Weight::ONE,
+        albedo: vec![albedo],
+    };
+    Built::Mixture(vec![
+        part(MaterialKind::Coat { eta: coat.eta }, reflected),
+        part(base, albedo),
+    ])
+}
+
+/// Of a smooth dielectric, over a white sky; fits for either side of 1 (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+fn mean_reflectance(eta: f32) -> f32 {
+    let mean = if eta >= 1.0 {
+        (eta - 1.0) / (4.08567 + 1.00071 * eta)
+    } else {
+        0.997118 + eta * (0.1014 - eta * (0.965241 + 0.130607 * eta))
+    };
+    // Never left out: at grazing angles everything reflects.
+    mean.clamp(0.01, 1.0)
+}
+
+pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
+    let coat = coat(set, names, "interface.")?;
+    let fresnel = conductor_fresnel(set, names, "conductor.")?;
+    let [eta, k] = match fresnel {
+        ConductorFresnel::EtaK { eta, k } => [
+            constant(set, "conductor.eta", eta)?,
+            constant(set, "conductor.k", k)?,
+        ],
+        ConductorFresnel::Reflectance(r) => {
+            let r = constant(set, "reflectance", r)?.map(|r| r.clamp(0.0, 0.9999));
+            [[1.0; 3], r.map(|r| 2.0 * r.sqrt() / (1.0 - r).sqrt())]
+        }
+    };
+    let alphas = alphas(set, names, "conductor.")?;
+    let base = MaterialKind::CoatedConductor {
+        // The conductor is what the coat ends at.
+        eta: eta.map(|x| x.max(0.0) / coat.eta),
+        k: k.map(|x| x.max(0.0) / coat.eta),
+        alphas,
+        coat,
+    };
+    // Smooth layers have one direction for all of their light.
+    Ok(if is_smooth(alphas) {
+        Built::One(base)
+    } else {
+        under(coat, base, Param::Constant([0.7; 3]))
+    })
+}
+
+/// The coat of either; `prefix` is before the names of its interface's parameters.
+fn coat(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<Coat, SceneError> {
+    let name = format!("{prefix}eta");
+    let (eta, _) = index(set, names, &name)?;
+    let eta = constant(set, &name, eta)?[0];
+    let thickness = number(set, names, "thickness")?.unwrap_or(0.01);
+    if thickness < 0.0 {
+        return Err(set.error(format_args!("thickness {thickness} is negative")));
+    }
+    if let Some(albedo) = color_param(set, names, "albedo", Use::Albedo)?
+        && albedo != Param::Constant([0.0; 3])
+    {
+        return Err(set.error(
+            "a coat that scatters (\"albedo\" other than 0) is not supported; use \"rgb albedo\" [0 0 0]",
+        ));
+    }
+    // Of the scattering, and of a random walk that is not taken here.
+    set.accept(&["g", "nsamples"]);
+    let max_depth = set.int_in("maxdepth", 10, 0, i32::MAX.into())? as u32;
+    let alphas = alphas(set, names, prefix)?;
+    Ok(Coat {
+        // Nothing bends or reflects where nothing changes, however rough (pbrt-v4, `DielectricBxDF`).
+        alphas: if eta == 1.0 { [0.0; 2] } else { alphas },
+        eta: eta.clamp(1e-3, 1e3),
+        thickness,
+        max_depth,
+    })
+}
+
+fn alphas(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<[f32; 2], SceneError> {
+    let remap = set.bool_or("remaproughness", true)?;
+    let both = number(set, names, &format!("{prefix}roughness"))?.unwrap_or(0.0);
+    let one = |axis: &str| {
+        let roughness = number(set, names, &format!("{prefix}{axis}roughness"))?.unwrap_or(both);
+        if roughness < 0.0 {
+            return Err(set.error(format_args!("roughness {roughness} is negative")));
+        }
+        let alpha = if remap { roughness.sqrt() } else { roughness };
+        Ok(alpha.min(1e3))
+    };
+    Ok([one("u")?, one("v")?])
+}
+
+/// What the closed forms take for constant over a surface.
+fn number(set: &ParamSet, names: &TextureNames, name: &str) -> Result<Option<f32>, SceneError> {
+    match float_param(set, names, name)? {
+        Some(value) => Ok(Some(constant(set, name, value)?[0])),
+        None => Ok(None),
+    }
+}
+
+fn constant(set: &ParamSet, name: &str, value: Param) -> Result<[f32; 3], SceneError> {
+    match (value, set.find(name)) {
+        (Param::Constant(value), _) => Ok(value),
+        (Param::Texture(_), Some(given)) => Err(set.error_at(
+            given,
+            "textures are not supported here, in a coated material; use a constant",
+        )),
+        (Param::Texture(_), None) => Err(set.error(format_args!(
+            "a texture for \"{name}\" is not supported; use a constant"
+        ))),
+    }
+}
