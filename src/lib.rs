@@ -54,7 +54,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! To add a BSDF see [`surface`]; a light, [`light`]; an integrator: a file in [`integrate`] and a line in its `render`.
+//! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]; an integrator: a file in [`integrate`] and a
+//! line in its `render`.
 
 pub mod camera;
 pub mod chain;

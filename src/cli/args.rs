@@ -114,17 +114,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub chains: ChainArgs,
 
-    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
-    ///
-    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
-    #[arg(
-        long,
-        value_name = "EFFECTS",
-        value_delimiter = ',',
-        hide_short_help = true,
-        help_heading = "Algorithm"
-    )]
-    pub force_effects: Vec<Forced>,
+    #[command(flatten)]
+    pub effects: EffectArgs,
 
     /// Samples per pixel (pt)
     #[arg(
@@ -274,6 +265,22 @@ pub struct ChainArgs {
     pub mutations: Option<u64>,
 }
 
+// What runs beside what the scene calls for. Shared by the commands that plan a render.
+#[derive(Clone, Debug, Args)]
+pub struct EffectArgs {
+    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
+    ///
+    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
+    #[arg(
+        long,
+        value_name = "EFFECTS",
+        value_delimiter = ',',
+        hide_short_help = true,
+        help_heading = "Algorithm"
+    )]
+    pub force_effects: Vec<Forced>,
+}
+
 /// Print what a scene holds and how it would be rendered
 ///
 /// Counts, bounds, camera, film and settings; the tree rays are traced through; and the plan: which kernels and
@@ -288,16 +295,8 @@ pub struct InspectArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
     pub max_depth: Option<u32>,
 
-    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
-    ///
-    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
-    #[arg(
-        long,
-        value_name = "EFFECTS",
-        value_delimiter = ',',
-        hide_short_help = true
-    )]
-    pub force_effects: Vec<Forced>,
+    #[command(flatten)]
+    pub effects: EffectArgs,
 
     /// Print a JSON object in place of tables
     ///
@@ -348,16 +347,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
     pub max_depth: Option<u32>,
 
-    /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
-    ///
-    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
-    #[arg(
-        long,
-        value_name = "EFFECTS",
-        value_delimiter = ',',
-        hide_short_help = true
-    )]
-    pub force_effects: Vec<Forced>,
+    #[command(flatten)]
+    pub effects: EffectArgs,
 
     /// Independent paths per depth that start the chains [default: as the scene says]
     #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP))]
@@ -455,7 +446,7 @@ impl RenderArgs {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
         s.target_error = self.target_error;
         s.estimate_error = !self.no_estimate;
-        s.forced = self.force_effects.clone();
+        s.forced = self.effects.force_effects.clone();
         s.error_layers = self.error_layers;
         if self.target_error.is_some() && self.time.is_none() {
             s.mutations_per_pixel = ENDLESS;

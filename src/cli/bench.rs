@@ -73,7 +73,7 @@ fn settings(args: &BenchArgs, input: &Input) -> Settings {
         max_depth: args.max_depth.unwrap_or(scene.max_depth),
         bootstrap: args.bootstrap.unwrap_or(scene.bootstrap),
         batch: args.batch,
-        forced: args.force_effects.clone(),
+        forced: args.effects.force_effects.clone(),
         ..scene
     }
 }

@@ -30,7 +30,7 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
         let message = format!("{}: maxdepth {max_depth} is beyond {most}", input.name);
         return Err(Failure::Input(message));
     }
-    let world = World::with_forced(&input.scene, max_depth, &args.force_effects);
+    let world = World::with_forced(&input.scene, max_depth, &args.effects.force_effects);
     if args.json {
         outputs::print(&json::document(&input, &world))?;
         return Ok(ExitCode::SUCCESS);
