@@ -320,6 +320,11 @@ impl<'a> MaterialTable<'a> {
                     row[6] = coat.eta;
                     row[7] = pack_bounces(coat.thickness, coat.visits());
                 } else {
+                    // Nothing of it is textured, and the walk below takes milliseconds: once is enough, also where a bump map has the row asked for
+                    // at every hit.
+                    if let Some(known) = self.rows.get(material) {
+                        return *known;
+                    }
                     let layers = Layers {
                         eta: *eta,
                         k: *k,
