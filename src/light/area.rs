@@ -92,16 +92,10 @@ impl LightTable {
         let mut colour = Vec3::new(base[1], base[2], base[3]);
         if self.has_pictures() {
             for kind in [Kind::ImageTriangle, Kind::ImageSphere] {
-                let mask = self.mask_of::<L>(kind, light);
-                if !mask.any() {
+                let Some(lot) = self.lot(kind, light, &base) else {
                     continue;
-                }
-                let lot = Lot {
-                    kind,
-                    light,
-                    base: &base,
-                    mask,
                 };
+                let mask = lot.mask;
                 let prim = Self::column_bits(base[5], mask, light.len());
                 let uv = if kind == Kind::ImageTriangle {
                     triangle = triangle.or(mask);

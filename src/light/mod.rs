@@ -189,10 +189,6 @@ impl LightTable {
     pub fn needs_choice(&self) -> bool {
         self.kinds.len() > 1
     }
-    /// Some light can be met by chance (`s = 0` carries light).
-    pub fn any_non_delta(&self) -> bool {
-        self.kinds.iter().any(|k| !k.is_delta())
-    }
     pub fn kind(&self, light: u32) -> Kind {
         self.kinds[light as usize]
     }
@@ -218,6 +214,23 @@ impl LightTable {
             Kind::Sphere | Kind::ImageSphere => geometry.triangles() + index,
             _ => NONE,
         }
+    }
+
+    /// The lanes whose lights are of `kind`; `None` if there are none.
+    #[inline(always)]
+    fn lot<'a, L: Lanes>(
+        &self,
+        kind: Kind,
+        light: &'a [u32],
+        base: &'a [L; 8],
+    ) -> Option<Lot<'a, L>> {
+        let mask = self.mask_of::<L>(kind, light);
+        mask.any().then_some(Lot {
+            kind,
+            light,
+            base,
+            mask,
+        })
     }
 
     #[inline(always)]
@@ -264,16 +277,10 @@ impl LightTable {
         let base = L::load_rows(&self.base, light);
         for &kind in &self.present {
             let kind = if crate::BARE { Kind::Triangle } else { kind };
-            let mask = self.mask_of::<L>(kind, light);
-            if !mask.any() {
+            let Some(lot) = self.lot(kind, light, &base) else {
                 continue;
-            }
-            let lot = Lot {
-                kind,
-                light,
-                base: &base,
-                mask,
             };
+            let mask = lot.mask;
             let one = self.direct_of(geometry, lot, p, u);
             sample = DirectSample {
                 to_light: Vec3::select(mask, one.to_light, sample.to_light),
@@ -328,16 +335,10 @@ impl LightTable {
         let base = L::load_rows(&self.base, light);
         for &kind in &self.present {
             let kind = if crate::BARE { Kind::Triangle } else { kind };
-            let mask = self.mask_of::<L>(kind, light);
-            if !mask.any() {
+            let Some(lot) = self.lot(kind, light, &base) else {
                 continue;
-            }
-            let lot = Lot {
-                kind,
-                light,
-                base: &base,
-                mask,
             };
+            let mask = lot.mask;
             let one = self.emission_of(geometry, lot, u);
             sample = EmissionSample {
                 origin: Vec3::select(mask, one.origin, sample.origin),

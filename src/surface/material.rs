@@ -31,7 +31,9 @@ pub struct Entry {
     pub anisotropic: bool,
     /// Its index of refraction depends on the wavelength. Never of a mixture: one of its components' may.
     pub dispersive: bool,
-    /// Its row, or its shading normal, must be evaluated per hit: textured or dispersive.
+    /// Its row depends on the place or on the wavelength.
+    varies: bool,
+    /// Its hits have rows of their own: the row or the shading normal differs from hit to hit.
     pub per_hit: bool,
     /// It has no row: one of its components is chosen per hit ([`MaterialTable::choose`]).
     pub mixture: bool,
@@ -78,6 +80,7 @@ impl<'a> MaterialTable<'a> {
                 textured: textured || bump.is_some(),
                 anisotropic: is_anisotropic(kind),
                 dispersive: kind.dispersion().is_some(),
+                varies: textured || kind.dispersion().is_some(),
                 per_hit: textured || bump.is_some() || kind.dispersion().is_some(),
                 mixture: false,
             };
@@ -113,7 +116,7 @@ impl<'a> MaterialTable<'a> {
             images.sort();
             images.dedup();
             table.looked_up.push(images);
-            let row = table.evaluate(table.entries.len() - 1, &Place::default(), 0.0);
+            let row = table.row(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
         table
@@ -121,7 +124,8 @@ impl<'a> MaterialTable<'a> {
 
     /// Has every row evaluated per hit, as those of textured materials are.
     pub fn evaluate_per_hit(&mut self) {
-        for entry in &mut self.entries {
+        for (entry, material) in self.entries.iter_mut().zip(self.materials) {
+            entry.varies = !params(&material.kind).is_empty();
             entry.per_hit = true;
         }
         self.uses_uv = true;
@@ -217,6 +221,14 @@ impl<'a> MaterialTable<'a> {
     /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only dispersive materials know); zero of a
     /// mixture.
     pub fn evaluate(&self, material: usize, place: &Place, nm: f32) -> Row {
+        if self.entries[material].varies {
+            self.row(material, place, nm)
+        } else {
+            self.rows[material]
+        }
+    }
+
+    fn row(&self, material: usize, place: &Place, nm: f32) -> Row {
         let index = |eta: Param, curve: &Option<Arc<IndexCurve>>| match curve {
             Some(curve) => curve.at(nm),
             None => texture::evaluate(self.textures, self.images, eta, place)[0],
@@ -320,11 +332,6 @@ impl<'a> MaterialTable<'a> {
                     row[6] = coat.eta;
                     row[7] = pack_bounces(coat.thickness, coat.visits());
                 } else {
-                    // Nothing of it is textured, and the walk below takes milliseconds: once is enough, also where a bump map has the row asked for
-                    // at every hit.
-                    if let Some(known) = self.rows.get(material) {
-                        return *known;
-                    }
                     let layers = Layers {
                         eta: *eta,
                         k: *k,

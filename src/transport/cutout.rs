@@ -20,12 +20,15 @@ pub struct Through {
 }
 
 impl Through {
-    fn reserve(&mut self, n: usize) {
+    /// Room for `n` rays, and for the paths whose rays are on their way and go on; no path is.
+    fn start(&mut self, n: usize) -> (&mut Vec<Row>, &mut List, &mut List) {
         if self.rays.len() < n {
             self.rays.resize(n, Row::default());
         }
         self.left.reserve(n);
         self.next.reserve(n);
+        self.left.clear();
+        (&mut self.rays, &mut self.left, &mut self.next)
     }
 }
 
@@ -42,13 +45,7 @@ impl World<'_> {
         if !self.plan.cutouts {
             return 0;
         }
-        through.reserve(rays.len());
-        let Through {
-            rays: beyond,
-            left,
-            next,
-        } = through;
-        left.clear();
+        let (beyond, left, next) = through.start(rays.len());
         left.extend(list);
         let mut more = 0;
         for _ in 0..self.most_layers() {
@@ -90,13 +87,7 @@ impl World<'_> {
         if !self.plan.cutouts {
             return 0;
         }
-        through.reserve(rays.len());
-        let Through {
-            rays: beyond,
-            left,
-            next,
-        } = through;
-        left.clear();
+        let (beyond, left, next) = through.start(rays.len());
         for &i in list {
             beyond[i as usize] = rays[i as usize];
             left.push_if(i, blocked[i as usize] != 0);
