@@ -23,12 +23,12 @@
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
 //! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
-//! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
+//! | [`transport`] | subpaths walked in waves, joined, weighed; the hosts that chains march over | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
+//! | [`integrate`] | schedules over all of it: `mmlt`, `pssmlt`, `pt`; how fast they are: `measure` | how they were asked for |
 //! | [`converge`] | error against time: which integrator and settings win, and a report of it | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
@@ -55,7 +55,7 @@
 //! ```
 //!
 //! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]; an integrator: a file in [`integrate`] and a
-//! line in its `render`.
+//! line in its `render`; what Markov chains mutate, [`transport::Host`].
 
 pub mod camera;
 pub mod chain;

@@ -9,7 +9,7 @@ mod support;
 
 use phalanx::integrate::{EndedBy, Render, Settings, Silent, render};
 use phalanx::metrics;
-use phalanx::scene::{self, IntegratorKind, Scene};
+use phalanx::scene::{self, HostKind, IntegratorKind, Scene};
 use std::path::Path;
 use std::time::Duration;
 
@@ -112,12 +112,15 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
     }
 }
 
+const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
+
 /// Scene, integrator, mutations or samples per pixel, and bootstrap paths: few paths find the slit.
-const CASES: [(&str, &str, IntegratorKind, u64, u64); 4] = [
+const CASES: [(&str, &str, IntegratorKind, u64, u64); 5] = [
     ("easy", EASY, IntegratorKind::Mmlt, 64, 20_000),
     ("caustic", CAUSTIC, IntegratorKind::Mmlt, 128, 20_000),
     ("slit", SLIT, IntegratorKind::Mmlt, 256, 200_000),
     ("easy", EASY, IntegratorKind::Pt, 32, 1),
+    ("easy", EASY, OVER_PT, 16, 20_000),
 ];
 
 fn check(side: u32, renders: u64, effort: u64) {
@@ -181,7 +184,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         time: Some(Duration::from_secs(60)),
         ..Settings::of(&scene)
     };
-    for integrator in [IntegratorKind::Mmlt, IntegratorKind::Pt] {
+    for integrator in [IntegratorKind::Mmlt, IntegratorKind::Pt, OVER_PT] {
         let done = support::run(
             &scene,
             &Settings {

@@ -4,7 +4,7 @@ mod support;
 
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
-use phalanx::scene::{Scene, load, load_str};
+use phalanx::scene::{HostKind, IntegratorKind, Scene, load, load_str};
 use std::path::Path;
 use support::{BOTH, run};
 
@@ -92,7 +92,8 @@ fn reference(name: &str) -> Scene {
 
 /// Renders with every schedule there is and expects the bits of the first.
 fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
-    for (integrator, effort) in BOTH.into_iter().zip(effort) {
+    let whole = HostKind::ALL.map(|host| (IntegratorKind::Pssmlt(host), effort[0].max(2)));
+    for (integrator, effort) in BOTH.into_iter().zip(effort).chain(whole) {
         let plain = Settings {
             integrator,
             seed: 3,

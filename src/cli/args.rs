@@ -13,7 +13,7 @@ pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::integrate::{Settings, StrategyChoice, Width};
 use crate::plan::Forced;
-use crate::scene::{Film, IntegratorKind, Scene};
+use crate::scene::{Film, HostKind, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
 ///
@@ -109,7 +109,13 @@ pub struct RenderArgs {
 
     /// Algorithm
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
-    pub integrator: Option<Integrator>,
+    pub integrator: Option<IntegratorKind>,
+
+    /// Whose samples are mutated (pssmlt) [default: pt]
+    ///
+    /// `--integrator pssmlt --host pt` is `--integrator pssmlt-pt`.
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub host: Option<Host>,
 
     #[command(flatten)]
     pub chains: ChainArgs,
@@ -214,9 +220,9 @@ pub struct ChainArgs {
     )]
     pub max_depth: Option<u32>,
 
-    /// Markov chains, over all path depths (mmlt)
+    /// Markov chains, over all path depths (mmlt, pssmlt)
     ///
-    /// Every depth that carries light gets at least 512, or N if that is fewer.
+    /// Every depth that carries light (mmlt) gets at least 512, or N if that is fewer.
     #[arg(
         long,
         value_name = "N",
@@ -225,7 +231,7 @@ pub struct ChainArgs {
     )]
     pub chains: Option<u64>,
 
-    /// Independent paths per depth that estimate the picture's brightness and start the chains (mmlt)
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's brightness and start the chains
     #[arg(
         long,
         value_name = "N",
@@ -234,11 +240,11 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt)
+    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt, pssmlt)
     #[arg(long, value_name = "P", value_parser = probability, help_heading = "Algorithm")]
     pub large_step: Option<f32>,
 
-    /// Standard deviation of small mutations, in primary sample space (mmlt)
+    /// Standard deviation of small mutations, in primary sample space (mmlt, pssmlt)
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<f32>,
 
@@ -255,7 +261,9 @@ pub struct ChainArgs {
     )]
     pub seed: u64,
 
-    /// Mutations per pixel (mmlt)
+    /// Mutations per pixel (mmlt, pssmlt)
+    ///
+    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths.
     #[arg(
         long,
         value_name = "N",
@@ -308,7 +316,7 @@ pub struct InspectArgs {
 /// Measure how fast this machine renders a scene, and where the time goes
 ///
 /// What eight SIMD lanes buy over one, what threads buy, what each stage of a mutation takes, and how full the lanes are; for
-/// Metropolis light transport, whatever the scene file asks for. To stdout, as tables or as JSON.
+/// Markov chains, whatever the scene file asks for. To stdout, as tables or as JSON.
 ///
 /// What is compared takes turns in seven short rounds; figures are medians. No picture is written.
 #[derive(Debug, Args)]
@@ -338,6 +346,10 @@ pub struct BenchArgs {
         value_parser = value_parser!(u32).range(0..=1024)
     )]
     pub threads: u32,
+
+    /// Algorithm: mmlt, or one of pssmlt [default: mmlt]
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<IntegratorKind>,
 
     /// Markov chains that march together, of each depth [default: as renders do]
     #[arg(long, value_name = "N", value_parser = batch)]
@@ -373,12 +385,38 @@ impl ValueEnum for Forced {
     }
 }
 
+impl ValueEnum for IntegratorKind {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        // As a sentence begins.
+        let mut title = self.title().to_owned();
+        title[..1].make_ascii_uppercase();
+        let value = PossibleValue::new(self.name()).help(title);
+        Some(match self {
+            Self::Pssmlt(Host::DEFAULT) => value.alias("pssmlt"),
+            _ => value,
+        })
+    }
+}
+
+/// Whose samples are mutated, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Integrator {
-    /// Multiplexed Metropolis light transport
-    Mmlt,
+pub enum Host {
     /// Path tracing
     Pt,
+}
+
+impl Host {
+    const DEFAULT: HostKind = HostKind::Pt;
+
+    pub fn kind(self) -> HostKind {
+        match self {
+            Host::Pt => HostKind::Pt,
+        }
+    }
 }
 
 /// How chains choose strategies, by name.
@@ -422,10 +460,9 @@ impl RenderArgs {
     /// Applies the flags to what the scene says. `pixels` is the size of the crop window.
     pub fn apply(&self, settings: &mut Settings, pixels: u64) {
         let s = settings;
-        match self.integrator {
-            Some(Integrator::Mmlt) => s.integrator = IntegratorKind::Mmlt,
-            Some(Integrator::Pt) => s.integrator = IntegratorKind::Pt,
-            None => {}
+        s.integrator = self.integrator.unwrap_or(s.integrator);
+        if let (IntegratorKind::Pssmlt(_), Some(host)) = (s.integrator, self.host) {
+            s.integrator = IntegratorKind::Pssmlt(host.kind());
         }
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
@@ -458,10 +495,18 @@ impl RenderArgs {
 
     /// Flags given that mean nothing to an integrator.
     pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
-        match integrator {
-            IntegratorKind::Mmlt => self.spp.iter().map(|_| "--spp").collect(),
-            IntegratorKind::Pt => self.chains.given(),
+        let mut idle = match integrator.mutates() {
+            true => self.spp.iter().map(|_| "--spp").collect(),
+            false => self.chains.given(),
+        };
+        let whole = matches!(integrator, IntegratorKind::Pssmlt(_));
+        if whole && self.chains.strategy_choice.is_some() {
+            idle.push("--strategy-choice");
         }
+        if !whole && self.host.is_some() {
+            idle.push("--host");
+        }
+        idle
     }
 }
 

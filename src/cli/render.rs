@@ -103,7 +103,7 @@ fn summary(render: &Render) -> String {
     let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
     let size = format!("{} x {} pixels", stats.width, stats.height);
     let rays = units::si(stats.rays_per_second);
-    let mut line = if stats.integrator == "pt" {
+    let mut line = if stats.mutations == 0 && stats.samples > 0 {
         format!(
             "{size} in {time}: {} samples, {} samples/s, {rays} rays/s, mean radiance {:.5}",
             units::si(stats.samples as f64),
@@ -208,8 +208,8 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
         ),
         ("scene", text(scene)),
     ];
-    match settings.integrator {
-        IntegratorKind::Mmlt => list.extend([
+    match settings.integrator.mutates() {
+        true => list.extend([
             ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
             ("chains", integer(settings.chains)),
             ("bootstrap", integer(settings.bootstrap)),
@@ -218,11 +218,13 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
                 AttributeValue::Float(settings.large_step_probability.into()),
             ),
             ("sigma", AttributeValue::Float(settings.sigma.into())),
-            ("strategy_choice", text(settings.strategy_choice.name())),
         ]),
-        IntegratorKind::Pt => {
+        false => {
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
         }
+    }
+    if settings.integrator == IntegratorKind::Mmlt {
+        list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
     let mut list: Vec<Attribute> = (list.into_iter())
         .map(|(name, value)| Attribute {

@@ -1,11 +1,14 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
 mod bootstraps;
+mod chains;
 mod error;
+mod light;
 pub mod measure;
 mod mixed;
 mod mmlt;
 mod needs;
+mod pssmlt;
 mod pt;
 mod revisit;
 mod schedule;
@@ -36,11 +39,11 @@ pub struct Settings {
     pub max_depth: u32,
     /// Samples per pixel (path tracer).
     pub samples_per_pixel: u64,
-    /// Mutations per pixel (MMLT).
+    /// Mutations per pixel (Metropolis integrators).
     pub mutations_per_pixel: u64,
     /// Chains over all depths; every depth that carries light has enough to fill the lanes, if this is enough for one depth.
     pub chains: u64,
-    /// Bootstrap paths per depth.
+    /// Bootstrap paths per depth, or of all depths at once (PSSMLT).
     pub bootstrap: u64,
     pub large_step_probability: f32,
     /// Standard deviation of small steps.
@@ -275,6 +278,8 @@ pub fn render(
     let mut render = pool.install(|| match (settings.integrator, settings.lanes) {
         (IntegratorKind::Mmlt, Width::Eight) => mmlt::render::<f32x8>(&run),
         (IntegratorKind::Mmlt, Width::One) => mmlt::render::<f32>(&run),
+        (IntegratorKind::Pssmlt(host), Width::Eight) => pssmlt::render::<f32x8>(&run, host),
+        (IntegratorKind::Pssmlt(host), Width::One) => pssmlt::render::<f32>(&run, host),
         (IntegratorKind::Pt, Width::Eight) => pt::render::<f32x8>(&run),
         (IntegratorKind::Pt, Width::One) => pt::render::<f32>(&run),
     });
@@ -396,7 +401,7 @@ pub fn check(settings: &Settings) -> Result<(), RenderError> {
             s.sigma
         ));
     }
-    if s.integrator == IntegratorKind::Mmlt && (s.chains == 0 || s.bootstrap == 0) {
+    if s.integrator.mutates() && (s.chains == 0 || s.bootstrap == 0) {
         return fail("chains and bootstrap samples must be at least 1".into());
     }
     if s.chains > crate::chain::batch::MAX_CHAINS_PER_DEPTH as u64 {

@@ -1,9 +1,10 @@
 //! What memory a render needs, before any of it is allocated.
 
-use super::{Settings, mmlt};
+use super::Settings;
+use super::chains::Method;
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{HostKind, IntegratorKind, Scene};
 use crate::simd::Row;
 use std::fmt;
 
@@ -55,10 +56,13 @@ impl Needs {
         ];
         let mut rendering = vec![tables, program, tree(BUILT, ""), film];
         let mut phases = vec![building];
-        if settings.integrator == IntegratorKind::Mmlt {
-            let depths = u64::from(settings.max_depth) + 1;
-            let paths = settings.bootstrap.saturating_mul(depths);
-            let why = format!("{} paths for each of {depths} depths", settings.bootstrap);
+        if settings.integrator.mutates() {
+            let integrals = integrals(settings);
+            let paths = settings.bootstrap.saturating_mul(integrals);
+            let mut why = format!("{} paths", settings.bootstrap);
+            if integrals > 1 {
+                why += &format!(" for each of {integrals} depths");
+            }
             let mut bootstrap = rendering[..3].to_vec();
             let bytes = paths.saturating_mul(size_of::<f32>() as u64);
             bootstrap.push(need("bootstrap", bytes, why));
@@ -99,8 +103,9 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
     let pixels = scene.film.crop_pixels();
     let judged = u64::from(settings.estimate_error);
     let sums = match settings.integrator {
-        IntegratorKind::Mmlt => {
-            let layers = mmlt::layers(settings.max_depth as usize + 1) as u64;
+        kind @ (IntegratorKind::Mmlt | IntegratorKind::Pssmlt(_)) => {
+            let combined = matches!(kind, IntegratorKind::Pssmlt(_));
+            let layers = Method::layers(integrals(settings) as usize, combined) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
         IntegratorKind::Pt => pixels * (1 + judged) * size_of::<[i128; 3]>() as u64,
@@ -109,8 +114,19 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
     sums + pixels * pictures * size_of::<[f32; 3]>() as u64
 }
 
+/// Integrals that chains are shared among.
+fn integrals(settings: &Settings) -> u64 {
+    match settings.integrator {
+        IntegratorKind::Mmlt => u64::from(settings.max_depth) + 1,
+        _ => 1,
+    }
+}
+
 /// Chains: their primary samples twice, their states, and what is recorded of them.
 fn chains(scene: &Scene, settings: &Settings) -> Need {
+    if let IntegratorKind::Pssmlt(host) = settings.integrator {
+        return whole_chains(scene, settings, host);
+    }
     let chain = |depth: u64| {
         // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission, connection.
         let samples = 16 + 6 * depth;
@@ -137,6 +153,28 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
         part: "chains",
         bytes,
         why: format!("{} and more of up to {deepest} bounces", settings.chains),
+    }
+}
+
+/// Chains of all depths at once.
+fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
+    let depth = u64::from(settings.max_depth);
+    // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its connection included.
+    let (samples, splats) = match host {
+        HostKind::Pt => (5 + 7 * depth, 1),
+    };
+    let states = splats * 2 * size_of::<Row>() as u64 + 64;
+    let mut bytes = settings.chains * (8 * samples + states);
+    if settings.estimate_error {
+        let batches = settings.chains / 256 + 2;
+        let tiles = Tiling::new(scene.film.crop).len() as u64;
+        bytes += settings.chains * 280 + batches * tiles * 64 + tiles * (3 * GROUPS * 8) as u64;
+    }
+    let up_to = format!("{} of up to {depth} bounces", settings.chains);
+    Need {
+        part: "chains",
+        bytes,
+        why: up_to,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::bootstraps::bootstraps;
 use super::schedule::{Start, allot};
-use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool};
+use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool};
 use crate::chain::batch::{Batch, State, Step};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
@@ -41,7 +41,7 @@ pub struct Visit {
 }
 
 /// Makes the bootstrap and marches one chain to an iteration of it, exactly as [`render`](super::render) does with these settings (of
-/// Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
+/// multiplexed Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
 ///
 /// # Errors
 /// Settings out of range, thread pools that cannot be had, and chains or iterations that the render does not have; the observer's stop.
@@ -72,17 +72,19 @@ pub fn revisit(
         observer,
         start: Instant::now(),
     };
+    let method = mmlt::method(&world.plan);
     let all: Vec<Bootstrap> = pool(settings.threads)?.install(|| {
         let stop = || observer.stop().then_some(EndedBy::Observer);
-        bootstraps::<f32x8>(world, settings, &stop, |_, _| {}).depths
+        bootstraps::<f32x8>(world, &method.hosts, settings, &stop, |_, _| {}).hosts
     });
     if all.iter().any(Bootstrap::is_short) {
         return fail("stopped".into());
     }
     let area = world.camera.region.area();
     let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
-    let allotments = allot(&run, &all, mutations);
-    let Some(allotment) = allotments.iter().find(|a| a.depth == depth as usize) else {
+    let allotments = allot(&run, &method, &all, mutations);
+    let own = allotments.iter().find(|a| a.host.depth() == Some(depth));
+    let Some((allotment, plan)) = own.and_then(|a| Some((a, a.host.plan()?))) else {
         return fail(format!(
             "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
             settings.bootstrap
@@ -111,7 +113,6 @@ pub fn revisit(
         settings.sigma,
     );
     let mut paths = Paths::new(world);
-    let plan = &allotment.plan;
     let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
     for _ in 0..iteration {
         if observer.stop() {
@@ -122,7 +123,7 @@ pub fn revisit(
     let state = batch.state(chain - first);
     batch.step::<f32x8>(world, &kernel, &mut paths);
     Ok(Visit {
-        plan: allotment.plan.clone(),
+        plan: plan.clone(),
         chains: allotment.chains,
         iterations: allotment.iterations,
         start: seeds[chain],

@@ -491,6 +491,47 @@ pub struct IntegratorSettings {
 pub enum IntegratorKind {
     Mmlt,
     Pt,
+    /// Over a host.
+    Pssmlt(HostKind),
+}
+
+impl IntegratorKind {
+    pub const ALL: [Self; 3] = [Self::Mmlt, Self::Pt, Self::Pssmlt(HostKind::Pt)];
+
+    /// As flags and figures have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mmlt => "mmlt",
+            Self::Pt => "pt",
+            Self::Pssmlt(HostKind::Pt) => "pssmlt-pt",
+        }
+    }
+
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Mmlt => "multiplexed Metropolis light transport",
+            Self::Pt => "path tracing",
+            Self::Pssmlt(HostKind::Pt) => {
+                "primary sample space Metropolis light transport over path tracing"
+            }
+        }
+    }
+
+    /// True if it mutates paths; the others make independent samples.
+    pub fn mutates(self) -> bool {
+        matches!(self, Self::Mmlt | Self::Pssmlt(_))
+    }
+}
+
+/// Whose samples are mutated ([`IntegratorKind::Pssmlt`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostKind {
+    Pt,
+}
+
+impl HostKind {
+    pub const ALL: [Self; 1] = [Self::Pt];
 }
 
 impl Default for IntegratorSettings {

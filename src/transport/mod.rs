@@ -7,6 +7,7 @@
 //! 4. [`connect`] joins tips with one visibility ray.
 //! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
 //! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 7. [`host`] names the ways of evaluation that chains can march over.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -15,6 +16,7 @@ pub mod connect;
 pub mod cutout;
 mod dispersion;
 pub mod evaluate;
+pub mod host;
 mod list;
 pub mod mis;
 pub mod paths;
@@ -23,6 +25,7 @@ mod sort;
 pub mod walk;
 pub mod wavelength;
 
+pub use self::host::Host;
 pub use self::paths::{Outcome, Paths};
 
 use crate::camera::Camera;

@@ -6,8 +6,7 @@ use clap::{Args, value_parser};
 
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::cli::args::{
-    ChoiceName, Integrator, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution,
-    sigma,
+    ChoiceName, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
 #[cfg(feature = "switches")]
@@ -43,7 +42,7 @@ pub struct ConvergeArgs {
         default_value = "pt,mmlt",
         help_heading = "Variants"
     )]
-    pub integrators: Vec<Integrator>,
+    pub integrators: Vec<IntegratorKind>,
 
     /// SIMD widths
     #[arg(
@@ -67,7 +66,7 @@ pub struct ConvergeArgs {
     )]
     pub max_depth: Vec<u32>,
 
-    /// Markov chains, over all path depths (mmlt) [default: as the scene says]
+    /// Markov chains, over all path depths (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "N,...",
@@ -77,7 +76,7 @@ pub struct ConvergeArgs {
     )]
     pub chains: Vec<u64>,
 
-    /// Independent paths per depth that start the chains (mmlt) [default: as the scene says]
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that start the chains [default: as the scene says]
     #[arg(
         long,
         value_name = "N,...",
@@ -87,7 +86,7 @@ pub struct ConvergeArgs {
     )]
     pub bootstrap: Vec<u64>,
 
-    /// Probabilities of large mutations, 0 to 1 (mmlt) [default: as the scene says]
+    /// Probabilities of large mutations, 0 to 1 (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "P,...",
@@ -97,7 +96,7 @@ pub struct ConvergeArgs {
     )]
     pub large_step: Vec<f32>,
 
-    /// Standard deviations of small mutations (mmlt) [default: as the scene says]
+    /// Standard deviations of small mutations (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "S,...",
@@ -220,7 +219,7 @@ pub struct ConvergeArgs {
         conflicts_with = "reference",
         help_heading = "Reference"
     )]
-    pub reference_integrator: Integrator,
+    pub reference_integrator: IntegratorKind,
 
     /// Budget of the reference that is rendered, in multiples of the largest
     #[arg(
@@ -294,27 +293,21 @@ fn reference_factor(text: &str) -> Result<f64, String> {
     number_in(text, 1e-3, 1e6)
 }
 
-pub fn kind(integrator: Integrator) -> IntegratorKind {
-    match integrator {
-        Integrator::Mmlt => IntegratorKind::Mmlt,
-        Integrator::Pt => IntegratorKind::Pt,
-    }
-}
-
 fn any(_: IntegratorKind) -> bool {
     true
 }
 
+/// Those that choose among the strategies of a depth.
+fn multiplexed(kind: IntegratorKind) -> bool {
+    kind == IntegratorKind::Mmlt
+}
+
 /// Those that mutate paths.
 fn metropolis(kind: IntegratorKind) -> bool {
-    matches!(kind, IntegratorKind::Mmlt)
+    kind.mutates()
 }
 
 impl ConvergeArgs {
-    pub fn kinds(&self) -> Vec<IntegratorKind> {
-        self.integrators.iter().copied().map(kind).collect()
-    }
-
     /// The settings that are swept, each with the flag it comes from.
     pub fn axes(&self) -> Vec<(&'static str, Axis)> {
         let width = |lanes: &Lanes| match lanes {
@@ -377,7 +370,7 @@ impl ConvergeArgs {
                 "--strategy-choice",
                 Axis::new(
                     "strategy choice",
-                    metropolis,
+                    multiplexed,
                     &self.strategy_choice,
                     |c| text(c.setting().name()),
                     |s, v| s.strategy_choice = v.setting(),
