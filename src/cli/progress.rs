@@ -10,7 +10,6 @@ use super::messages::{Messages, dumb_terminal};
 use super::signals::Signals;
 use super::units;
 use crate::integrate::{Observer, Phase, Settings};
-use crate::scene::IntegratorKind;
 
 /// Shows progress, and ends the render when a signal has come.
 pub struct Progress<'a> {
@@ -72,7 +71,6 @@ pub(super) fn bar(steps: u64, template: &str, messages: Messages) -> Option<Prog
 
 impl<'a> Progress<'a> {
     pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings) -> Self {
-        let integrator = settings.integrator;
         let bar = bar(
             STEPS,
             "{prefix:9} [{bar:30}] {percent:>3} %  {msg}",
@@ -82,9 +80,9 @@ impl<'a> Progress<'a> {
         Self {
             signals,
             messages,
-            unit: match integrator {
-                IntegratorKind::Mmlt => "mutations",
-                IntegratorKind::Pt => "samples",
+            unit: match settings.integrator.mutates() {
+                true => "mutations",
+                false => "samples",
             },
             limit: settings.time,
             target: settings.target_error,
