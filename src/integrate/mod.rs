@@ -136,7 +136,7 @@ impl StrategyChoice {
 /// What a render is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// The tree that rays are traced through: 0 of 1, then 1 of 1.
+    /// The tree that rays are traced through: 0 of its primitives, then all of them (at least 1).
     Build,
     /// Bootstrap paths.
     Bootstrap,
@@ -273,9 +273,10 @@ pub fn render(
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
-    observer.progress(Phase::Build, 0, 1);
+    let primitives = (scene.triangles.len() + scene.spheres.len()).max(1) as u64;
+    observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
-    observer.progress(Phase::Build, 1, 1);
+    observer.progress(Phase::Build, primitives, primitives);
     if crate::BARE
         && let [first, ..] = &world.plan.effects.beyond_bare()[..]
     {

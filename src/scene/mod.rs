@@ -8,6 +8,7 @@
 mod budget;
 pub mod film;
 pub mod image;
+mod loading;
 pub mod pbrt;
 pub mod ply;
 pub mod shapes;
@@ -19,6 +20,7 @@ use spectrum::IndexCurve;
 use std::sync::Arc;
 
 pub use self::image::Image;
+pub use self::loading::Loading;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
 pub use self::texture::{
     Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,

@@ -129,7 +129,11 @@ impl World<'_> {
         lens.clear();
         general.clear();
         self.link_direct::<L>(paths, samples, &lists.direct, at, direct);
-        self.link_lens::<L>(paths, samples, &lists.lens, at, lens);
+        if self.camera.is_pinhole() {
+            self.link_lens::<L, true>(paths, samples, &lists.lens, at, lens);
+        } else {
+            self.link_lens::<L, false>(paths, samples, &lists.lens, at, lens);
+        }
         self.link_tips::<L>(paths, &lists.general, general);
         for (list, side) in [
             (&*direct, Side::Camera),
@@ -238,7 +242,7 @@ impl World<'_> {
         }
     }
 
-    fn link_lens<L: Lanes>(
+    fn link_lens<L: Lanes, const PINHOLE: bool>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
@@ -248,7 +252,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
-            let lens = if self.camera.connects_by_choice() {
+            let lens = if !PINHOLE && self.camera.connects_by_choice() {
                 (
                     samples.gather(at.point, chunk),
                     samples.gather(at.point + 1, chunk),
@@ -256,7 +260,7 @@ impl World<'_> {
             } else {
                 (L::zero(), L::zero())
             };
-            let link = self.camera.connect(tip.p, lens);
+            let link = self.camera.connect::<L, PINHOLE>(tip.p, lens);
             shadow_ray(
                 &mut paths.ray,
                 chunk,
