@@ -112,15 +112,28 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
     }
 }
 
-const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
-
 /// Scene, integrator, mutations or samples per pixel, and bootstrap paths: few paths find the slit.
-const CASES: [(&str, &str, IntegratorKind, u64, u64); 5] = [
+const CASES: [(&str, &str, IntegratorKind, u64, u64); 8] = [
     ("easy", EASY, IntegratorKind::Mmlt, 64, 20_000),
     ("caustic", CAUSTIC, IntegratorKind::Mmlt, 128, 20_000),
     ("slit", SLIT, IntegratorKind::Mmlt, 256, 200_000),
     ("easy", EASY, IntegratorKind::Pt, 32, 1),
-    ("easy", EASY, OVER_PT, 16, 20_000),
+    ("easy", EASY, IntegratorKind::Bdpt, 16, 1),
+    ("easy", EASY, IntegratorKind::Lt, 32, 1),
+    (
+        "easy",
+        EASY,
+        IntegratorKind::Pssmlt(HostKind::Pt),
+        16,
+        20_000,
+    ),
+    (
+        "easy",
+        EASY,
+        IntegratorKind::Pssmlt(HostKind::Bdpt),
+        8,
+        20_000,
+    ),
 ];
 
 fn check(side: u32, renders: u64, effort: u64) {
@@ -184,7 +197,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         time: Some(Duration::from_secs(60)),
         ..Settings::of(&scene)
     };
-    for integrator in [IntegratorKind::Mmlt, IntegratorKind::Pt, OVER_PT] {
+    for integrator in IntegratorKind::ALL {
         let done = support::run(
             &scene,
             &Settings {

@@ -5,9 +5,12 @@ use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
 use phalanx::scene::load_str;
+use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::simd::{Lanes, f32x8};
+use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
-use phalanx::transport::{Host, World};
+use phalanx::transport::samples::Samples;
+use phalanx::transport::{Host, Paths, World};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -56,7 +59,7 @@ const WARM_UP: u32 = 200;
 /// Iterations that may not allocate; splat logs go to the film several times meanwhile.
 const ITERATIONS: u32 = 200;
 
-/// Requests for memory that marching makes after it is warm, depth by depth, and for all depths at once.
+/// Requests for memory that marching makes after it is warm, depth by depth, and for hosts of all depths.
 fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
     let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
     let world = World::new(&scene, 6);
@@ -74,8 +77,11 @@ fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
     };
     let mut workspace = Workspace::new(&world);
     let mut found = Vec::new();
-    let whole = Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 6));
-    let hosts = world.plan.depths.iter().map(Host::from).chain([whole]);
+    let whole = [
+        Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 6)),
+        Host::Bidirectional(BidirectionalLayout::new(&world)),
+    ];
+    let hosts = world.plan.depths.iter().map(Host::from).chain(whole);
     for host in hosts {
         let bootstrap = Bootstrap::run::<f32x8>(&world, &host, 1, 10_000, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
@@ -95,7 +101,7 @@ fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
         march(ITERATIONS);
         found.push((host.depth(), REQUESTS.get() - before));
     }
-    assert!(found.len() >= 4, "the scene has light at few depths");
+    assert!(found.len() >= 5, "the scene has light at few depths");
     found
 }
 
@@ -121,6 +127,34 @@ fn textures_sky_and_lens() {
 #[test]
 fn several_lights_and_materials() {
     expect_none(include_str!("reference/room-v4.pbrt"));
+}
+
+/// Bidirectional evaluations, which keep every vertex, with parts and without.
+#[test]
+fn kept_vertices() {
+    let scene = load_str(
+        include_str!("reference/room-v4.pbrt"),
+        "scene.pbrt",
+        Path::new(""),
+    );
+    let scene = scene.unwrap();
+    let world = World::new(&scene, 6);
+    let mut paths = Paths::new(&world);
+    let all = BidirectionalLayout::new(&world);
+    for layout in [all.clone(), all.with_parts()] {
+        let mut samples = Samples::new(layout.total(), CHAINS);
+        let mut evaluate = |batches: std::ops::Range<u32>| {
+            for i in batches {
+                let stream = Stream::new(1, Purpose::Bidirectional);
+                samples.fill::<f32x8>(&stream, CHAINS, |path| [path as u32, i]);
+                world.evaluate_bidirectional::<f32x8>(&layout, &samples, CHAINS, &mut paths);
+            }
+        };
+        evaluate(0..50);
+        let before = REQUESTS.get();
+        evaluate(50..100);
+        assert_eq!(REQUESTS.get() - before, 0);
+    }
 }
 
 #[test]

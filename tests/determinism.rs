@@ -4,9 +4,9 @@ mod support;
 
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
-use phalanx::scene::{HostKind, IntegratorKind, Scene, load, load_str};
+use phalanx::scene::{IntegratorKind, Scene, load, load_str};
 use std::path::Path;
-use support::{BOTH, run};
+use support::run;
 
 /// Every kind of light, material, shape and texture at once, through an open lens, a wide filter and a crop window.
 fn everything() -> Scene {
@@ -92,8 +92,14 @@ fn reference(name: &str) -> Scene {
 
 /// Renders with every schedule there is and expects the bits of the first.
 fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
-    let whole = HostKind::ALL.map(|host| (IntegratorKind::Pssmlt(host), effort[0].max(2)));
-    for (integrator, effort) in BOTH.into_iter().zip(effort).chain(whole) {
+    let [samples, mutations] = effort;
+    for integrator in IntegratorKind::ALL {
+        let effort = match integrator {
+            IntegratorKind::Mmlt => mutations,
+            IntegratorKind::Pt => samples,
+            IntegratorKind::Pssmlt(_) => samples.max(2),
+            _ => samples.div_ceil(4),
+        };
         let plain = Settings {
             integrator,
             seed: 3,
@@ -104,6 +110,7 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
             bootstrap: 3001,
             chains: 700,
             error_layers: true,
+            strategies: true,
             ..Settings::of(scene)
         };
         let first = run(scene, &plain);
@@ -114,7 +121,7 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
             (2, Width::One, None),
         ];
         schedules.extend([8, 24, 64, 512].map(|b| (2, Width::Eight, Some(b))));
-        // A batch of the path tracer may hold any number.
+        // A batch of samples may hold any number.
         schedules.extend([(1, Width::One, Some(8)), (1, Width::Eight, Some(13))]);
         for (threads, lanes, batch) in schedules {
             let settings = Settings {
@@ -136,6 +143,10 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
                 first.variance, other.variance,
                 "{integrator:?} {threads} {lanes:?} {batch:?}"
             );
+            for (a, b) in first.strategies.iter().zip(&other.strategies) {
+                let same = a.weighted == b.weighted && a.unweighted == b.unweighted;
+                assert!(same, "{:?} {threads} {lanes:?} {batch:?}", a.strategy);
+            }
             let figures = |r: &phalanx::integrate::Render| {
                 let s = &r.stats;
                 (

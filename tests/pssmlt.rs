@@ -11,6 +11,7 @@ use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::integrate::{EndedBy, Settings};
 use phalanx::scene::{HostKind, IntegratorKind, Scene};
 use phalanx::simd::f32x8;
+use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::{Host, World};
 use std::time::Duration;
@@ -18,6 +19,8 @@ use support::stage::lit_stage;
 use support::{Estimate, Runs, run, settings};
 
 const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
+const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Bdpt);
+const BOTH_HOSTS: [IntegratorKind; 2] = [OVER_PT, OVER_BDPT];
 const SEEDS: u64 = 12;
 const GRID: [u32; 2] = [2, 2];
 const DEPTH: u32 = 4;
@@ -32,18 +35,29 @@ fn regions(scene: &Scene, kind: IntegratorKind, effort: u64) -> Vec<Estimate> {
     Runs::new(scene, &settings, SEEDS).grid(columns, rows)
 }
 
-#[test]
-fn over_a_path_tracer_it_makes_the_path_tracers_picture() {
+/// `kind` makes the picture of `other`, whatever light they can reach.
+fn expect_same(kind: IntegratorKind, other: (IntegratorKind, u64), effort: u64) {
     let all = scenes::all();
-    let comparisons = all.len() * (GRID[0] * GRID[1] * 3) as usize;
+    let comparisons = 2 * all.len() * (GRID[0] * GRID[1] * 3) as usize;
     for (name, scene) in all {
-        let pt = regions(&scene, IntegratorKind::Pt, 64);
-        let chains = regions(&scene, OVER_PT, 32);
-        for (i, (a, b)) in chains.iter().zip(&pt).enumerate() {
+        let others = regions(&scene, other.0, other.1);
+        let chains = regions(&scene, kind, effort);
+        for (i, (a, b)) in chains.iter().zip(&others).enumerate() {
             let what = format!("{name}, region {}, channel {}", i / 3, i % 3);
             a.expect_same_among(comparisons, b, &what);
         }
     }
+}
+
+#[test]
+fn over_a_path_tracer_it_makes_the_path_tracers_picture() {
+    expect_same(OVER_PT, (IntegratorKind::Pt, 64), 32);
+}
+
+/// Light that only light subpaths reach is in both.
+#[test]
+fn over_bidirectional_paths_it_makes_the_picture_of_mmlt() {
+    expect_same(OVER_BDPT, (IntegratorKind::Mmlt, 64), 24);
 }
 
 /// From large steps alone, which are independent samples, to none at all.
@@ -56,7 +70,8 @@ fn any_part_of_large_steps_will_do() {
         Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1])
     };
     let pt = means(IntegratorKind::Pt, &|_| {});
-    for probability in [1.0, 0.5, 0.03, 1e-3, 1e-9, 0.0] {
+    let all = [1.0, 0.5, 0.03, 1e-3, 1e-9, 0.0].map(|p| (OVER_PT, p));
+    for (kind, probability) in all.into_iter().chain([(OVER_BDPT, 1.0), (OVER_BDPT, 0.03)]) {
         let few = |s: &mut Settings| {
             s.large_step_probability = probability;
             // Chains that hardly ever start afresh should start well, and have far to go.
@@ -64,8 +79,8 @@ fn any_part_of_large_steps_will_do() {
             s.chains = 512;
             s.sigma = 0.03;
         };
-        for (i, (a, b)) in means(OVER_PT, &few).iter().zip(&pt).enumerate() {
-            a.expect_same(b, &format!("p = {probability}, value {i}"));
+        for (i, (a, b)) in means(kind, &few).iter().zip(&pt).enumerate() {
+            a.expect_same(b, &format!("{kind:?}, p = {probability}, value {i}"));
         }
     }
 }
@@ -79,16 +94,17 @@ fn the_constant_of_the_weights_is_free() {
     const STEPS: u32 = 200;
     let scene = lit_stage(16, 12);
     let world = World::new(&scene, 4);
-    let host = Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 4));
+    let over_pt = Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 4));
+    let over_bdpt = Host::Bidirectional(BidirectionalLayout::new(&world));
     let area = world.camera.region.area();
-    let pictures = |factor: f64| {
+    let pictures = |host: &Host, factor: f64| {
         let pictures = (0..32).map(|seed| {
-            let bootstrap = Bootstrap::run::<f32x8>(&world, &host, seed, 1 << 14, &|| false);
+            let bootstrap = Bootstrap::run::<f32x8>(&world, host, seed, 1 << 14, &|| false);
             let b = bootstrap.estimate.mean();
             let seeds = bootstrap.seeds(seed, host.id(), CHAINS);
             let mut workspace = Workspace::new(&world);
             let paths = &mut workspace.paths;
-            let mut batch = Batch::new::<f32x8>(&world, &host, 0, &seeds, seed, paths);
+            let mut batch = Batch::new::<f32x8>(&world, host, 0, &seeds, seed, paths);
             let p = large_step_probability(P);
             let constant = (factor * p * b) as f32;
             batch.combine(constant, 1);
@@ -115,8 +131,9 @@ fn the_constant_of_the_weights_is_free() {
     };
     let settings = settings(&scene, IntegratorKind::Pt, 104);
     let pt = Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1]);
-    for factor in [0.0, 0.01, 1.0, 100.0, 1e9] {
-        for (i, (a, b)) in pictures(factor).iter().zip(&pt).enumerate() {
+    let cases = [0.0, 0.01, 1.0, 100.0, 1e9].map(|factor| (&over_pt, factor));
+    for (host, factor) in cases.into_iter().chain([(&over_bdpt, 10.0)]) {
+        for (i, (a, b)) in pictures(host, factor).iter().zip(&pt).enumerate() {
             a.expect_same(b, &format!("c = {factor} p b, value {i}"));
         }
     }
@@ -144,15 +161,21 @@ fn large_steps_count() {
 
 #[test]
 fn figures_are_those_of_one_integral() {
+    for kind in BOTH_HOSTS {
+        expect_figures_of_one_integral(kind);
+    }
+}
+
+fn expect_figures_of_one_integral(kind: IntegratorKind) {
     let scene = lit_stage(48, 36);
     let settings = Settings {
         bootstrap: 20_000,
-        ..settings(&scene, OVER_PT, 500)
+        ..settings(&scene, kind, 500)
     };
     let done = run(&scene, &settings);
     assert_eq!(done.warnings, Vec::<String>::new());
     let stats = &done.stats;
-    assert_eq!(stats.integrator, "pssmlt-pt");
+    assert_eq!(stats.integrator, kind.name());
     let [all] = &stats.depths[..] else {
         panic!("{:?}", stats.depths);
     };
@@ -206,16 +229,18 @@ fn chains_that_miss_light_are_told() {
 fn a_stop_keeps_the_brightness() {
     let scene = lit_stage(32, 24);
     let pt = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), 8).whole(1);
-    let stopped = (0..6).map(|seed| {
-        let settings = Settings {
-            seed,
-            time: Some(Duration::from_millis(150)),
-            ..settings(&scene, OVER_PT, 1 << 20)
-        };
-        let render = run(&scene, &settings);
-        assert_eq!(render.ended_by, EndedBy::Time);
-        render
-    });
-    let stopped = Runs::of(stopped.collect()).whole(1);
-    stopped.expect_same(&pt, "stopped after 150 ms");
+    for kind in BOTH_HOSTS {
+        let stopped = (0..6).map(|seed| {
+            let settings = Settings {
+                seed,
+                time: Some(Duration::from_millis(150)),
+                ..settings(&scene, kind, 1 << 20)
+            };
+            let render = run(&scene, &settings);
+            assert_eq!(render.ended_by, EndedBy::Time);
+            render
+        });
+        let stopped = Runs::of(stopped.collect()).whole(1);
+        stopped.expect_same(&pt, &format!("{kind:?}, stopped after 150 ms"));
+    }
 }

@@ -104,6 +104,13 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub error_layers: bool,
 
+    /// Write two pictures of each strategy beside every picture (bdpt)
+    ///
+    /// Beside a.exr, a.s1.t3.weighted.exr has what paths of 1 vertex from a light and 3 from the camera add to the picture; all weighted ones add
+    /// up to it. a.s1.t3.unweighted.exr has what they find if there is no other strategy.
+    #[arg(long, help_heading = "Output")]
+    pub strategies: bool,
+
     #[command(flatten)]
     pub picture: PictureArgs,
 
@@ -111,7 +118,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
-    /// Whose samples are mutated (pssmlt) [default: pt]
+    /// Whose samples are mutated (pssmlt) [default: bdpt]
     ///
     /// `--integrator pssmlt --host pt` is `--integrator pssmlt-pt`.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
@@ -123,7 +130,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub effects: EffectArgs,
 
-    /// Samples per pixel (pt)
+    /// Samples per pixel (pt, lt, bdpt)
     #[arg(
         long,
         value_name = "N",
@@ -405,15 +412,18 @@ impl ValueEnum for IntegratorKind {
 /// Whose samples are mutated, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Host {
+    /// Bidirectional path tracing
+    Bdpt,
     /// Path tracing
     Pt,
 }
 
 impl Host {
-    const DEFAULT: HostKind = HostKind::Pt;
+    const DEFAULT: HostKind = HostKind::Bdpt;
 
     pub fn kind(self) -> HostKind {
         match self {
+            Host::Bdpt => HostKind::Bdpt,
             Host::Pt => HostKind::Pt,
         }
     }
@@ -464,6 +474,7 @@ impl RenderArgs {
         if let (IntegratorKind::Pssmlt(_), Some(host)) = (s.integrator, self.host) {
             s.integrator = IntegratorKind::Pssmlt(host.kind());
         }
+        s.strategies |= self.strategies;
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
             Lanes::One => Width::One,
@@ -505,6 +516,9 @@ impl RenderArgs {
         }
         if !whole && self.host.is_some() {
             idle.push("--host");
+        }
+        if self.strategies && integrator != IntegratorKind::Bdpt {
+            idle.push("--strategies");
         }
         idle
     }

@@ -12,6 +12,7 @@ use super::messages::Messages;
 use super::outputs;
 use super::progress::Progress;
 use super::signals::Signals;
+use super::strategies;
 use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
@@ -40,7 +41,8 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     integrate::check(&settings).map_err(|e| Failure::Input(e.to_string()))?;
     memory.check(scene, &settings)?;
     let layers = 1 + u64::from(args.error_layers);
-    outputs::check_room(&files, scene.film.crop_pixels(), layers)?;
+    let pictures = 1 + strategies::pictures(&settings);
+    outputs::check_room(&files, pictures * scene.film.crop_pixels(), layers)?;
 
     if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
@@ -174,7 +176,7 @@ fn write_files(
         .map(|pixels| ("stderr", pixels.as_slice()))
         .collect();
     let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
-    let mut whole = true;
+    let mut whole = strategies::write(files, &picture, &render.strategies, exposure, messages);
     for path in files {
         match outputs::save(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
@@ -287,6 +289,7 @@ mod tests {
             target_error: None,
             estimate_error: true,
             error_layers: false,
+            strategies: false,
             batch: None,
             forced: Vec::new(),
             switches: crate::switches::Switches::NONE,

@@ -127,6 +127,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
         height,
         warnings,
         variance,
+        strategies: Vec::new(),
         ended_by: short.unwrap_or(ended_by),
     }
 }

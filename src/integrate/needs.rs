@@ -1,11 +1,13 @@
 //! What memory a render needs, before any of it is allocated.
 
-use super::Settings;
 use super::chains::Method;
+use super::{Settings, sampled};
+use crate::chain::bootstrap::CHUNK;
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
 use crate::scene::{HostKind, IntegratorKind, Scene};
 use crate::simd::Row;
+use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::fmt;
 
 /// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of 2 and 5 million triangles peaked at 245
@@ -41,7 +43,8 @@ impl Needs {
             0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
             n => n,
         };
-        let program = need("program", PROGRAM + THREAD * threads as u64, String::new());
+        let thread = THREAD + kept_bytes(settings);
+        let program = need("program", PROGRAM + thread * threads as u64, String::new());
         let tree = |each, what: &str| {
             let why = format!("{primitives} primitives{what}");
             need("tree", each * primitives, why)
@@ -108,9 +111,13 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
             let layers = Method::layers(integrals(settings) as usize, combined) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
-        IntegratorKind::Pt => pixels * (1 + judged) * size_of::<[i128; 3]>() as u64,
+        IntegratorKind::Pt => pixels * (1 + judged) * EXACT,
+        // What is placed, and what is splatted.
+        IntegratorKind::Lt | IntegratorKind::Bdpt => 2 * pixels * (1 + judged) * EXACT,
     };
-    let pictures = 1 + u64::from(settings.error_layers);
+    let parts = parts(settings);
+    let sums = sums.saturating_add(pixels * parts * EXACT);
+    let pictures = 1 + u64::from(settings.error_layers) + parts;
     sums + pixels * pictures * size_of::<[f32; 3]>() as u64
 }
 
@@ -120,6 +127,31 @@ fn integrals(settings: &Settings) -> u64 {
         IntegratorKind::Mmlt => u64::from(settings.max_depth) + 1,
         _ => 1,
     }
+}
+
+/// Bytes of a pixel of an exact film of samples.
+const EXACT: u64 = size_of::<[i128; 3]>() as u64;
+
+/// Pictures of strategies, weighted and not.
+fn parts(settings: &Settings) -> u64 {
+    match settings.strategies && settings.integrator == IntegratorKind::Bdpt {
+        true => 2 * Strategy::most(settings.max_depth),
+        false => 0,
+    }
+}
+
+/// What a thread holds of subpaths whose vertices are kept.
+fn kept_bytes(settings: &Settings) -> u64 {
+    let paths = match settings.integrator {
+        IntegratorKind::Lt | IntegratorKind::Bdpt => sampled::BATCH,
+        // The bootstrap's.
+        IntegratorKind::Pssmlt(HostKind::Bdpt) => CHUNK as usize,
+        _ => return 0,
+    };
+    let paths = settings.batch.unwrap_or(0).max(paths) as u64;
+    let parts = parts(settings) > 0;
+    let each = BidirectionalLayout::bytes_per_path(settings.max_depth, parts);
+    paths.saturating_mul(each)
 }
 
 /// Chains: their primary samples twice, their states, and what is recorded of them.
@@ -162,6 +194,7 @@ fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
     // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its connection included.
     let (samples, splats) = match host {
         HostKind::Pt => (5 + 7 * depth, 1),
+        HostKind::Bdpt => (10 + 13 * depth, 1 + depth),
     };
     let states = splats * 2 * size_of::<Row>() as u64 + 64;
     let mut bytes = settings.chains * (8 * samples + states);
@@ -208,5 +241,15 @@ mod tests {
         );
         settings.integrator = IntegratorKind::Pt;
         assert_eq!(Needs::of(&scene, &settings).0.len(), 4);
+        let film = |settings: &Settings| Needs::of(&scene, settings).0[3].bytes;
+        let traced = film(&settings);
+        settings.integrator = IntegratorKind::Bdpt;
+        assert_eq!(film(&settings) - traced, 100 * 100 * 2 * 48);
+        settings.strategies = true;
+        // Depth 0 has one, depths 1 to 5 have 3 to 7.
+        assert_eq!(
+            film(&settings) - traced,
+            100 * 100 * (2 * 48 + 2 * 26 * (48 + 12))
+        );
     }
 }

@@ -7,16 +7,17 @@
 
 use super::chains::{self, Method};
 use super::{Render, Run};
-use crate::plan::Plan;
 use crate::scene::{HostKind, IntegratorKind};
 use crate::simd::Lanes;
-use crate::transport::Host;
+use crate::transport::bidirectional::BidirectionalLayout;
 use crate::transport::evaluate::UnidirectionalLayout;
+use crate::transport::{Host, World};
 
 /// One host for all depths.
-pub(super) fn method(plan: &Plan, max_depth: u32, kind: HostKind) -> Method {
+pub(super) fn method(world: &World, max_depth: u32, kind: HostKind) -> Method {
     let host = match kind {
-        HostKind::Pt => Host::Unidirectional(UnidirectionalLayout::new(plan, max_depth)),
+        HostKind::Bdpt => Host::Bidirectional(BidirectionalLayout::new(world)),
+        HostKind::Pt => Host::Unidirectional(UnidirectionalLayout::new(&world.plan, max_depth)),
     };
     Method {
         name: IntegratorKind::Pssmlt(kind).name(),
@@ -26,6 +27,6 @@ pub(super) fn method(plan: &Plan, max_depth: u32, kind: HostKind) -> Method {
 }
 
 pub(super) fn render<L: Lanes>(run: &Run, kind: HostKind) -> Render {
-    let method = method(&run.world.plan, run.settings.max_depth, kind);
+    let method = method(run.world, run.settings.max_depth, kind);
     chains::render::<L>(run, &method)
 }

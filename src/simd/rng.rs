@@ -20,6 +20,10 @@ pub enum Purpose {
     Seeding = 4,
     /// The path tracer's samples.
     PathTracer = 5,
+    /// Those of bidirectional path tracing.
+    Bidirectional = 6,
+    /// Those of light tracing.
+    LightTracer = 7,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

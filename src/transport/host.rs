@@ -1,9 +1,11 @@
 //! Hosts: what a Markov chain hands its primary samples to, and what comes back.
 //!
 //! Metropolis sampling asks little of a path integrator: a number of primary samples, and, for a batch of them, splats. The
-//! multiplexed host takes one strategy of one depth and makes one splat; the others cover all depths at once (Kelemen et al. 2002).
+//! multiplexed host takes one strategy of one depth and makes one splat; the others cover all depths at once (Kelemen et al. 2002),
+//! and a bidirectional sample makes splats in many places.
 
 use super::World;
+use super::bidirectional::BidirectionalLayout;
 use super::evaluate::UnidirectionalLayout;
 use super::paths::{Outcome, Paths};
 use super::samples::Samples;
@@ -17,6 +19,8 @@ pub enum Host {
     Multiplexed(DepthPlan),
     /// A path-traced path of any depth ([`World::evaluate_unidirectional`]).
     Unidirectional(UnidirectionalLayout),
+    /// Both subpaths of a sample, by all strategies of any depth ([`World::evaluate_bidirectional`]).
+    Bidirectional(BidirectionalLayout),
 }
 
 impl From<&DepthPlan> for Host {
@@ -46,7 +50,7 @@ impl Host {
     pub fn plan(&self) -> Option<&DepthPlan> {
         match self {
             Host::Multiplexed(plan) => Some(plan),
-            Host::Unidirectional(_) => None,
+            Host::Unidirectional(_) | Host::Bidirectional(_) => None,
         }
     }
 
@@ -55,6 +59,7 @@ impl Host {
         match self {
             Host::Multiplexed(plan) => plan.layout.total,
             Host::Unidirectional(layout) => layout.total(),
+            Host::Bidirectional(layout) => layout.total(),
         }
     }
 
@@ -78,6 +83,7 @@ impl Host {
                 (chooses.then_some(at.strategy), at.raster)
             }
             Host::Unidirectional(_) => (None, UnidirectionalLayout::RASTER),
+            Host::Bidirectional(layout) => (None, layout.raster),
         }
     }
 
@@ -85,6 +91,8 @@ impl Host {
     pub fn splats(&self) -> usize {
         match self {
             Host::Multiplexed(_) | Host::Unidirectional(_) => 1,
+            // Where the camera looks; and where each light vertex is seen.
+            Host::Bidirectional(layout) => 1 + layout.splats(),
         }
     }
 }
@@ -102,6 +110,7 @@ impl World<'_> {
         match host {
             Host::Multiplexed(plan) => self.evaluate_multiplexed::<L>(plan, samples, n, paths),
             Host::Unidirectional(at) => self.evaluate_unidirectional::<L>(at, samples, n, paths),
+            Host::Bidirectional(at) => self.evaluate_bidirectional::<L>(at, samples, n, paths),
         }
     }
 }
@@ -110,8 +119,10 @@ impl Paths {
     /// The splats of all paths in row `row` of [`Host::splats`].
     #[inline(always)]
     pub fn splat_row(&self, row: usize) -> &[Outcome] {
-        debug_assert_eq!(row, 0);
-        &self.outcome
+        match row {
+            0 => &self.outcome,
+            _ => &self.splats[row - 1],
+        }
     }
 
     /// Contributions that were not finite, or negative, in the first `rows` rows.

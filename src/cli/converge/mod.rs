@@ -167,6 +167,7 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
         let base = Settings {
             seed: args.seed,
             threads: args.threads as usize,
+            strategies: false,
             ..Settings::of(&input.scene)
         };
         let variants = variants(&base, &kinds, &axes);

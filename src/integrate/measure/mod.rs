@@ -145,7 +145,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
 fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
     match settings.integrator {
         IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
-        IntegratorKind::Pssmlt(host) => Ok(pssmlt::method(&world.plan, settings.max_depth, host)),
+        IntegratorKind::Pssmlt(host) => Ok(pssmlt::method(world, settings.max_depth, host)),
         other => Err(RenderError::Settings(format!(
             "{} mutates nothing: mutations of mmlt or pssmlt can be measured",
             other.name()

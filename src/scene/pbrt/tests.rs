@@ -1302,6 +1302,23 @@ fn integrators() {
     let s = header("Film \"rgb\" Integrator \"bdpt\"");
     assert_eq!(
         (s.integrator.kind, s.warnings.len()),
+        (IntegratorKind::Bdpt, 0)
+    );
+    assert!(!s.integrator.strategies);
+    for flag in ["visualizestrategies", "visualizeweights"] {
+        let text = format!("Integrator \"bdpt\" \"integer maxdepth\" 3 \"bool {flag}\" true");
+        let s = header(&format!("Film \"rgb\" {text}"));
+        assert!(s.integrator.strategies && s.warnings.is_empty());
+        assert_eq!(s.integrator.max_depth, 3);
+    }
+    let s = header("Film \"rgb\" Integrator \"lightpath\" \"integer maxdepth\" 4");
+    assert_eq!(
+        (s.integrator.kind, s.integrator.max_depth, s.warnings.len()),
+        (IntegratorKind::Lt, 4, 0)
+    );
+    let s = header("Film \"rgb\" Integrator \"sppm\"");
+    assert_eq!(
+        (s.integrator.kind, s.warnings.len()),
         (IntegratorKind::Mmlt, 1)
     );
 }
