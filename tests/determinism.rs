@@ -97,7 +97,7 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
         let effort = match integrator {
             kind if kind.mutates() => mutations,
             IntegratorKind::Pt => samples,
-            _ => samples.div_ceil(4),
+            _ => samples.div_ceil(8),
         };
         let plain = Settings {
             integrator,
