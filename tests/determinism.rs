@@ -97,8 +97,8 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
         let effort = match integrator {
             IntegratorKind::Mmlt => mutations,
             IntegratorKind::Pt => samples,
-            IntegratorKind::Pssmlt(_) => samples.max(2),
-            _ => samples.div_ceil(4),
+            IntegratorKind::Pssmlt(_) => samples.div_ceil(2).max(2),
+            _ => samples.div_ceil(8),
         };
         let plain = Settings {
             integrator,

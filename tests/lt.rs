@@ -42,7 +42,7 @@ fn pictures_are_those_of_path_tracing() {
     }
 }
 
-/// A mirror fills the left half of the picture: black, and a warning says why. The right half has the light that the mirror throws on it.
+/// A mirror fills the right half of the picture: black, and a warning says why. The left half has the light that the mirror throws on it.
 #[test]
 fn what_a_mirror_shows_is_out_of_reach() {
     let camera = "LookAt 0 1 6  0 1 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]";
@@ -50,7 +50,7 @@ fn what_a_mirror_shows_is_out_of_reach() {
         + "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]\n\
            Translate 0 4 3 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" [.7] AttributeEnd\n\
            Material \"mirror\" \"rgb Kr\" [.9 .9 .9]\n\
-           Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 -3  0 -9 0  0 9 0  -9 9 -3]\n\
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 3  0 -9 0  0 9 0  -9 9 3]\n\
            Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [0 -9 0  9 -9 3  9 9 3  0 9 0]\n";
     let scene = scene(&text);
@@ -65,12 +65,13 @@ fn what_a_mirror_shows_is_out_of_reach() {
         warnings.len() == 1 && warnings[0].contains("mirror"),
         "{warnings:?}"
     );
-    let (left, right) = ([0, 8, 0, 8], [8, 16, 0, 8]);
+    let (wall, mirror) = ([0, 8, 0, 8], [8, 16, 0, 8]);
     for c in 0..3 {
         let what = format!("channel {c}");
-        assert_eq!(lt.region(left, c).mean, 0.0);
-        assert!(pt.region(left, c).mean > 0.0);
-        lt.region(right, c).expect_same(&pt.region(right, c), &what);
-        bdpt.region(left, c).expect_same(&pt.region(left, c), &what);
+        assert_eq!(lt.region(mirror, c).mean, 0.0);
+        assert!(pt.region(mirror, c).mean > 0.0);
+        lt.region(wall, c).expect_same(&pt.region(wall, c), &what);
+        bdpt.region(mirror, c)
+            .expect_same(&pt.region(mirror, c), &what);
     }
 }

@@ -1774,6 +1774,22 @@ fn coats_have_the_parameters_of_v4() {
     let s = scene(&format!("Material \"coateddiffuse\" {given}"));
     assert!(s.warnings.is_empty(), "{:?}", s.warnings);
     assert_eq!(*material(&s), diffuse(expected));
+    // Glass that would disperse light is said not to.
+    for (name, given) in [
+        ("coateddiffuse", "\"spectrum eta\" \"glass-BK7\""),
+        (
+            "coatedconductor",
+            "\"spectrum interface.eta\" \"glass-SF11\"",
+        ),
+    ] {
+        let s = scene(&format!("Material \"{name}\" {given}"));
+        assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
+        assert!(
+            s.warnings[0].contains("do not disperse"),
+            "{}",
+            s.warnings[0]
+        );
+    }
     // Nothing reflects where nothing changes.
     let none = Coat { eta: 1.0, ..coat };
     let still = kinds("Material \"coateddiffuse\" \"float eta\" 1 \"float roughness\" .3");
