@@ -12,7 +12,7 @@ use crate::switches::{self, Switch};
 pub enum Purpose {
     /// Fresh primary samples of a bootstrap path.
     Bootstrap = 1,
-    /// The mutation of a chain: fresh primary samples or Gaussian offsets, never both.
+    /// The mutation of a chain: fresh primary samples or offsets, never both.
     Mutation = 2,
     /// The choice between large and small step, and the acceptance test.
     Decision = 3,
@@ -20,6 +20,10 @@ pub enum Purpose {
     Seeding = 4,
     /// The path tracer's samples.
     PathTracer = 5,
+    /// As `Mutation`, `Decision` and `Seeding`, for chains that only tune others.
+    Tuning = 6,
+    TuningDecision = 7,
+    TuningSeeding = 8,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.
