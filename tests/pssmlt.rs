@@ -6,7 +6,8 @@ mod support;
 use common::scenes;
 use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
-use phalanx::chain::mutate::{Kernel, large_step_probability};
+use phalanx::chain::mutate::{Kernel, Mutation, large_step_probability};
+use phalanx::chain::tune::Tune;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::integrate::{EndedBy, Settings};
 use phalanx::scene::{HostKind, IntegratorKind, Scene};
@@ -82,6 +83,32 @@ fn any_part_of_large_steps_will_do() {
         for (i, (a, b)) in means(kind, &few).iter().zip(&pt).enumerate() {
             a.expect_same(b, &format!("{kind:?}, p = {probability}, value {i}"));
         }
+    }
+}
+
+/// Kelemen's own small steps, their scale and the part of large steps found before samples count.
+#[test]
+fn tuned_chains_make_the_same_picture() {
+    let scene = lit_stage(16, 12);
+    let tuned = |kind| Settings {
+        mutation: Mutation::Kelemen,
+        tune: Tune {
+            sigma: true,
+            large_step: true,
+        },
+        bootstrap: 1 << 14,
+        ..settings(&scene, kind, 104)
+    };
+    let pt = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 104), 24);
+    let pt = pt.grid(GRID[0], GRID[1]);
+    for kind in BOTH_HOSTS {
+        let chains = Runs::new(&scene, &tuned(kind), 24).grid(GRID[0], GRID[1]);
+        for (i, (a, b)) in chains.iter().zip(&pt).enumerate() {
+            a.expect_same(b, &format!("{kind:?}, tuned, value {i}"));
+        }
+        let stats = run(&scene, &tuned(kind)).stats;
+        assert_ne!(stats.depths[0].sigma, 0.01);
+        assert_ne!(stats.depths[0].large_step_probability, 0.3);
     }
 }
 

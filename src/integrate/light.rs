@@ -132,7 +132,7 @@ fn independent_scale(chains: &Chains, layer: usize) -> f64 {
     let mutations: f64 = members()
         .map(|(_, batch)| f64::from(batch.iterations()) * batch.len() as f64)
         .sum();
-    let expected = a.large_step_probability * mutations;
+    let expected = a.large_step_probability() * mutations;
     if expected > 0.0 {
         f64::from(a.constant()) / expected
     } else {

@@ -31,6 +31,9 @@ pub struct DepthStats {
     pub share: f64,
     pub chains: usize,
     pub mutations: u64,
+    /// How the chains mutated, as set or as tuned.
+    pub sigma: f32,
+    pub large_step_probability: f32,
     #[serde(flatten)]
     pub mixing: Mixing,
 }
@@ -131,6 +134,8 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
             mutations: own()
                 .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
                 .sum(),
+            sigma: a.kernel.sigma,
+            large_step_probability: a.kernel.large_step_probability,
             mixing: Mixing::of(depth, first.iterations(), &monitors),
         });
     }

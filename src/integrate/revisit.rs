@@ -2,7 +2,7 @@
 
 use super::bootstraps::bootstraps;
 use super::schedule::{Start, allot};
-use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool};
+use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool, tuning};
 use crate::chain::batch::{Batch, State, Step};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
@@ -30,6 +30,8 @@ pub struct Whose {
 pub struct Visit {
     /// What the samples of the chain mean: the plan of its depth, with the choice of strategies that the chains make.
     pub plan: DepthPlan,
+    /// How chains of the depth mutate.
+    pub kernel: Kernel,
     /// Chains of the depth, and iterations that each makes in a whole render.
     pub chains: usize,
     pub iterations: u32,
@@ -82,9 +84,9 @@ pub fn revisit(
     }
     let area = world.camera.region.area();
     let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
-    let allotments = allot(&run, &method, &all, mutations);
-    let own = allotments.iter().find(|a| a.host.depth() == Some(depth));
-    let Some((allotment, plan)) = own.and_then(|a| Some((a, a.host.plan()?))) else {
+    let mut allotments = allot(&run, &method, &all, mutations);
+    allotments.retain(|a| a.host.depth() == Some(depth));
+    let Some(allotment) = allotments.first() else {
         return fail(format!(
             "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
             settings.bootstrap
@@ -102,28 +104,33 @@ pub fn revisit(
             settings.mutations_per_pixel, allotment.iterations
         ));
     }
+    let stop = || observer.stop().then_some(EndedBy::Observer);
+    let tuned = tuning::tune::<f32x8>(&run, &mut allotments, &all, &stop, |_| {});
+    if tuned.ended_by.is_some() {
+        return fail("stopped".into());
+    }
+    let allotment = &allotments[0];
+    let Some(plan) = allotment.host.plan() else {
+        return fail(format!("chains of depth {depth} have no plan"));
+    };
     let start = Start::new(&run, allotment, &all);
     drop(all);
     let seeds = start.seeds();
     let first = chain / BATCH * BATCH;
     let together = &seeds[first..seeds.len().min(first + BATCH)];
-    let kernel = Kernel::new(
-        settings.seed,
-        settings.large_step_probability,
-        settings.sigma,
-    );
     let mut paths = Paths::new(world);
     let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
     for _ in 0..iteration {
         if observer.stop() {
             return fail("stopped".into());
         }
-        batch.step::<f32x8>(world, &kernel, &mut paths);
+        batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
     }
     let state = batch.state(chain - first);
-    batch.step::<f32x8>(world, &kernel, &mut paths);
+    batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
     Ok(Visit {
         plan: plan.clone(),
+        kernel: allotment.kernel,
         chains: allotment.chains,
         iterations: allotment.iterations,
         start: seeds[chain],

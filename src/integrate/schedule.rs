@@ -45,19 +45,24 @@ pub(super) struct Allotment {
     pub layer: usize,
     /// The layer of large steps, if they are splatted as independent samples.
     pub independent: Option<usize>,
-    /// Of its chains, exactly.
-    pub large_step_probability: f64,
     /// Iterations of every chain in the whole run, the same for all hosts of a layer.
     pub iterations: u32,
     /// Weight of this host's splats within its layer, at most 1.
     pub share: f64,
     pub bootstrap: Estimate,
+    /// How its chains mutate.
+    pub kernel: Kernel,
 }
 
 impl Allotment {
+    /// Probability of a large step of its chains, exactly.
+    pub fn large_step_probability(&self) -> f64 {
+        large_step_probability(self.kernel.large_step_probability)
+    }
+
     /// What large steps are weighed with ([`Batch::combine`]).
     pub fn constant(&self) -> f32 {
-        (self.large_step_probability * self.bootstrap.mean()) as f32
+        (self.large_step_probability() * self.bootstrap.mean()) as f32
     }
 }
 
@@ -89,10 +94,10 @@ pub(super) fn allot(
                 chains: wish.next_multiple_of(16).min(MAX_CHAINS_PER_DEPTH),
                 layer,
                 independent: method.independent(),
-                large_step_probability: large_step_probability(run.settings.large_step_probability),
                 iterations: 0,
                 share: 1.0,
                 bootstrap: boot.estimate,
+                kernel: run.settings.kernel(),
             }
         })
         .collect();
@@ -190,7 +195,6 @@ fn batch_size(run: &Run, allotments: &[Allotment]) -> usize {
 /// Chains on their way.
 pub(super) struct March<'a> {
     run: &'a Run<'a>,
-    kernel: Kernel,
     allotments: &'a [Allotment],
     /// With the allotment each belongs to, and where its splats go.
     batches: Vec<(&'a Allotment, Destination, Mutex<Batch>)>,
@@ -251,11 +255,6 @@ impl<'a> March<'a> {
             .collect();
         Self {
             run,
-            kernel: Kernel::new(
-                settings.seed,
-                settings.large_step_probability,
-                settings.sigma,
-            ),
             allotments,
             batches,
             workspaces: (0..rayon::current_num_threads())
@@ -319,7 +318,7 @@ impl<'a> March<'a> {
                 let left = part(a, until).saturating_sub(batch.iterations());
                 batch.march::<L>(
                     self.run.world,
-                    &self.kernel,
+                    &a.kernel,
                     left.min(STRIDE),
                     &mut workspace,
                     film,
