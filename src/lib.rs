@@ -28,7 +28,7 @@
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over all of it: `mmlt`, `pt`; how fast they are: `measure` | how they were asked for |
+//! | [`integrate`] | schedules over all of it: `mmlt`, `pt`, `lt`, `bdpt`; how fast they are: `measure` | how they were asked for |
 //! | [`converge`] | error against time: which integrator and settings win, and a report of it | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
@@ -54,8 +54,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]; an integrator: a file in [`integrate`] and a
-//! line in its `render`.
+//! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]. An integrator is a schedule over shared stages:
+//! a file in [`integrate`], a line in its function `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
+//! [`converge`] know it. If its samples are independent, all but what a sample is comes from `integrate/sampled.rs`: passes over the picture, film,
+//! errors, progress and stops; `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
 
 pub mod camera;
 pub mod chain;

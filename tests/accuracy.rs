@@ -113,11 +113,13 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
 }
 
 /// Scene, integrator, mutations or samples per pixel, and bootstrap paths: few paths find the slit.
-const CASES: [(&str, &str, IntegratorKind, u64, u64); 4] = [
+const CASES: [(&str, &str, IntegratorKind, u64, u64); 6] = [
     ("easy", EASY, IntegratorKind::Mmlt, 64, 20_000),
     ("caustic", CAUSTIC, IntegratorKind::Mmlt, 128, 20_000),
     ("slit", SLIT, IntegratorKind::Mmlt, 256, 200_000),
     ("easy", EASY, IntegratorKind::Pt, 32, 1),
+    ("easy", EASY, IntegratorKind::Bdpt, 16, 1),
+    ("easy", EASY, IntegratorKind::Lt, 32, 1),
 ];
 
 fn check(side: u32, renders: u64, effort: u64) {
@@ -181,7 +183,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         time: Some(Duration::from_secs(60)),
         ..Settings::of(&scene)
     };
-    for integrator in [IntegratorKind::Mmlt, IntegratorKind::Pt] {
+    for integrator in IntegratorKind::ALL {
         let done = support::run(
             &scene,
             &Settings {

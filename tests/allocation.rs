@@ -5,8 +5,11 @@ use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
 use phalanx::scene::load_str;
+use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::simd::{Lanes, f32x8};
-use phalanx::transport::World;
+use phalanx::transport::bidirectional::BidirectionalLayout;
+use phalanx::transport::samples::Samples;
+use phalanx::transport::{Paths, World};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -115,6 +118,34 @@ fn textures_sky_and_lens() {
 #[test]
 fn several_lights_and_materials() {
     expect_none(include_str!("reference/room-v4.pbrt"));
+}
+
+/// Bidirectional evaluations, which keep every vertex, with parts and without.
+#[test]
+fn kept_vertices() {
+    let scene = load_str(
+        include_str!("reference/room-v4.pbrt"),
+        "scene.pbrt",
+        Path::new(""),
+    );
+    let scene = scene.unwrap();
+    let world = World::new(&scene, 6);
+    let mut paths = Paths::new(&world);
+    let all = BidirectionalLayout::new(&world);
+    for layout in [all.clone(), all.with_parts()] {
+        let mut samples = Samples::new(layout.total(), CHAINS);
+        let mut evaluate = |batches: std::ops::Range<u32>| {
+            for i in batches {
+                let stream = Stream::new(1, Purpose::Bidirectional);
+                samples.fill::<f32x8>(&stream, CHAINS, |path| [path as u32, i]);
+                world.evaluate_bidirectional::<f32x8>(&layout, &samples, CHAINS, &mut paths);
+            }
+        };
+        evaluate(0..50);
+        let before = REQUESTS.get();
+        evaluate(50..100);
+        assert_eq!(REQUESTS.get() - before, 0);
+    }
 }
 
 #[test]

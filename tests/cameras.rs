@@ -52,7 +52,7 @@ fn panoramas() -> Vec<(String, Scene)> {
 
 fn towards(camera: &Camera, w: V, choice: f32) -> phalanx::camera::CameraConnection<f32> {
     let p = add(wide(camera.position()), scale(w, 0.7));
-    camera.connect::<f32>(Vec3::splat(narrow(p)), (choice, 0.0))
+    camera.connect::<f32, false>(Vec3::splat(narrow(p)), (choice, 0.0))
 }
 
 /// Directions in cells of equal solid angle, in internal space.
@@ -74,7 +74,7 @@ fn rays_have_the_density_that_connections_report() {
         let mut observed = vec![0.0; ROWS * COLUMNS];
         for _ in 0..n {
             let (x, y) = camera.region.place(random.uniform(), random.uniform());
-            let ray = camera.ray::<f32>(x, y, (0.0, 0.0));
+            let ray = camera.ray::<f32, false>(x, y, (0.0, 0.0));
             let w = wide(ray.direction.lane(0));
             assert!((length(w) - 1.0).abs() < 1e-6);
             observed[cell(w)] += 1.0;
@@ -114,7 +114,7 @@ fn points_find_every_place_that_shows_them() {
         let mut lost = 0;
         for _ in 0..n {
             let (x, y) = r.place(random.uniform(), random.uniform());
-            let ray = camera.ray::<f32>(x, y, (0.0, 0.0));
+            let ray = camera.ray::<f32, false>(x, y, (0.0, 0.0));
             let w = wide(ray.direction.lane(0));
             let link = towards(&camera, w, random.uniform());
             if !link.valid {
@@ -124,7 +124,7 @@ fn points_find_every_place_that_shows_them() {
             }
             // The same direction and density, wherever it is seen.
             let (a, b) = link.raster;
-            let again = camera.ray::<f32>(a, b, (0.0, 0.0));
+            let again = camera.ray::<f32, false>(a, b, (0.0, 0.0));
             let apart = length(sub(wide(again.direction.lane(0)), w));
             assert!(apart < 2e-5, "{name}: {apart}");
             let back = length(add(wide(link.to_camera.lane(0)), w));
@@ -164,7 +164,7 @@ fn axes_lie_where_pbrt_has_them() {
         );
         let scene = load_str(&text, "t.pbrt", ".".as_ref()).unwrap();
         let camera = Camera::new(&scene.camera, &scene.film);
-        let ray = camera.ray::<f32>(place[0] * 16.0, place[1] * 8.0, (0.0, 0.0));
+        let ray = camera.ray::<f32, false>(place[0] * 16.0, place[1] * 8.0, (0.0, 0.0));
         let apart = length(sub(wide(ray.direction.lane(0)), axis));
         assert!(apart < 1e-6, "{map} {place:?}: {:?}", ray.direction);
     };

@@ -202,6 +202,57 @@ fn figures_are_a_json_object() {
 }
 
 #[test]
+fn strategies_are_written_beside_the_picture() {
+    let folder = Folder::new();
+    let small = "--resolution 16x16 --max-depth 2";
+    let ran = folder
+        .run(&format!(
+            "render {small} --integrator bdpt --spp 2 --strategies -o a.exr -o b.png"
+        ))
+        .succeeds();
+    let said = ran.stderr();
+    assert!(said.contains("wrote a.s0.t2.weighted.exr"), "{said}");
+    let mut expected = vec!["a.exr".to_string(), "b.png".into()];
+    for (s, t) in [
+        (0, 2),
+        (0, 3),
+        (1, 2),
+        (2, 1),
+        (0, 4),
+        (1, 3),
+        (2, 2),
+        (3, 1),
+    ] {
+        for kind in ["weighted", "unweighted"] {
+            expected.push(format!("a.s{s}.t{t}.{kind}.exr"));
+            expected.push(format!("b.s{s}.t{t}.{kind}.png"));
+        }
+    }
+    expected.sort();
+    assert_eq!(folder.files(), expected);
+    let whole = folder.exr("a.exr");
+    let mut sum = vec![[0.0f32; 3]; whole.pixels.len()];
+    for file in expected.iter().filter(|f| f.contains(".weighted.exr")) {
+        let part = folder.exr(file);
+        assert_eq!((part.full, part.offset), (whole.full, whole.offset));
+        let values = sum.as_flattened_mut().iter_mut();
+        (values.zip(part.pixels.as_flattened())).for_each(|(sum, v)| *sum += v);
+    }
+    for (a, b) in (sum.as_flattened().iter()).zip(whole.pixels.as_flattened()) {
+        assert!((a - b).abs() <= 2e-6 * b, "{a} {b}");
+    }
+    for integrator in ["pt", "lt"] {
+        let ran = folder
+            .run(&format!(
+                "render {small} --integrator {integrator} --spp 1 --strategies -o c.exr"
+            ))
+            .succeeds();
+        let said = ran.stderr();
+        assert!(said.contains("--strategies means nothing"), "{said}");
+    }
+}
+
+#[test]
 fn exr_files_carry_settings_and_figures() {
     use exr::prelude::AttributeValue;
     let folder = Folder::new();
@@ -287,7 +338,7 @@ fn time_ends_a_render_and_takes_the_place_of_its_budget() {
 
 #[test]
 fn a_render_ends_when_it_is_accurate_enough_and_says_so() {
-    for integrator in ["mmlt", "pt"] {
+    for integrator in ["mmlt", "pt", "lt", "bdpt"] {
         let folder = Folder::new();
         let ran = folder
             .run(&format!(
@@ -358,7 +409,7 @@ fn bad_flags_are_named() {
         --time=-3 --target-error=0 --target-error=nan --target-error=-1 --max-depth=4096 --max-depth=-1 --chains=0 --chains=99999999999 --bootstrap=0 --large-step=1.5 \
         --large-step=nan --large-step=-0.1 --sigma=inf --sigma=-1 --sigma=nan --resolution=0x10 --resolution=10 \
         --resolution=100000x100000 --crop=0,1,0 --crop=0.5,0.5,0,1 --crop=0,nan,0,1 --crop=-1,1,0,1 --exposure=inf \
-        --integrator=bdpt --strategy-choice=random --mutation=levy --sigma=automatic --large-step=Auto --color=red";
+        --integrator=sppm --strategy-choice=random --mutation=levy --sigma=automatic --large-step=Auto --color=red";
     for flag in cases.split_whitespace() {
         let message = folder.run(&format!("render {flag} {TINY}")).fails(2);
         let name = flag.split('=').next().unwrap();

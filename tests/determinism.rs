@@ -8,7 +8,7 @@ use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
 use phalanx::scene::{IntegratorKind, Scene, load, load_str};
 use std::path::Path;
-use support::{BOTH, run};
+use support::run;
 
 /// Every kind of light, material, shape and texture at once, through an open lens, a wide filter and a crop window.
 fn everything() -> Scene {
@@ -94,7 +94,13 @@ fn reference(name: &str) -> Scene {
 
 /// Renders with every schedule there is and expects the bits of the first.
 fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
-    for (integrator, effort) in BOTH.into_iter().zip(effort) {
+    let [samples, mutations] = effort;
+    for integrator in IntegratorKind::ALL {
+        let effort = match integrator {
+            kind if kind.mutates() => mutations,
+            IntegratorKind::Pt => samples,
+            _ => samples.div_ceil(8),
+        };
         expect_one_picture_of(scene, integrator, effort, |_| {});
     }
 }
@@ -116,6 +122,7 @@ fn expect_one_picture_of(
         bootstrap: 3001,
         chains: 700,
         error_layers: true,
+        strategies: true,
         ..Settings::of(scene)
     };
     change(&mut plain);
@@ -128,7 +135,7 @@ fn expect_one_picture_of(
         (2, Width::One, None),
     ];
     schedules.extend([8, 24, 64, 512].map(|b| (2, Width::Eight, Some(b))));
-    // A batch of the path tracer may hold any number.
+    // A batch of samples may hold any number.
     schedules.extend([(1, Width::One, Some(8)), (1, Width::Eight, Some(13))]);
     for (threads, lanes, batch) in schedules {
         let settings = Settings {
@@ -150,6 +157,10 @@ fn expect_one_picture_of(
             first.variance, other.variance,
             "{integrator:?} {threads} {lanes:?} {batch:?}"
         );
+        for (a, b) in first.strategies.iter().zip(&other.strategies) {
+            let same = a.weighted == b.weighted && a.unweighted == b.unweighted;
+            assert!(same, "{:?} {threads} {lanes:?} {batch:?}", a.strategy);
+        }
         let figures = |r: &phalanx::integrate::Render| {
             let s = &r.stats;
             (

@@ -411,11 +411,11 @@ fn cameras_find_the_points_of_their_rays() {
         for _ in 0..5000 {
             let (x, y) = camera.region.place(random.uniform(), random.uniform());
             let lens = (random.uniform(), random.uniform());
-            let ray = camera.ray::<f32>(x, y, lens);
+            let ray = camera.ray::<f32, false>(x, y, lens);
             assert!((length(wide(ray.direction.lane(0))) - 1.0).abs() < 1e-6);
             let t = 0.3 + 2.0 * random.uniform();
             let p = ray.direction.mul_add(t, ray.origin);
-            let link = camera.connect::<f32>(p, lens);
+            let link = camera.connect::<f32, false>(p, lens);
             // A few ulps of positions, over the size of a pixel at unit distance.
             let pixel = f64::from(camera.region.width.max(camera.region.height));
             let slack = 4e-6 * pixel / f64::from(t).min(1.0) + 1e-5;
@@ -445,9 +445,9 @@ fn cameras_find_the_points_of_their_rays() {
             assert!((density - 1.0).abs() < 1e-4, "{name}: {density}");
         }
         // Behind it there is nothing.
-        let ray = camera.ray::<f32>(camera.region.x0, camera.region.y0, (0.5, 0.5));
+        let ray = camera.ray::<f32, false>(camera.region.x0, camera.region.y0, (0.5, 0.5));
         let p = ray.direction.mul_add(-1.0, ray.origin);
-        assert!(!camera.connect::<f32>(p, (0.5, 0.5)).valid, "{name}");
+        assert!(!camera.connect::<f32, false>(p, (0.5, 0.5)).valid, "{name}");
     }
 }
 
@@ -476,7 +476,7 @@ fn densities_of_camera_rays_integrate_to_one() {
             let w: V =
                 std::array::from_fn(|c| (0..3).map(|k| f64::from(m[c][k]) * w[k]).sum::<f64>());
             let p = add(wide(position), w);
-            let link = camera.connect::<f32>(Vec3::splat(narrow(p)), (0.0, 0.0));
+            let link = camera.connect::<f32, false>(Vec3::splat(narrow(p)), (0.0, 0.0));
             if link.valid {
                 sum += f64::from(link.pdf) * range * TAU / (n * n) as f64;
             }

@@ -185,16 +185,16 @@ proptest! {
         let camera = Camera::new(&scene.camera, &scene.film);
         let lens = (lens[0], lens[1]);
         let (x, y) = camera.region.place(place[0], place[1]);
-        let ray = camera.ray::<f32>(x, y, lens);
+        let ray = camera.ray::<f32, false>(x, y, lens);
         prop_assert!(unit(ray.direction.lane(0)) && good(ray.pdf) && ray.pdf > 0.0);
         let p = ray.direction.mul_add(10f32.powf(distance), ray.origin);
-        let joined = camera.connect::<f32>(p, lens);
+        let joined = camera.connect::<f32, false>(p, lens);
         // Positions at the very edge may round out of the region.
         if joined.valid {
             prop_assert!(good(joined.pdf) && unit(joined.to_camera.lane(0)), "scene {}", which);
             if camera.sphere_map().is_some() {
                 // Another place may show the same.
-                let other = camera.ray::<f32>(joined.raster.0, joined.raster.1, lens);
+                let other = camera.ray::<f32, false>(joined.raster.0, joined.raster.1, lens);
                 let apart = (other.direction - ray.direction).length2().sqrt();
                 prop_assert!(apart < 1e-4, "scene {}: {} apart", which, apart);
             } else {

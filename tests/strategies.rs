@@ -4,7 +4,6 @@ mod common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
-use phalanx::scene::{LightKind, MaterialKind, Param, Scene};
 use phalanx::simd::f32x8;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
@@ -39,41 +38,13 @@ fn add(tiles: &mut [Mean], world: &World, raster: [f32; 2], value: f64) {
     }
 }
 
-/// Light from a point that a mirror throws on a surface is out of a path tracer's reach, not of light subpaths': such scenes lose their
-/// delta materials.
-fn without_delta_caustics(scene: &mut Scene) {
-    let point_like = |l: &phalanx::scene::Light| {
-        matches!(
-            l.kind,
-            LightKind::Point { .. }
-                | LightKind::Spot { .. }
-                | LightKind::Goniometric { .. }
-                | LightKind::Projection { .. }
-                | LightKind::Distant { .. }
-        )
-    };
-    if !scene.lights.iter().any(point_like) {
-        return;
-    }
-    for m in &mut scene.materials {
-        if let MaterialKind::Mirror { reflectance } | MaterialKind::Dielectric { reflectance, .. } =
-            m.kind
-        {
-            m.kind = MaterialKind::Diffuse {
-                reflectance,
-                sigma: Param::Constant([0.0; 3]),
-            };
-        }
-    }
-}
-
 #[test]
 fn sums_over_strategies_are_what_path_tracing_sees() {
     let mut random = Random(21);
     let scenes = scenes::all();
     let comparisons = scenes.len() * (MAX_DEPTH as usize + 1) * TILES * TILES;
     for (name, mut scene) in scenes {
-        without_delta_caustics(&mut scene);
+        scenes::without_delta_caustics(&mut scene);
         let world = World::new(&scene, MAX_DEPTH);
         let mut paths = Paths::new(&world);
         let mut other = Paths::new(&world);

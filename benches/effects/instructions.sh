@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Instructions per mutation in a scene that calls for no effect, of this program and of one in which no other effect exists (the feature
-# `bare`): benches/effects/instructions.sh [SCENE]. Needs valgrind (apt install valgrind). Counts repeat exactly.
+# `bare`), and the median speeds of both in turns: benches/effects/instructions.sh [SCENE]. Needs valgrind and jq (apt install valgrind jq).
+# Counts repeat exactly, speeds do not.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 scene=${1:-benches/effects/none.pbrt}
@@ -22,10 +23,30 @@ per_mutation() { # PROGRAM
     echo "scale=1; ($many - $few) / (20 * 100 * 100)" | bc
 }
 
-cargo build --release --features bare --target-dir "$folder/bare" 2>/dev/null
+# Mutations per second of a render of about a second.
+speed() { # PROGRAM
+    "$1" render "$scene" --threads 1 --resolution 100x100 --bootstrap 2000 --mutations 400 -o "$folder/a.pfm" --stats "$folder/stats" --quiet 2>"$folder/log"
+    jq .mutations_per_second "$folder/stats"
+}
+median() { sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'; }
+
+cargo build --release --features bare --target-dir "${BARE_TARGET:-$folder/bare}" 2>/dev/null
 cargo build --release 2>/dev/null
-full=$(per_mutation target/release/phalanx)
-bare=$(per_mutation "$folder/bare/release/phalanx")
+with=target/release/phalanx
+without=${BARE_TARGET:-$folder/bare}/release/phalanx
+full=$(per_mutation "$with")
+bare=$(per_mutation "$without")
 echo "with the plan: $full instructions per mutation"
 echo "without other effects: $bare"
 echo "ratio: $(echo "scale=4; $full / $bare" | bc)"
+
+rounds=${ROUNDS:-31}
+for ((i = 0; i < rounds; i++)); do
+    f=$(speed "$with")
+    b=$(speed "$without")
+    echo "$f" >>"$folder/full"
+    echo "$b" >>"$folder/bare-speed"
+    echo "scale=6; $f / $b" | bc >>"$folder/ratio"
+done
+echo "median of $rounds rounds in turns: $(median <"$folder/full") and $(median <"$folder/bare-speed") mutations per second,"
+echo "of the ratios of neighbours: $(median <"$folder/ratio")"

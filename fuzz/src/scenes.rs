@@ -225,7 +225,7 @@ impl Drop for Shown<'_> {
 }
 
 fn picture(scene: &Scene) {
-    for kind in [IntegratorKind::Mmlt, IntegratorKind::Pt] {
+    for kind in IntegratorKind::ALL {
         let mut settings = Settings::of(scene);
         settings.integrator = kind;
         settings.threads = 1;

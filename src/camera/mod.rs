@@ -161,6 +161,11 @@ impl Camera {
         !crate::BARE && self.projection == Projection::Orthographic
     }
 
+    /// True of the plainest camera there is: perspective, without a lens.
+    pub fn is_pinhole(&self) -> bool {
+        !(self.has_lens() || self.is_parallel() || self.sphere_map().is_some())
+    }
+
     /// Where the camera stands, internal space.
     pub fn position(&self) -> [f32; 3] {
         [
@@ -170,10 +175,11 @@ impl Camera {
         ]
     }
 
-    /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`].
+    /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`]. `PINHOLE` may be true if
+    /// [`Self::is_pinhole`].
     #[inline(always)]
-    pub fn ray<L: Lanes>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
-        if self.sphere_map().is_some() {
+    pub fn ray<L: Lanes, const PINHOLE: bool>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
+        if !PINHOLE && self.sphere_map().is_some() {
             let (direction, pdf) = self.sphere.direction(x, y);
             return CameraRay {
                 origin: Vec3::splat(self.position()),
@@ -189,7 +195,7 @@ impl Camera {
             L::splat(self.screen_per_pixel[1]),
             L::splat(self.screen_origin[1]),
         );
-        if self.is_parallel() {
+        if !PINHOLE && self.is_parallel() {
             return CameraRay {
                 origin: Vec3::new(sx, sy, L::zero()).transform_point(&self.to_world),
                 direction: Vec3::splat([0.0, 0.0, 1.0]).transform_vector(&self.to_world),
@@ -197,7 +203,7 @@ impl Camera {
             };
         }
         let through = Vec3::new(sx, sy, L::one());
-        let (origin, direction) = if self.has_lens() {
+        let (origin, direction) = if !PINHOLE && self.has_lens() {
             let lens = self.lens_point(lens);
             let focus = through * L::splat(self.focal_distance);
             (lens, (focus - lens).normalize())
@@ -213,14 +219,18 @@ impl Camera {
     }
 
     /// Joins `p` to the camera. Invalid behind the camera and outside the region. `lens` are two primary samples, read only if
-    /// [`Self::connects_by_choice`].
+    /// [`Self::connects_by_choice`]. `PINHOLE` may be true if [`Self::is_pinhole`].
     #[inline(always)]
-    pub fn connect<L: Lanes>(&self, p: Vec3<L>, lens: (L, L)) -> CameraConnection<L> {
-        if self.sphere_map().is_some() {
+    pub fn connect<L: Lanes, const PINHOLE: bool>(
+        &self,
+        p: Vec3<L>,
+        lens: (L, L),
+    ) -> CameraConnection<L> {
+        if !PINHOLE && self.sphere_map().is_some() {
             return self.connect_sphere(p, lens.0);
         }
         let q = p.transform_point(&self.to_camera);
-        if self.is_parallel() {
+        if !PINHOLE && self.is_parallel() {
             let raster = self.raster(q.x, q.y);
             let origin = Vec3::new(q.x, q.y, L::zero()).transform_point(&self.to_world);
             return CameraConnection {
@@ -234,13 +244,13 @@ impl Camera {
                     .and(self.region.contains(raster.0, raster.1)),
             };
         }
-        let lens = if self.has_lens() {
+        let lens = if !PINHOLE && self.has_lens() {
             self.lens_point(lens)
         } else {
             Vec3::zero()
         };
         let v = q - lens;
-        let on_screen = if self.has_lens() {
+        let on_screen = if !PINHOLE && self.has_lens() {
             // Where the ray crosses the plane in focus, seen from the centre of the lens.
             let focus = v.mul_add(L::splat(self.focal_distance) / v.z, lens);
             focus * L::splat(1.0 / self.focal_distance)

@@ -106,12 +106,19 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub error_layers: bool,
 
+    /// Write two pictures of each strategy beside every picture (bdpt)
+    ///
+    /// Beside a.exr, a.s1.t3.weighted.exr has what paths of 1 vertex from a light and 3 from the camera add to the picture; all weighted ones add
+    /// up to it. a.s1.t3.unweighted.exr has what they find if there is no other strategy.
+    #[arg(long, help_heading = "Output")]
+    pub strategies: bool,
+
     #[command(flatten)]
     pub picture: PictureArgs,
 
     /// Algorithm
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
-    pub integrator: Option<Integrator>,
+    pub integrator: Option<IntegratorKind>,
 
     #[command(flatten)]
     pub chains: ChainArgs,
@@ -119,7 +126,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub effects: EffectArgs,
 
-    /// Samples per pixel (pt)
+    /// Samples per pixel (pt, lt, bdpt)
     #[arg(
         long,
         value_name = "N",
@@ -392,12 +399,17 @@ impl ValueEnum for Forced {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Integrator {
-    /// Multiplexed Metropolis light transport
-    Mmlt,
-    /// Path tracing
-    Pt,
+impl ValueEnum for IntegratorKind {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        // As a sentence begins.
+        let mut title = self.title().to_owned();
+        title[..1].make_ascii_uppercase();
+        Some(PossibleValue::new(self.name()).help(title))
+    }
 }
 
 impl ValueEnum for Mutation {
@@ -492,11 +504,8 @@ impl RenderArgs {
     /// Applies the flags to what the scene says. `pixels` is the size of the crop window.
     pub fn apply(&self, settings: &mut Settings, pixels: u64) {
         let s = settings;
-        match self.integrator {
-            Some(Integrator::Mmlt) => s.integrator = IntegratorKind::Mmlt,
-            Some(Integrator::Pt) => s.integrator = IntegratorKind::Pt,
-            None => {}
-        }
+        s.integrator = self.integrator.unwrap_or(s.integrator);
+        s.strategies |= self.strategies;
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
             Lanes::One => Width::One,
@@ -528,10 +537,14 @@ impl RenderArgs {
 
     /// Flags given that mean nothing to an integrator.
     pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
-        match integrator {
-            IntegratorKind::Mmlt => self.spp.iter().map(|_| "--spp").collect(),
-            IntegratorKind::Pt => self.chains.given(),
+        let mut idle = match integrator.mutates() {
+            true => self.spp.iter().map(|_| "--spp").collect(),
+            false => self.chains.given(),
+        };
+        if self.strategies && integrator != IntegratorKind::Bdpt {
+            idle.push("--strategies");
         }
+        idle
     }
 }
 

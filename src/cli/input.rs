@@ -1,11 +1,13 @@
 //! The scene a command works on: a file, or the Cornell box inside the program.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::Failure;
 use super::memory::MemoryLimit;
 use super::messages::Messages;
+use super::progress::while_loading;
 use crate::scene::{self, Scene};
 
 /// The built-in scene and the name that messages give it.
@@ -32,7 +34,12 @@ pub fn load(
 ) -> Result<Input, Failure> {
     let start = Instant::now();
     let loaded = match path {
-        Some(path) => scene::load_within(path, memory.bytes),
+        Some(path) => {
+            let loading = Arc::default();
+            while_loading(&loading, messages, || {
+                scene::load_within(path, memory.bytes, &loading)
+            })
+        }
         None => scene::load_str(DEFAULT.1, DEFAULT.0, Path::new("")),
     };
     let scene = loaded.map_err(|e| Failure::Input(e.to_string()))?;

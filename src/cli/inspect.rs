@@ -15,8 +15,8 @@ use super::units;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Bump, Camera, Filter, FilterKind, IntegratorKind, LightKind, Material, NONE, Projection, Scene,
-    Space, SphereMap, Texture,
+    Bump, Camera, Filter, FilterKind, LightKind, Material, NONE, Projection, Scene, Space,
+    SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -345,10 +345,11 @@ fn projection_name(projection: Projection) -> &'static str {
 
 fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
     let i = &scene.integrator;
-    match i.kind {
-        IntegratorKind::Mmlt => writeln!(
+    let name = i.kind.name();
+    match i.kind.mutates() {
+        true => writeln!(
             out,
-            "  mmlt          maxdepth {}, {} mutations per pixel, {} chains, {} bootstrap paths per depth, large steps {}, sigma {}",
+            "  {name:14}maxdepth {}, {} mutations per pixel, {} chains, {} bootstrap paths per depth, large steps {}, sigma {}",
             i.max_depth,
             i.mutations_per_pixel,
             i.chains,
@@ -356,9 +357,9 @@ fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
             i.large_step_probability,
             i.sigma
         ),
-        IntegratorKind::Pt => writeln!(
+        false => writeln!(
             out,
-            "  pt            maxdepth {}, {} samples per pixel",
+            "  {name:14}maxdepth {}, {} samples per pixel",
             i.max_depth, i.pixel_samples
         ),
     }

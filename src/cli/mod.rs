@@ -18,6 +18,7 @@ mod progress;
 mod render;
 mod replay;
 mod signals;
+mod strategies;
 mod table;
 mod units;
 

@@ -1,7 +1,8 @@
 //! How a render goes: a bar where stderr is a terminal, a line every ten per cent elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::{Mutex, mpsc};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,7 +11,8 @@ use super::messages::{Messages, dumb_terminal};
 use super::signals::Signals;
 use super::units;
 use crate::integrate::{Observer, Phase, Settings};
-use crate::scene::IntegratorKind;
+use crate::memory::Bytes;
+use crate::scene::Loading;
 
 /// Shows progress, and ends the render when a signal has come.
 pub struct Progress<'a> {
@@ -56,6 +58,8 @@ impl Estimate {
 
 /// Steps of the bar.
 const STEPS: u64 = 1000;
+/// Primitives whose tree takes as long to build as a line takes to read.
+const MANY: u64 = 1_000_000;
 /// Short renders need no lines, and long ones none more often.
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
 
@@ -64,27 +68,75 @@ pub(super) fn bar(steps: u64, template: &str, messages: Messages) -> Option<Prog
     let terminal = std::io::stderr().is_terminal() && !dumb_terminal();
     (terminal && !messages.quiet).then(|| {
         let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template(template);
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_style(style(template));
         bar
     })
 }
 
+/// Where a phase knows no end: a sign of life in place of a bar.
+const SPINNER: &str = "{prefix:9} {spinner} {msg}, {elapsed}";
+const TICK: Duration = Duration::from_millis(100);
+
+/// Does `work`, and shows how the scene comes in meanwhile: on a terminal all the time, elsewhere in a line after one second, after two, after
+/// four ...
+pub(super) fn while_loading<T>(
+    loading: &Loading,
+    messages: Messages,
+    work: impl FnOnce() -> T,
+) -> T {
+    if messages.quiet {
+        return work();
+    }
+    let start = Instant::now();
+    let so_far = || {
+        let file = (loading.file()).map_or(String::new(), |f| format!(", reading {f}"));
+        let primitives = units::si(loading.primitives() as f64);
+        format!("{primitives} primitives, {}{file}", Bytes(loading.bytes()))
+    };
+    let (done, end) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let bar = bar(0, SPINNER, messages);
+            let mut next = Duration::from_secs(1);
+            // An end of another kind is that `work` is done, or has panicked.
+            while end.recv_timeout(TICK) == Err(mpsc::RecvTimeoutError::Timeout) {
+                let taken = start.elapsed();
+                if let Some(bar) = &bar {
+                    bar.set_prefix("load");
+                    bar.set_message(so_far());
+                    bar.tick();
+                } else if taken >= next {
+                    messages.say(format_args!("load: {} in {}", so_far(), units::time(taken)));
+                    next *= 2;
+                }
+            }
+            if let Some(bar) = bar {
+                bar.finish_and_clear();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
+/// The bar of a render.
+const BAR: &str = "{prefix:9} [{bar:30}] {percent:>3} %  {msg}";
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
 impl<'a> Progress<'a> {
     pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings) -> Self {
-        let integrator = settings.integrator;
-        let bar = bar(
-            STEPS,
-            "{prefix:9} [{bar:30}] {percent:>3} %  {msg}",
-            messages,
-        );
+        let bar = bar(STEPS, BAR, messages);
         let now = Instant::now();
         Self {
             signals,
             messages,
-            unit: match integrator {
-                IntegratorKind::Mmlt => "mutations",
-                IntegratorKind::Pt => "samples",
+            unit: match settings.integrator.mutates() {
+                true => "mutations",
+                false => "samples",
             },
             limit: settings.time,
             target: settings.target_error,
@@ -106,6 +158,28 @@ impl<'a> Progress<'a> {
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+        }
+    }
+
+    /// The tree is being built, or has been: nobody knows how far it has come.
+    fn build(&self, done: u64, total: u64) {
+        let what = format!("tree over {} primitives", units::si(total as f64));
+        match &self.bar {
+            Some(bar) if done < total => {
+                bar.set_style(style(SPINNER));
+                bar.set_prefix("build");
+                bar.set_message(what);
+                bar.enable_steady_tick(TICK);
+            }
+            Some(bar) => {
+                bar.disable_steady_tick();
+                bar.set_style(style(BAR));
+                bar.set_message("");
+            }
+            None if done < total && total >= MANY => {
+                self.messages.say(format_args!("build: {what}"))
+            }
+            None => {}
         }
     }
 
@@ -174,10 +248,7 @@ impl Observer for Progress<'_> {
         let (part, left) = self.forecast(phase, done, total, taken, error);
         let (name, unit) = match phase {
             Phase::Build => {
-                if let Some(bar) = &self.bar {
-                    bar.set_prefix("build");
-                    bar.tick();
-                }
+                self.build(done, total);
                 return;
             }
             Phase::Bootstrap => ("bootstrap", "paths"),

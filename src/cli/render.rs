@@ -12,11 +12,11 @@ use super::messages::Messages;
 use super::outputs;
 use super::progress::Progress;
 use super::signals::Signals;
+use super::strategies;
 use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
-use crate::scene::IntegratorKind;
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
@@ -40,7 +40,8 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     integrate::check(&settings).map_err(|e| Failure::Input(e.to_string()))?;
     memory.check(scene, &settings)?;
     let layers = 1 + u64::from(args.error_layers);
-    outputs::check_room(&files, scene.film.crop_pixels(), layers)?;
+    let pictures = 1 + strategies::pictures(&settings);
+    outputs::check_room(&files, pictures * scene.film.crop_pixels(), layers)?;
 
     if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
@@ -103,7 +104,7 @@ fn summary(render: &Render) -> String {
     let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
     let size = format!("{} x {} pixels", stats.width, stats.height);
     let rays = units::si(stats.rays_per_second);
-    let mut line = if stats.integrator == "pt" {
+    let mut line = if stats.mutations == 0 && stats.samples > 0 {
         format!(
             "{size} in {time}: {} samples, {} samples/s, {rays} rays/s, mean radiance {:.5}",
             units::si(stats.samples as f64),
@@ -174,7 +175,7 @@ fn write_files(
         .map(|pixels| ("stderr", pixels.as_slice()))
         .collect();
     let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
-    let mut whole = true;
+    let mut whole = strategies::write(files, &picture, &render.strategies, exposure, messages);
     for path in files {
         match outputs::save(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
@@ -212,8 +213,8 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
         ),
         ("scene", text(scene)),
     ];
-    match settings.integrator {
-        IntegratorKind::Mmlt => list.extend([
+    match settings.integrator.mutates() {
+        true => list.extend([
             ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
             ("chains", integer(settings.chains)),
             ("bootstrap", integer(settings.bootstrap)),
@@ -225,7 +226,7 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
             ("sigma", tuned(settings.tune.sigma, settings.sigma)),
             ("strategy_choice", text(settings.strategy_choice.name())),
         ]),
-        IntegratorKind::Pt => {
+        false => {
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
         }
     }
@@ -274,7 +275,7 @@ mod tests {
             ..Stats::default()
         };
         let settings = Settings {
-            integrator: IntegratorKind::Mmlt,
+            integrator: crate::scene::IntegratorKind::Mmlt,
             seed: 0,
             threads: 0,
             lanes: integrate::Width::One,
@@ -295,6 +296,7 @@ mod tests {
             target_error: None,
             estimate_error: true,
             error_layers: false,
+            strategies: false,
             batch: None,
             forced: Vec::new(),
             switches: crate::switches::Switches::NONE,

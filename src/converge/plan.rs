@@ -69,19 +69,11 @@ impl Axis {
     }
 }
 
-/// How an integrator is called.
-pub fn name(kind: IntegratorKind) -> &'static str {
-    match kind {
-        IntegratorKind::Mmlt => "mmlt",
-        IntegratorKind::Pt => "pt",
-    }
-}
-
 /// What the effort of an integrator counts, per pixel.
 pub fn effort_unit(kind: IntegratorKind) -> &'static str {
-    match kind {
-        IntegratorKind::Mmlt => "mutations/pixel",
-        IntegratorKind::Pt => "samples/pixel",
+    match kind.mutates() {
+        true => "mutations/pixel",
+        false => "samples/pixel",
     }
 }
 
@@ -93,9 +85,9 @@ pub fn with_effort(settings: &Settings, effort: u64) -> Settings {
     let mut settings = settings.clone();
     settings.time = None;
     let effort = effort.clamp(1, MAX_EFFORT);
-    match settings.integrator {
-        IntegratorKind::Mmlt => settings.mutations_per_pixel = effort,
-        IntegratorKind::Pt => settings.samples_per_pixel = effort,
+    match settings.integrator.mutates() {
+        true => settings.mutations_per_pixel = effort,
+        false => settings.samples_per_pixel = effort,
     }
     settings
 }
@@ -106,7 +98,7 @@ pub fn variants(base: &Settings, kinds: &[IntegratorKind], axes: &[Axis]) -> Vec
     for &kind in kinds {
         let label = Label {
             name: INTEGRATOR,
-            value: name(kind).into(),
+            value: kind.name().into(),
         };
         let mut some = vec![Variant {
             labels: vec![label],

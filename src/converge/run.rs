@@ -352,7 +352,7 @@ fn render_reference(
     Ok(Some(Reference {
         pixels: parts.pixels(),
         figures: ReferenceFigures {
-            source: super::plan::name(settings.integrator).into(),
+            source: settings.integrator.name().into(),
             relmse: error.map(|e| e.0),
             relmse_stderr: error.map(|e| e.1),
             parts: parts.count(),

@@ -8,6 +8,7 @@ mod log;
 pub mod output;
 mod passes;
 mod samples;
+mod scattered;
 mod sums;
 mod tiles;
 
@@ -16,5 +17,6 @@ pub use self::judged::{Half, Scales};
 pub use self::log::SplatLog;
 pub use self::passes::Passes;
 pub use self::samples::{Sample, SampleFilm};
+pub use self::scattered::{Done, ScatteredFilm};
 pub use self::sums::{Destination, SplatFilm};
 pub use self::tiles::{GROUPS, TILE, Tiling};

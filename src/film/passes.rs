@@ -10,9 +10,18 @@ pub struct Passes {
     part: Option<Part>,
 }
 
-/// The share of a pixel in a pass that is not whole: `above[y] + beside[y] * left[x]`.
+/// The share of a pixel in a pass that is not whole.
 #[derive(Clone, Debug, PartialEq)]
-struct Part {
+enum Part {
+    /// Of cells done row by row.
+    Cells(Cells),
+    /// Of samples that may fall anywhere.
+    Everywhere(f64),
+}
+
+/// `above[y] + beside[y] * left[x]`.
+#[derive(Clone, Debug, PartialEq)]
+struct Cells {
     /// By row of pixels: the weight of its filter over the rows of cells that are done, and over the row that is begun.
     above: Vec<f64>,
     beside: Vec<f64>,
@@ -42,11 +51,19 @@ impl Passes {
         let beside = beside.map(|(y, above)| below(1, y, row + 1.0) - above);
         Self {
             whole: count,
-            part: Some(Part {
+            part: Some(Part::Cells(Cells {
                 beside: beside.collect(),
                 left: (x0..x1).map(|x| below(0, x, column)).collect(),
                 above,
-            }),
+            })),
+        }
+    }
+
+    /// Of one more pass a part is done, of samples that fall where they like: the same part of every pixel.
+    pub fn with_part_everywhere(count: u64, part: f64) -> Self {
+        Self {
+            whole: count,
+            part: Some(Part::Everywhere(part)),
         }
     }
 
@@ -64,8 +81,10 @@ impl Passes {
 
     /// What a pixel has had of the pass that is not whole.
     pub fn part(&self, pixel: usize) -> f64 {
-        let Some(part) = &self.part else {
-            return 0.0;
+        let part = match &self.part {
+            None => return 0.0,
+            Some(Part::Everywhere(part)) => return *part,
+            Some(Part::Cells(part)) => part,
         };
         let (x, y) = (pixel % part.left.len(), pixel / part.left.len());
         let share = part.above[y] + part.beside[y] * part.left[x];

@@ -124,7 +124,34 @@ impl SampleFilm {
     pub fn resolve(&self, passes: &Passes) -> Vec<[f32; 3]> {
         let format = Format::now();
         self.pixels(0..self.filter.pixels(), |pixel, sums| {
+            (self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT) as f32
+        })
+    }
+
+    /// The same of some pixels, unrounded.
+    pub(super) fn radiance(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
+        let format = Format::now();
+        self.pixels(pixels, |pixel, sums| {
             self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT
+        })
+    }
+
+    /// A number for each value of [`Self::radiance`] whose square is its squared standard error: the difference of the halves, scaled.
+    ///
+    /// # Panics
+    /// If the film is not judged.
+    pub(super) fn differences(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
+        assert_eq!(self.halves.len(), 2);
+        let format = Format::now();
+        self.pixels(pixels, |pixel, sums| {
+            let [even, odd] = passes.halves(pixel);
+            let weight = (even * odd).sqrt() * over(passes.at(pixel));
+            let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
+            if odd > 0.0 {
+                weight * (half(sums[0], even) - half(sums[1], odd)) / Self::UNIT
+            } else {
+                f64::INFINITY
+            }
         })
     }
 
@@ -148,19 +175,19 @@ impl SampleFilm {
             let [a, b] = [half(sums[0], even), half(sums[1], odd)];
             let difference = (a - b) / Self::UNIT;
             if odd > 0.0 {
-                weight * difference * difference
+                (weight * difference * difference) as f32
             } else {
-                f64::INFINITY
+                f32::INFINITY
             }
         });
         let picture = self.pixels(pixels, |pixel, sums| {
-            self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT
+            (self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT) as f32
         });
         (picture, variance)
     }
 
     /// Pixels of values made of each pixel's number and each sum by half.
-    fn pixels(&self, pixels: Range<usize>, value: impl Fn(usize, &[i128]) -> f64) -> Vec<[f32; 3]> {
+    fn pixels<T>(&self, pixels: Range<usize>, value: impl Fn(usize, &[i128]) -> T) -> Vec<[T; 3]> {
         let mut made = Vec::with_capacity(pixels.len());
         let mut next = pixels.start;
         while next < pixels.end {
@@ -174,7 +201,7 @@ impl SampleFilm {
                     for (sum, half) in sums.iter_mut().zip(&halves) {
                         *sum = half[at + c];
                     }
-                    value(pixel, &sums[..halves.len()]) as f32
+                    value(pixel, &sums[..halves.len()])
                 }));
             }
             next = end;

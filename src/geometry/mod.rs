@@ -69,6 +69,11 @@ pub struct AreaSample<L: Lanes> {
 }
 
 impl Wanted {
+    /// More than places and geometric normals of triangles.
+    pub fn any(self) -> bool {
+        self != Self::default()
+    }
+
     /// What a build without effects can want.
     #[inline(always)]
     fn known(self) -> Self {

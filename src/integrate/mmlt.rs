@@ -126,6 +126,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         height,
         warnings,
         variance,
+        strategies: Vec::new(),
         ended_by: short.unwrap_or(ended_by),
     }
 }

@@ -1,13 +1,17 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call; [`measure`] says how fast it is.
 
+mod bdpt;
 mod bootstraps;
 mod error;
+mod grid;
+mod lt;
 pub mod measure;
 mod mixed;
 mod mmlt;
 mod needs;
 mod pt;
 mod revisit;
+mod sampled;
 mod schedule;
 mod tuning;
 
@@ -20,9 +24,10 @@ use crate::chain::mutate::{Kernel, Mutation};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
-use crate::simd::f32x8;
+use crate::simd::{Lanes, f32x8};
 use crate::switches::{self, Switches};
 use crate::transport::World;
+use crate::transport::bidirectional::Strategy;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -37,7 +42,7 @@ pub struct Settings {
     pub lanes: Width,
     /// Largest number of scattering events.
     pub max_depth: u32,
-    /// Samples per pixel (path tracer).
+    /// Samples per pixel (integrators of independent samples).
     pub samples_per_pixel: u64,
     /// Mutations per pixel (MMLT).
     pub mutations_per_pixel: u64,
@@ -59,6 +64,8 @@ pub struct Settings {
     pub estimate_error: bool,
     /// Return the squared standard error of every pixel, too.
     pub error_layers: bool,
+    /// Return a picture of each strategy, too (bidirectional path tracing).
+    pub strategies: bool,
     /// How chains choose among the strategies of their depth (MMLT).
     pub strategy_choice: StrategyChoice,
     /// Chains or paths that march together; `None` chooses. The picture does not depend on it.
@@ -107,6 +114,7 @@ impl Settings {
             target_error: None,
             estimate_error: true,
             error_layers: false,
+            strategies: i.strategies,
             strategy_choice: StrategyChoice::Uniform,
             batch: None,
             forced: Vec::new(),
@@ -143,7 +151,7 @@ impl StrategyChoice {
 /// What a render is doing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// The tree that rays are traced through: 0 of 1, then 1 of 1.
+    /// The tree that rays are traced through: 0 of its primitives, then all of them (at least 1).
     Build,
     /// Bootstrap paths, and mutations that tune those that count.
     Bootstrap,
@@ -241,7 +249,18 @@ pub struct Render {
     /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` unless
     /// [`Settings::error_layers`] asks for them.
     pub variance: Option<Vec<[f32; 3]>>,
+    /// By depth, then by light vertices; none unless [`Settings::strategies`] asks for them.
+    pub strategies: Vec<StrategyPictures>,
     pub ended_by: EndedBy,
+}
+
+/// What a bidirectional strategy adds to the picture: like [`Render::pixels`].
+pub struct StrategyPictures {
+    pub strategy: Strategy,
+    /// Times its weight: these pictures of all strategies add up to the picture.
+    pub weighted: Vec<[f32; 3]>,
+    /// As if there were no other: all light that it can find, as noisy as it finds it.
+    pub unweighted: Vec<[f32; 3]>,
 }
 
 /// Why a render cannot start.
@@ -269,9 +288,10 @@ pub fn render(
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
-    observer.progress(Phase::Build, 0, 1);
+    let primitives = (scene.triangles.len() + scene.spheres.len()).max(1) as u64;
+    observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
-    observer.progress(Phase::Build, 1, 1);
+    observer.progress(Phase::Build, primitives, primitives);
     if crate::BARE
         && let [first, ..] = &world.plan.effects.beyond_bare()[..]
     {
@@ -287,15 +307,14 @@ pub fn render(
         observer,
         start,
     };
-    let mut render = pool.install(|| match (settings.integrator, settings.lanes) {
-        (IntegratorKind::Mmlt, Width::Eight) => mmlt::render::<f32x8>(&run),
-        (IntegratorKind::Mmlt, Width::One) => mmlt::render::<f32>(&run),
-        (IntegratorKind::Pt, Width::Eight) => pt::render::<f32x8>(&run),
-        (IntegratorKind::Pt, Width::One) => pt::render::<f32>(&run),
+    let mut render = pool.install(|| match settings.lanes {
+        Width::Eight => integrate::<f32x8>(&run),
+        Width::One => integrate::<f32>(&run),
     });
     let scale = scene.film.scale;
-    for v in render.pixels.iter_mut().flatten() {
-        *v *= scale;
+    let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
+    for pixels in parts.chain([&mut render.pixels]) {
+        pixels.iter_mut().flatten().for_each(|v| *v *= scale);
     }
     if let Some(variance) = &mut render.variance {
         let values = variance.iter_mut().flatten();
@@ -332,6 +351,16 @@ pub fn render(
         ));
     }
     Ok(render)
+}
+
+/// Every integrator, by name.
+fn integrate<L: Lanes>(run: &Run) -> Render {
+    match run.settings.integrator {
+        IntegratorKind::Mmlt => mmlt::render::<L>(run),
+        IntegratorKind::Pt => pt::render::<L>(run),
+        IntegratorKind::Lt => lt::render::<L>(run),
+        IntegratorKind::Bdpt => bdpt::render::<L>(run),
+    }
 }
 
 /// Mean radiance below which the epsilon of relative errors rules the picture.
@@ -411,7 +440,7 @@ pub fn check(settings: &Settings) -> Result<(), RenderError> {
             s.sigma
         ));
     }
-    if s.integrator == IntegratorKind::Mmlt && (s.chains == 0 || s.bootstrap == 0) {
+    if s.integrator.mutates() && (s.chains == 0 || s.bootstrap == 0) {
         return fail("chains and bootstrap samples must be at least 1".into());
     }
     if s.chains > crate::chain::batch::MAX_CHAINS_PER_DEPTH as u64 {

@@ -1,10 +1,11 @@
 //! What memory a render needs, before any of it is allocated.
 
-use super::{Settings, mmlt};
+use super::{Settings, mmlt, sampled};
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::Row;
+use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::fmt;
 
 /// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of 2 and 5 million triangles peaked at 245
@@ -40,7 +41,8 @@ impl Needs {
             0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
             n => n,
         };
-        let program = need("program", PROGRAM + THREAD * threads as u64, String::new());
+        let thread = THREAD + kept_bytes(settings);
+        let program = need("program", PROGRAM + thread * threads as u64, String::new());
         let tree = |each, what: &str| {
             let why = format!("{primitives} primitives{what}");
             need("tree", each * primitives, why)
@@ -55,7 +57,7 @@ impl Needs {
         ];
         let mut rendering = vec![tables, program, tree(BUILT, ""), film];
         let mut phases = vec![building];
-        if settings.integrator == IntegratorKind::Mmlt {
+        if settings.integrator.mutates() {
             let depths = u64::from(settings.max_depth) + 1;
             let paths = settings.bootstrap.saturating_mul(depths);
             let why = format!("{} paths for each of {depths} depths", settings.bootstrap);
@@ -103,10 +105,40 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
             let layers = mmlt::layers(settings.max_depth as usize + 1) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
-        IntegratorKind::Pt => pixels * (1 + judged) * size_of::<[i128; 3]>() as u64,
+        IntegratorKind::Pt => pixels * (1 + judged) * EXACT,
+        // What is placed, and what is splatted.
+        IntegratorKind::Lt | IntegratorKind::Bdpt => 2 * pixels * (1 + judged) * EXACT,
     };
-    let pictures = 1 + u64::from(settings.error_layers);
+    let parts = parts(settings);
+    let sums = sums.saturating_add(pixels * parts * EXACT);
+    let pictures = 1 + u64::from(settings.error_layers) + parts;
     sums + pixels * pictures * size_of::<[f32; 3]>() as u64
+}
+
+/// Bytes of a pixel of an exact film of samples.
+const EXACT: u64 = size_of::<[i128; 3]>() as u64;
+
+/// Pictures of strategies, weighted and not.
+fn parts(settings: &Settings) -> u64 {
+    match settings.strategies && settings.integrator == IntegratorKind::Bdpt {
+        true => 2 * Strategy::most(settings.max_depth),
+        false => 0,
+    }
+}
+
+/// What a thread holds of subpaths whose vertices are kept.
+fn kept_bytes(settings: &Settings) -> u64 {
+    match settings.integrator {
+        IntegratorKind::Lt | IntegratorKind::Bdpt => {
+            let paths = settings.batch.unwrap_or(sampled::BATCH) as u64;
+            let parts = parts(settings) > 0;
+            paths.saturating_mul(BidirectionalLayout::bytes_per_path(
+                settings.max_depth,
+                parts,
+            ))
+        }
+        _ => 0,
+    }
 }
 
 /// Chains: their primary samples twice, their states, and what is recorded of them.
@@ -170,5 +202,15 @@ mod tests {
         );
         settings.integrator = IntegratorKind::Pt;
         assert_eq!(Needs::of(&scene, &settings).0.len(), 4);
+        let film = |settings: &Settings| Needs::of(&scene, settings).0[3].bytes;
+        let traced = film(&settings);
+        settings.integrator = IntegratorKind::Bdpt;
+        assert_eq!(film(&settings) - traced, 100 * 100 * 2 * 48);
+        settings.strategies = true;
+        // Depth 0 has one, depths 1 to 5 have 3 to 7.
+        assert_eq!(
+            film(&settings) - traced,
+            100 * 100 * (2 * 48 + 2 * 26 * (48 + 12))
+        );
     }
 }

@@ -115,7 +115,7 @@ impl Recorder<'_> {
             return Fate::Absorbed(Side::Light);
         };
         let tip = Tip::of(step);
-        let link = self.world.camera.connect::<f32>(tip.p, lens);
+        let link = self.world.camera.connect::<f32, false>(tip.p, lens);
         walk.raster = [link.raster.0, link.raster.1];
         if !link.valid {
             return Fate::OutOfView;

@@ -389,7 +389,7 @@ impl Recorder<'_> {
     ) -> Flight {
         let camera = &self.world.camera;
         let (x, y) = camera.region.place(u, v);
-        let ray = camera.ray::<f32>(x, y, lens);
+        let ray = camera.ray::<f32, false>(x, y, lens);
         walk.raster = [x, y];
         let flight = Flight {
             origin: ray.origin.lane(0),

@@ -1,7 +1,9 @@
 //! How much memory a scene may take.
 
+use super::Loading;
 use crate::memory::Bytes;
 use std::cell::Cell;
+use std::sync::Arc;
 
 /// Memory that a scene may take while it is loaded, and what it has taken.
 #[derive(Debug)]
@@ -9,20 +11,23 @@ pub(super) struct Budget {
     /// Bytes.
     limit: u64,
     taken: Cell<u64>,
+    /// Is told.
+    pub loading: Arc<Loading>,
 }
 
 impl Default for Budget {
     /// Without limit.
     fn default() -> Self {
-        Self::new(u64::MAX)
+        Self::new(u64::MAX, Arc::default())
     }
 }
 
 impl Budget {
-    pub fn new(limit: u64) -> Self {
+    pub fn new(limit: u64, loading: Arc<Loading>) -> Self {
         Self {
             limit,
             taken: Cell::new(0),
+            loading,
         }
     }
 
@@ -50,6 +55,7 @@ impl Budget {
     pub fn take(&self, bytes: u64) -> Result<(), String> {
         self.check(bytes)?;
         self.taken.set(self.taken.get().saturating_add(bytes));
+        self.loading.set_bytes(self.taken.get());
         Ok(())
     }
 }
@@ -60,7 +66,7 @@ mod tests {
 
     #[test]
     fn what_is_taken_is_gone() {
-        let budget = Budget::new(100);
+        let budget = Budget::new(100, Arc::default());
         budget.take(60).unwrap();
         budget.check(40).unwrap();
         let message = budget.take(41).unwrap_err();

@@ -8,6 +8,7 @@
 mod budget;
 pub mod film;
 pub mod image;
+mod loading;
 pub mod pbrt;
 pub mod ply;
 pub mod shapes;
@@ -19,6 +20,7 @@ use spectrum::IndexCurve;
 use std::sync::Arc;
 
 pub use self::image::Image;
+pub use self::loading::Loading;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
 pub use self::texture::{
     Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,
@@ -478,19 +480,52 @@ pub enum FilterKind {
 pub struct IntegratorSettings {
     pub kind: IntegratorKind,
     pub max_depth: u32,
-    /// From `Sampler "integer pixelsamples"` (path tracer).
+    /// From `Sampler "integer pixelsamples"` (integrators of independent samples).
     pub pixel_samples: u32,
     pub mutations_per_pixel: u64,
     pub chains: u64,
     pub bootstrap_samples: u64,
     pub large_step_probability: f32,
     pub sigma: f32,
+    /// A picture of each bidirectional strategy is wanted, too (`bdpt`).
+    pub strategies: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
     Mmlt,
     Pt,
+    Lt,
+    Bdpt,
+}
+
+impl IntegratorKind {
+    pub const ALL: [Self; 4] = [Self::Mmlt, Self::Pt, Self::Lt, Self::Bdpt];
+
+    /// As flags and figures have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mmlt => "mmlt",
+            Self::Pt => "pt",
+            Self::Lt => "lt",
+            Self::Bdpt => "bdpt",
+        }
+    }
+
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Mmlt => "multiplexed Metropolis light transport",
+            Self::Pt => "path tracing",
+            Self::Lt => "light tracing",
+            Self::Bdpt => "bidirectional path tracing",
+        }
+    }
+
+    /// True if it mutates paths; the others make independent samples.
+    pub fn mutates(self) -> bool {
+        matches!(self, Self::Mmlt)
+    }
 }
 
 impl Default for IntegratorSettings {
@@ -506,6 +541,7 @@ impl Default for IntegratorSettings {
             bootstrap_samples: 100_000,
             large_step_probability: 0.3,
             sigma: 0.01,
+            strategies: false,
         }
     }
 }

@@ -20,10 +20,14 @@ pub enum Purpose {
     Seeding = 4,
     /// The path tracer's samples.
     PathTracer = 5,
+    /// Those of bidirectional path tracing.
+    Bidirectional = 6,
+    /// Those of light tracing.
+    LightTracer = 7,
     /// As `Mutation`, `Decision` and `Seeding`, for chains that only tune others.
-    Tuning = 6,
-    TuningDecision = 7,
-    TuningSeeding = 8,
+    Tuning = 8,
+    TuningDecision = 9,
+    TuningSeeding = 10,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

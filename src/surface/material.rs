@@ -57,6 +57,8 @@ pub struct MaterialTable<'a> {
     pub uses_uv: bool,
     /// Some texture looks at the point or the normal.
     pub uses_point: bool,
+    /// Some hits have rows of their own, or none until a component is chosen.
+    pub own_rows: bool,
 }
 
 impl<'a> MaterialTable<'a> {
@@ -72,6 +74,7 @@ impl<'a> MaterialTable<'a> {
             looked_up: Vec::new(),
             uses_uv: false,
             uses_point: false,
+            own_rows: false,
         };
         for Material { kind, bump, .. } in &scene.materials {
             let textured = params(kind).iter().any(|p| matches!(p, Param::Texture(_)));
@@ -119,6 +122,7 @@ impl<'a> MaterialTable<'a> {
             let row = table.row(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
+        table.own_rows = (table.entries.iter()).any(|e| e.per_hit || e.mixture);
         table
     }
 

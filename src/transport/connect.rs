@@ -58,10 +58,12 @@ impl World<'_> {
                 surface = [b1, b2];
             }
             let seen = (self.lights).emitted(&self.geometry, lights, tip.p, cos, surface);
-            let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
-            let weight = tip.partial().weight_hit(seen.direct_pdf, emission);
-            let rgb = tip.beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
-            self.add(paths, chunk, rgb);
+            let direct = seen.direct_pdf * L::splat(paths.rivals.direct);
+            let emission = seen.emission_pdf * L::splat(paths.rivals.light);
+            let weight = tip.partial().weight_hit(direct, emission);
+            let all = tip.beta.mul_elem(seen.radiance);
+            let rgb = all * (weight * L::splat(factor));
+            self.add(paths, chunk, rgb, || all * L::splat(factor));
         }
     }
 
@@ -80,10 +82,12 @@ impl World<'_> {
             // Each environment is a path space of its own, with its own densities.
             for &light in &self.lights.infinite {
                 let seen = self.lights.escaped(light, direction);
-                let emission = seen.emission_pdf * L::splat(paths.light_subpaths);
-                let weight = partial.weight_hit(seen.direct_pdf, emission);
-                let rgb = beta.mul_elem(seen.radiance) * (weight * L::splat(factor));
-                self.add(paths, chunk, rgb);
+                let direct = seen.direct_pdf * L::splat(paths.rivals.direct);
+                let emission = seen.emission_pdf * L::splat(paths.rivals.light);
+                let weight = partial.weight_hit(direct, emission);
+                let all = beta.mul_elem(seen.radiance);
+                let rgb = all * (weight * L::splat(factor));
+                self.add(paths, chunk, rgb, || all * L::splat(factor));
             }
         }
     }
@@ -108,12 +112,28 @@ impl World<'_> {
                 paths.dispersion.touch(list, side);
             }
         }
+        self.join::<L>(paths, samples, lists, at, factors);
+    }
+
+    /// The same, where it is known already which of the paths have met what disperses light, their tips included.
+    pub(super) fn join<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        lists: &mut Lists,
+        at: ConnectionSamples,
+        factors: &[f32],
+    ) {
         let [direct, lens, general] = &mut lists.joined;
         direct.clear();
         lens.clear();
         general.clear();
         self.link_direct::<L>(paths, samples, &lists.direct, at, direct);
-        self.link_lens::<L>(paths, samples, &lists.lens, at, lens);
+        if self.camera.is_pinhole() {
+            self.link_lens::<L, true>(paths, samples, &lists.lens, at, lens);
+        } else {
+            self.link_lens::<L, false>(paths, samples, &lists.lens, at, lens);
+        }
         self.link_tips::<L>(paths, &lists.general, general);
         for (list, side) in [
             (&*direct, Side::Camera),
@@ -164,6 +184,16 @@ impl World<'_> {
                 rgb[c] += if visible { value[c] } else { 0.0 };
             }
         }
+        if !paths.part.is_empty() {
+            for &path in &*lists.trace {
+                let visible = paths.blocked[path as usize] == 0;
+                let value = paths.value[0][path as usize].0;
+                let part = &mut paths.part[path as usize].0;
+                for (sum, v) in part.iter_mut().zip(value) {
+                    *sum += if visible { v } else { 0.0 };
+                }
+            }
+        }
         paths.clock.lap(Stage::Mis);
     }
 
@@ -212,7 +242,7 @@ impl World<'_> {
         }
     }
 
-    fn link_lens<L: Lanes>(
+    fn link_lens<L: Lanes, const PINHOLE: bool>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
@@ -222,7 +252,7 @@ impl World<'_> {
     ) {
         for chunk in list.chunks(L::N) {
             let tip = paths.tips[1].load::<L>(chunk);
-            let lens = if self.camera.connects_by_choice() {
+            let lens = if !PINHOLE && self.camera.connects_by_choice() {
                 (
                     samples.gather(at.point, chunk),
                     samples.gather(at.point + 1, chunk),
@@ -230,7 +260,7 @@ impl World<'_> {
             } else {
                 (L::zero(), L::zero())
             };
-            let link = self.camera.connect(tip.p, lens);
+            let link = self.camera.connect::<L, PINHOLE>(tip.p, lens);
             shadow_ray(
                 &mut paths.ray,
                 chunk,
@@ -326,17 +356,17 @@ impl World<'_> {
                 value[4],
                 value[5],
                 end[3],
-                end[4] * L::splat(paths.light_subpaths),
+                end[4] * L::splat(paths.rivals.light),
                 end[5].gt(L::zero()),
             );
             let scale = weight * L::splat(factor) / end[3];
             let f = Vec3::new(value[0], value[1], value[2]);
-            let rgb = tip
+            let all = tip
                 .beta
                 .mul_elem(f)
-                .mul_elem(Vec3::new(end[0], end[1], end[2]))
-                * scale;
-            self.keep(paths, chunk, rgb, live);
+                .mul_elem(Vec3::new(end[0], end[1], end[2]));
+            let unweighted = || all * (L::splat(factor) / end[3]);
+            self.keep(paths, chunk, all * scale, unweighted, live);
         }
     }
 
@@ -345,10 +375,13 @@ impl World<'_> {
             let tip = paths.tips[1].load::<L>(chunk);
             let value = L::load_rows(&paths.value[1], chunk);
             let end = L::load_rows(&paths.end, chunk);
-            let weight = tip.partial().weight_camera(end[3] * value[5], value[4]);
+            let camera = end[3] * value[5] * L::splat(paths.rivals.camera);
+            let weight = tip.partial().weight_camera(camera, value[4]);
             let f = Vec3::new(value[0], value[1], value[2]);
-            let rgb = tip.beta.mul_elem(f) * (end[3] * weight * L::splat(factor));
-            self.keep(paths, chunk, rgb, live);
+            let all = tip.beta.mul_elem(f);
+            let rgb = all * (end[3] * weight * L::splat(factor));
+            let unweighted = || all * (end[3] * L::splat(factor));
+            self.keep(paths, chunk, rgb, unweighted, live);
         }
     }
 
@@ -382,35 +415,67 @@ impl World<'_> {
             };
             let last = chunk.len() - 1;
             let factor = L::from_fn(|i| factors[paths.s[chunk[i.min(last)] as usize] as usize]);
-            let rgb = f(0).mul_elem(f(1)) * (inv_d2 * weight * factor);
-            self.keep(paths, chunk, rgb, live);
+            let all = f(0).mul_elem(f(1));
+            let rgb = all * (inv_d2 * weight * factor);
+            self.keep(paths, chunk, rgb, || all * (inv_d2 * factor), live);
         }
     }
 
     /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
-    /// alive.
+    /// alive. Without their weights they are kept if parts are asked for.
     #[inline(always)]
-    fn keep<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>, live: &mut List) {
+    fn keep<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        rgb: Vec3<L>,
+        unweighted: impl FnOnce() -> Vec3<L>,
+        live: &mut List,
+    ) {
         let rgb = self.coloured(paths, list, rgb);
         let zero = L::zero();
+        let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
+        let mut all = Vec3::zero();
+        let mut unlit = dark(rgb);
+        if !paths.part.is_empty() {
+            all = self.coloured(paths, list, unweighted());
+            unlit &= dark(all);
+        }
         L::store_rows(
-            [rgb.x, rgb.y, rgb.z, zero, zero, zero, zero, zero],
+            [rgb.x, rgb.y, rgb.z, zero, all.x, all.y, all.z, zero],
             &mut paths.value[0],
             list,
         );
-        let dark = rgb.x.eq(zero).and(rgb.y.eq(zero)).and(rgb.z.eq(zero));
-        live.push_where(list, dark.not().bits());
+        live.push_where(list, !unlit);
     }
 
-    /// Adds to the outcomes of the paths in `list`.
+    /// Adds to the outcomes of the paths in `list`, and to the parts that are asked for.
     #[inline(always)]
-    fn add<L: Lanes>(&self, paths: &mut Paths, list: &[u32], rgb: Vec3<L>) {
+    fn add<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        rgb: Vec3<L>,
+        unweighted: impl FnOnce() -> Vec3<L>,
+    ) {
         let rgb = self.coloured(paths, list, rgb);
         for (i, &path) in list.iter().enumerate() {
             let v = rgb.lane(i);
             let out = &mut paths.outcome[path as usize].rgb;
             for c in 0..3 {
                 out[c] += v[c];
+            }
+        }
+        if paths.part.is_empty() {
+            return;
+        }
+        let all = self.coloured(paths, list, unweighted());
+        for (i, &path) in list.iter().enumerate() {
+            let (v, u) = (rgb.lane(i), all.lane(i));
+            let part = &mut paths.part[path as usize].0;
+            for c in 0..3 {
+                part[c] += v[c];
+                part[4 + c] += u[c];
             }
         }
     }

@@ -43,6 +43,23 @@ impl Dispersion {
         }
     }
 
+    /// Starts subpaths anew: nothing has been met.
+    pub fn forget(&mut self) {
+        self.touched.fill(false);
+    }
+
+    /// Whether a path up to the present tip of a side, which is on its way, has met what disperses light.
+    #[inline(always)]
+    pub fn has_met(&self, path: u32, side: Side) -> bool {
+        self.touched[path as usize] | self.tip[side as usize][path as usize]
+    }
+
+    /// Says of a path whether it has.
+    #[inline(always)]
+    pub fn set(&mut self, path: u32, touched: bool) {
+        self.touched[path as usize] = touched;
+    }
+
     /// `rgb` as light of the paths' wavelengths, where they have one.
     #[inline(always)]
     pub fn colour<L: Lanes>(&self, list: &[u32], rgb: Vec3<L>) -> Vec3<L> {

@@ -3,7 +3,7 @@
 use super::World;
 use super::clock::Stage;
 use super::connect::ConnectionSamples;
-use super::paths::{Lists, Paths, Side};
+use super::paths::{Lists, Outcome, Paths, Rivals, Side};
 use super::samples::Samples;
 use super::walk::Bounce;
 use crate::plan::{DepthPlan, Plan};
@@ -65,7 +65,7 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        paths.light_subpaths = 1.0;
+        paths.rivals = Rivals::ALL;
         if depth.strategies.is_empty() {
             return;
         }
@@ -114,7 +114,7 @@ impl World<'_> {
         };
         self.connect::<L>(paths, samples, &mut lists, connection, factors);
         paths.lists = lists;
-        self.settle(paths);
+        settle(&mut paths.outcome);
     }
 
     /// The first primary sample of the camera stream chooses among the strategies.
@@ -274,7 +274,7 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        paths.light_subpaths = 0.0;
+        paths.rivals = Rivals::UNIDIRECTIONAL;
         self.start_wavelengths(paths, samples, UnidirectionalLayout::WAVELENGTH, n);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
@@ -320,18 +320,22 @@ impl World<'_> {
             self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }
         paths.lists = lists;
-        self.settle(paths);
+        settle(&mut paths.outcome);
     }
+}
 
-    /// Replaces contributions that are not finite, or negative, by 0.
-    pub(super) fn settle(&self, paths: &mut Paths) {
-        for outcome in &mut paths.outcome {
-            let good = |v: f32| (0.0..=f32::MAX).contains(&v);
-            let [r, g, b] = outcome.rgb;
-            if !(good(r) & good(g) & good(b)) {
-                outcome.rgb = [0.0; 3];
-                outcome.rejected = 1;
-            }
+/// Replaces contributions that are not finite, or negative, by 0.
+pub(super) fn settle(outcomes: &mut [Outcome]) {
+    for outcome in outcomes {
+        if !is_good(outcome.rgb) {
+            outcome.rgb = [0.0; 3];
+            outcome.rejected = 1;
         }
     }
+}
+
+#[inline(always)]
+pub(super) fn is_good([r, g, b]: [f32; 3]) -> bool {
+    let good = |v: f32| (0.0..=f32::MAX).contains(&v);
+    good(r) & good(g) & good(b)
 }

@@ -6,10 +6,12 @@
 //! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
 //! 4. [`connect`] joins tips with one visibility ray.
 //! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
+//!    are joined; it keeps a workspace's tips, vertex by vertex.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
+pub mod bidirectional;
 pub mod clock;
 pub mod connect;
 pub mod cutout;

@@ -1,5 +1,6 @@
 //! The workspace of a batch of paths. All records are rows of eight floats ([`Row`]), one per path.
 
+use super::bidirectional::Kept;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::{Kind, Mode};
@@ -44,7 +45,7 @@ pub struct Tips {
 }
 
 impl Tips {
-    fn resize(&mut self, n: usize) {
+    pub(super) fn resize(&mut self, n: usize) {
         for rows in [&mut self.place, &mut self.frame, &mut self.energy] {
             rows.resize(n, Row::default());
         }
@@ -79,6 +80,35 @@ impl Outcome {
     }
 }
 
+/// What competes with a strategy in its weight: densities of other strategies enter times these, 0 for those that do not run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rivals {
+    /// Points sampled on lights (`s = 1`), where a light was met by chance.
+    pub direct: f32,
+    /// Light subpaths.
+    pub light: f32,
+    /// Camera subpaths, where a light subpath is joined to the camera.
+    pub camera: f32,
+}
+
+impl Rivals {
+    pub const ALL: Self = Self {
+        direct: 1.0,
+        light: 1.0,
+        camera: 1.0,
+    };
+    pub const NONE: Self = Self {
+        direct: 0.0,
+        light: 0.0,
+        camera: 0.0,
+    };
+    /// Of camera subpaths that are joined to points on lights alone.
+    pub const UNIDIRECTIONAL: Self = Self {
+        light: 0.0,
+        ..Self::ALL
+    };
+}
+
 /// Workspace for up to a fixed number of paths; grows, never shrinks.
 pub struct Paths {
     /// Paths in the batch.
@@ -90,7 +120,7 @@ pub struct Paths {
     /// Per path `[beta (3), dVCM, dVC, distant (0 or 1), 0, 0]` of the subpath on its way.
     pub flight: Vec<Row>,
     pub tips: [Tips; 2],
-    /// Parameter rows: first those of the materials, then one per path and side for hits that have their own.
+    /// Parameter rows: first those of the materials, then one per slot, path and side for hits that have their own.
     pub params: Vec<Row>,
     materials: usize,
     /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
@@ -120,8 +150,21 @@ pub struct Paths {
     pub(super) through: Through,
     /// Rays traced so far.
     pub rays: u64,
-    /// Emission densities enter weights scaled by this: 1, or 0 for an integrator without light subpaths.
-    pub light_subpaths: f32,
+    /// What competes in weights.
+    pub(super) rivals: Rivals,
+    /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the camera adds, and where. 0 if nothing;
+    /// the raster position then means nothing.
+    pub splats: Vec<Vec<Outcome>>,
+    /// By strategy of a bidirectional evaluation that is asked for them, and path: contributions with and without their weight,
+    /// `[weighted (3), 0, unweighted (3), 0]`.
+    pub parts: Vec<Vec<Row>>,
+    /// Those of the strategy at work; empty if nobody asks.
+    pub(super) part: Vec<Row>,
+    /// All vertices of both subpaths; only bidirectional evaluations keep them.
+    pub(super) kept: Kept,
+    /// Which of the parameter rows that each tip has are in use.
+    pub(super) slot: usize,
+    slots: usize,
     pub(super) lists: Lists,
     /// Where the time goes.
     pub clock: Clock,
@@ -200,7 +243,13 @@ impl Paths {
             sorter: Sorter::default(),
             through: Through::default(),
             rays: 0,
-            light_subpaths: 1.0,
+            rivals: Rivals::ALL,
+            splats: Vec::new(),
+            parts: Vec::new(),
+            part: Vec::new(),
+            kept: Kept::default(),
+            slot: 0,
+            slots: 1,
             lists: Lists::default(),
             clock: Clock::default(),
         }
@@ -225,7 +274,8 @@ impl Paths {
             for tips in &mut self.tips {
                 tips.resize(n);
             }
-            self.params.resize(self.materials + 2 * n, Row::default());
+            self.params
+                .resize(self.materials + 2 * n * self.slots, Row::default());
             self.textured.reserve(n);
             self.mixed.reserve(n);
             self.shares.reserve(n);
@@ -240,10 +290,25 @@ impl Paths {
         }
     }
 
+    /// Paths there is room for.
+    pub(super) fn room(&self) -> usize {
+        self.ray.len()
+    }
+
+    /// Gives every tip so many parameter rows of its own.
+    pub(super) fn reserve_slots(&mut self, slots: usize) {
+        if self.slots < slots {
+            self.slots = slots;
+            let rows = self.materials + 2 * self.room() * slots;
+            self.params.resize(rows, Row::default());
+        }
+    }
+
     /// The parameter row reserved for a tip that has its own.
     #[inline(always)]
     pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
-        (self.materials + 2 * path as usize + side as usize) as u32
+        let tip = self.slot * self.room() + path as usize;
+        (self.materials + 2 * tip + side as usize) as u32
     }
 
     /// True if the ray of `path` hit nothing.

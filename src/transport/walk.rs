@@ -7,7 +7,7 @@ use super::mis::{self, Partial};
 use super::paths::{Paths, Side, Tips};
 use super::samples::Samples;
 use crate::BARE;
-use crate::geometry::shading_frame;
+use crate::geometry::{Wanted, shading_frame};
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::Bsdf;
 use crate::surface::bump::{Relief, Tilted};
@@ -56,22 +56,37 @@ impl World<'_> {
         (raster, lens): (usize, usize),
         one_strategy: bool,
     ) {
+        if self.camera.is_pinhole() {
+            self.start_camera_by::<L, true>(paths, samples, list, (raster, lens), one_strategy);
+        } else {
+            self.start_camera_by::<L, false>(paths, samples, list, (raster, lens), one_strategy);
+        }
+    }
+
+    fn start_camera_by<L: Lanes, const PINHOLE: bool>(
+        &self,
+        paths: &mut Paths,
+        samples: &Samples,
+        list: &[u32],
+        (raster, lens): (usize, usize),
+        one_strategy: bool,
+    ) {
         for chunk in list.chunks(L::N) {
             let u: L = samples.gather(raster, chunk);
             let v: L = samples.gather(raster + 1, chunk);
-            let lens = if !BARE && self.plan.lens {
+            let lens = if !PINHOLE && self.plan.lens {
                 (samples.gather(lens, chunk), samples.gather(lens + 1, chunk))
             } else {
                 (L::zero(), L::zero())
             };
             let (x, y) = self.camera.region.place(u, v);
-            let ray = self.camera.ray(x, y, lens);
+            let ray = self.camera.ray::<L, PINHOLE>(x, y, lens);
             let d_vcm = if one_strategy {
                 L::zero()
             } else {
                 L::one() / ray.pdf
             };
-            let distant = L::splat(f32::from(u8::from(self.camera.is_parallel())));
+            let distant = L::splat(f32::from(u8::from(!PINHOLE && self.camera.is_parallel())));
             store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
             let (zero, one) = (L::zero(), L::one());
             L::store_rows(
@@ -151,11 +166,14 @@ impl World<'_> {
         side: Side,
         (samples, label): (&Samples, Option<Bounce>),
     ) {
+        match (self.materials.own_rows, self.wanted.any()) {
+            (false, false) => self.arrive_at::<L, false, false>(paths, list, side),
+            (false, true) => self.arrive_at::<L, false, true>(paths, list, side),
+            (true, false) => self.arrive_at::<L, true, false>(paths, list, side),
+            (true, true) => self.arrive_at::<L, true, true>(paths, list, side),
+        }
         if self.plan.mixtures {
-            self.arrive_at::<L, true>(paths, list, side);
             self.choose_components(paths, side, samples, label);
-        } else {
-            self.arrive_at::<L, false>(paths, list, side);
         }
         // Texels have been asked for, and have had time to come.
         for &(path, material, uv) in &paths.textured {
@@ -234,8 +252,10 @@ impl World<'_> {
         }
     }
 
-    /// Stores the tips of `list`; those of mixtures, if there are any, are left in `paths.mixed`.
-    fn arrive_at<L: Lanes, const MIXTURES: bool>(
+    /// Stores the tips of `list`; those of mixtures, if there are any, are left in `paths.mixed`. Without `OWN` no hit has a row of its own
+    /// and there are no mixtures, without `MORE` nothing but places and geometric normals of triangles is wanted: loops that all hits go
+    /// through do not ask.
+    fn arrive_at<L: Lanes, const OWN: bool, const MORE: bool>(
         &self,
         paths: &mut Paths,
         list: &[u32],
@@ -257,7 +277,7 @@ impl World<'_> {
                 origin,
                 direction,
                 [t, b1, b2],
-                self.wanted,
+                if MORE { self.wanted } else { Wanted::default() },
             );
             let distant = flight[5].gt(L::zero());
             let distance2 = L::select(distant, L::one(), t * t);
@@ -274,7 +294,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 paths.tips[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if !BARE && (entry.per_hit || MIXTURES && entry.mixture) {
+                if OWN && !BARE && (entry.per_hit || entry.mixture) {
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     let mut place = Place {
                         uv,
@@ -285,7 +305,7 @@ impl World<'_> {
                         place.n = point.ng.lane(i);
                     }
                     self.materials.announce(shape.material as usize, &place);
-                    if MIXTURES && entry.mixture {
+                    if entry.mixture {
                         paths.mixed.push((path, shape.material, uv));
                     } else {
                         params[i] = paths.own_params(side, path);

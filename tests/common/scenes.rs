@@ -1,7 +1,7 @@
 //! Small scenes that between them have every material, light and camera.
 
 use phalanx::film::output::{Picture, write};
-use phalanx::scene::{Scene, load_str};
+use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene, load_str};
 use std::path::{Path, PathBuf};
 
 #[path = "../support/dialect.rs"]
@@ -518,4 +518,32 @@ pub fn furnace(albedo: f32) -> Scene {
     let world = walls([&m; 5]) + &front(&m) + &area("1 1 1", false, &lamp());
     let text = text_of(&format!("{INSIDE}{WIDE}{FILM}"), &world);
     load(&text, Path::new("."))
+}
+
+/// Light from a point that a mirror throws on a surface is out of a path tracer's reach, not of light subpaths': such scenes lose their
+/// delta materials.
+pub fn without_delta_caustics(scene: &mut Scene) {
+    let point_like = |l: &Light| {
+        matches!(
+            l.kind,
+            LightKind::Point { .. }
+                | LightKind::Spot { .. }
+                | LightKind::Goniometric { .. }
+                | LightKind::Projection { .. }
+                | LightKind::Distant { .. }
+        )
+    };
+    if !scene.lights.iter().any(point_like) {
+        return;
+    }
+    for m in &mut scene.materials {
+        if let MaterialKind::Mirror { reflectance } | MaterialKind::Dielectric { reflectance, .. } =
+            m.kind
+        {
+            m.kind = MaterialKind::Diffuse {
+                reflectance,
+                sigma: Param::Constant([0.0; 3]),
+            };
+        }
+    }
 }

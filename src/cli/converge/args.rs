@@ -7,8 +7,7 @@ use clap::{Args, value_parser};
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::cli::args::{
-    ChoiceName, Integrator, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability,
-    resolution, sigma,
+    ChoiceName, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
 #[cfg(feature = "switches")]
@@ -44,7 +43,7 @@ pub struct ConvergeArgs {
         default_value = "pt,mmlt",
         help_heading = "Variants"
     )]
-    pub integrators: Vec<Integrator>,
+    pub integrators: Vec<IntegratorKind>,
 
     /// SIMD widths
     #[arg(
@@ -231,7 +230,7 @@ pub struct ConvergeArgs {
         conflicts_with = "reference",
         help_heading = "Reference"
     )]
-    pub reference_integrator: Integrator,
+    pub reference_integrator: IntegratorKind,
 
     /// Budget of the reference that is rendered, in multiples of the largest
     #[arg(
@@ -305,27 +304,16 @@ fn reference_factor(text: &str) -> Result<f64, String> {
     number_in(text, 1e-3, 1e6)
 }
 
-pub fn kind(integrator: Integrator) -> IntegratorKind {
-    match integrator {
-        Integrator::Mmlt => IntegratorKind::Mmlt,
-        Integrator::Pt => IntegratorKind::Pt,
-    }
-}
-
 fn any(_: IntegratorKind) -> bool {
     true
 }
 
 /// Those that mutate paths.
 fn metropolis(kind: IntegratorKind) -> bool {
-    matches!(kind, IntegratorKind::Mmlt)
+    kind.mutates()
 }
 
 impl ConvergeArgs {
-    pub fn kinds(&self) -> Vec<IntegratorKind> {
-        self.integrators.iter().copied().map(kind).collect()
-    }
-
     /// The settings that are swept, each with the flag it comes from.
     pub fn axes(&self) -> Vec<(&'static str, Axis)> {
         let width = |lanes: &Lanes| match lanes {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use self::args::{ConvergeArgs, kind};
+use self::args::ConvergeArgs;
 use self::progress::Progress;
 use super::Failure;
 use super::input::{self, Input};
@@ -142,7 +142,7 @@ fn command() -> String {
 
 /// All scenes with their variants and references.
 fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Failure> {
-    let kinds = args.kinds();
+    let kinds = args.integrators.clone();
     let axes: Vec<Axis> = (args.axes().into_iter())
         .filter(|(flag, axis)| {
             let idle = !axis.values.is_empty() && !kinds.iter().any(|k| (axis.applies)(*k));
@@ -167,6 +167,7 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
         let base = Settings {
             seed: args.seed,
             threads: args.threads as usize,
+            strategies: false,
             ..Settings::of(&input.scene)
         };
         let variants = variants(&base, &kinds, &axes);
@@ -176,7 +177,7 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
                 ReferenceSource::Given(read_reference(file, error, &input)?)
             }
             None => ReferenceSource::Render(Settings {
-                integrator: kind(args.reference_integrator),
+                integrator: args.reference_integrator,
                 max_depth: (args.max_depth.iter().copied().max()).unwrap_or(base.max_depth),
                 ..base
             }),

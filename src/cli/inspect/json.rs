@@ -6,7 +6,7 @@ use super::super::input::Input;
 use super::{film_filter, light_name, projection_name, texture_name, to_world};
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::plan;
-use crate::scene::{Camera, Image, IntegratorKind, Scene, Space};
+use crate::scene::{Camera, Image, Scene, Space};
 use crate::transport::World;
 
 #[derive(Serialize)]
@@ -213,10 +213,7 @@ fn film(scene: &Scene) -> FilmEntry<'_> {
 fn integrator(scene: &Scene) -> IntegratorEntry {
     let i = &scene.integrator;
     IntegratorEntry {
-        name: match i.kind {
-            IntegratorKind::Mmlt => "mmlt",
-            IntegratorKind::Pt => "pt",
-        },
+        name: i.kind.name(),
         max_depth: i.max_depth,
         samples_per_pixel: i.pixel_samples,
         mutations_per_pixel: i.mutations_per_pixel,

@@ -45,8 +45,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
         check_count(&numbers, plan).map_err(Failure::Input)?;
         document.path = Some(Recorder::new(scene, &world).report(plan, &numbers));
     } else {
-        if scene.integrator.kind == IntegratorKind::Pt {
-            messages.note("the scene asks for path tracing; these are chains of --integrator mmlt");
+        let asked = scene.integrator.kind;
+        if asked != IntegratorKind::Mmlt {
+            messages.note(format_args!(
+                "the scene asks for {}; these are chains of --integrator mmlt",
+                asked.title()
+            ));
         }
         if settings.max_depth >= crate::chain::batch::MAX_DEPTHS {
             // World holds a plan of every depth.

@@ -1,7 +1,7 @@
 //! Surfaces under a dielectric coat (v4 `coateddiffuse`, `coatedconductor`).
 
 use super::color::Use;
-use super::error::SceneError;
+use super::error::{SceneError, Site};
 use super::materials::{Built, Part, PartMaterial, conductor_fresnel, index};
 use super::params::ParamSet;
 use super::textures::{TextureNames, color_param, color_param_or, float_param};
@@ -12,6 +12,20 @@ pub(super) fn diffuse(set: &ParamSet, names: &TextureNames) -> Result<Built, Sce
     let coat = coat(set, names, "")?;
     let base = MaterialKind::CoatedDiffuse { reflectance, coat };
     Ok(under(coat, base, reflectance))
+}
+
+/// Where a coat is said to disperse light, which coats do not.
+pub(super) fn undispersed(kind: &str, set: &ParamSet) -> Result<Option<Site>, SceneError> {
+    let name = match kind {
+        "coateddiffuse" => "eta",
+        "coatedconductor" => "interface.eta",
+        _ => return Ok(None),
+    };
+    let Some(eta) = set.find(name) else {
+        return Ok(None);
+    };
+    let disperses = set.index_curve(eta)?.is_some();
+    Ok(disperses.then(|| set.site_of(eta)))
 }
 
 /// A surface that has its coat in it, unless that is smooth and reflects: then what it reflects, a delta distribution, and what it lets through are

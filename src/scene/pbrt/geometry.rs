@@ -9,6 +9,7 @@ use super::error::{Report, SceneError, Site};
 use super::lights::AreaLight;
 use super::transform::{normal_matrix, swaps_handedness};
 use crate::scene;
+use crate::scene::Loading;
 use crate::scene::budget::Budget;
 use crate::scene::shapes::MeshData;
 
@@ -148,6 +149,11 @@ impl Geometry {
         self.budget.check(bytes)
     }
 
+    /// Who is told how loading goes.
+    pub fn loading(&self) -> &Loading {
+        &self.budget.loading
+    }
+
     fn room_for(&self, site: &Site, primitives: usize, vertices: usize) -> Result<(), SceneError> {
         let fits = |have: usize, more: usize, limit: usize| {
             have.checked_add(more).is_some_and(|n| n <= limit)
@@ -161,7 +167,9 @@ impl Geometry {
                 SPHERE_BYTES
             };
             let bytes = vertices * VERTEX_BYTES + primitives * each;
-            return self.budget.take(bytes as u64).map_err(|e| site.error(e));
+            self.budget.take(bytes as u64).map_err(|e| site.error(e))?;
+            self.budget.loading.add_primitives(primitives as u64);
+            return Ok(());
         }
         Err(site.error(format_args!(
             "the scene has more than {MAX_PRIMITIVES} triangles, instances included; use fewer instances or simpler meshes"

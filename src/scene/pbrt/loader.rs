@@ -19,7 +19,7 @@ use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, Tables};
-use super::{materials, transform};
+use super::{coats, materials, transform};
 use crate::scene::budget::Budget;
 use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
 
@@ -648,6 +648,12 @@ impl Loader {
         let state = &self.states.current;
         let names = &state.textures;
         let built = materials::build(kind, set, names, &state.named_materials)?;
+        if let Some(site) = coats::undispersed(kind, set)? {
+            self.report.warn_at(
+                &site,
+                "coats do not disperse light: its index of refraction is that of 587.6 nm throughout",
+            );
+        }
         let bump = match built.first_named() {
             None => materials::bump(kind, set, names, &mut self.tables, &mut self.report)?,
             // v3 adds the lobes of the second material to the BSDF of the first, which has the frame (`MixMaterial`).

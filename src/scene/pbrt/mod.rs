@@ -31,25 +31,27 @@ mod tests;
 
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
 
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
 use self::lexer::Source;
 use self::loader::Loader;
 use self::stream::TokenStream;
-use crate::scene::Scene;
 use crate::scene::budget::Budget;
+use crate::scene::{Loading, Scene};
 
 /// Loads a scene file (`.pbrt` or `.pbrt.gz`) and all it refers to.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    load_within(path, u64::MAX)
+    load_within(path, u64::MAX, &Arc::default())
 }
 
-/// [`load`], in no more than about so many bytes of memory.
-pub fn load_within(path: &Path, memory: u64) -> Result<Scene, SceneError> {
+/// [`load`], in no more than about so many bytes of memory; `loading` is told how it goes.
+pub fn load_within(path: &Path, memory: u64, loading: &Arc<Loading>) -> Result<Scene, SceneError> {
     let source = stream::read_main(path).map_err(SceneError)?;
     let dir = path.parent().unwrap_or(Path::new(""));
-    load_source(source, Some(path), dir, memory)
+    let budget = Budget::new(memory, Arc::clone(loading));
+    load_source(source, Some(path), dir, budget)
 }
 
 /// Loads a scene from text. Messages call it `name`; files it refers to are looked for in `dir`.
@@ -61,7 +63,7 @@ pub fn load_str(text: &str, name: &str, dir: &Path) -> Result<Scene, SceneError>
         },
         None,
         dir,
-        u64::MAX,
+        Budget::default(),
     )
 }
 
@@ -69,7 +71,7 @@ fn load_source(
     source: Source,
     path: Option<&Path>,
     dir: &Path,
-    memory: u64,
+    budget: Budget,
 ) -> Result<Scene, SceneError> {
     let source = Rc::new(source);
     let dialect = dialect::detect(&source, dir);
@@ -85,7 +87,7 @@ fn load_source(
         TokenStream::new(source, path),
         dialect,
         dir.into(),
-        Rc::new(Budget::new(memory)),
+        Rc::new(budget),
     );
     loader.run(&start)?;
     finish::finish(loader)

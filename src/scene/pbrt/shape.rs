@@ -38,7 +38,11 @@ pub(super) fn build(
             let bytes = ply::bytes_needed(&path).map_err(|e| set.error(e))?;
             let room = geometry.room_to_read(bytes);
             room.map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            let name = path.file_name().unwrap_or(path.as_os_str());
+            let name = name.to_string_lossy().into_owned();
+            geometry.loading().set_file(Some(name));
             let data = ply::read_ply(&path).map_err(|e| set.error(e))?;
+            geometry.loading().set_file(None);
             add_data(data, set, setting, geometry, false, report)
         }
         "sphere" => sphere(set, setting, geometry),

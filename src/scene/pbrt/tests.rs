@@ -1302,6 +1302,23 @@ fn integrators() {
     let s = header("Film \"rgb\" Integrator \"bdpt\"");
     assert_eq!(
         (s.integrator.kind, s.warnings.len()),
+        (IntegratorKind::Bdpt, 0)
+    );
+    assert!(!s.integrator.strategies);
+    for flag in ["visualizestrategies", "visualizeweights"] {
+        let text = format!("Integrator \"bdpt\" \"integer maxdepth\" 3 \"bool {flag}\" true");
+        let s = header(&format!("Film \"rgb\" {text}"));
+        assert!(s.integrator.strategies && s.warnings.is_empty());
+        assert_eq!(s.integrator.max_depth, 3);
+    }
+    let s = header("Film \"rgb\" Integrator \"lightpath\" \"integer maxdepth\" 4");
+    assert_eq!(
+        (s.integrator.kind, s.integrator.max_depth, s.warnings.len()),
+        (IntegratorKind::Lt, 4, 0)
+    );
+    let s = header("Film \"rgb\" Integrator \"sppm\"");
+    assert_eq!(
+        (s.integrator.kind, s.warnings.len()),
         (IntegratorKind::Mmlt, 1)
     );
 }
@@ -1757,6 +1774,22 @@ fn coats_have_the_parameters_of_v4() {
     let s = scene(&format!("Material \"coateddiffuse\" {given}"));
     assert!(s.warnings.is_empty(), "{:?}", s.warnings);
     assert_eq!(*material(&s), diffuse(expected));
+    // Glass that would disperse light is said not to.
+    for (name, given) in [
+        ("coateddiffuse", "\"spectrum eta\" \"glass-BK7\""),
+        (
+            "coatedconductor",
+            "\"spectrum interface.eta\" \"glass-SF11\"",
+        ),
+    ] {
+        let s = scene(&format!("Material \"{name}\" {given}"));
+        assert_eq!(s.warnings.len(), 1, "{:?}", s.warnings);
+        assert!(
+            s.warnings[0].contains("do not disperse"),
+            "{}",
+            s.warnings[0]
+        );
+    }
     // Nothing reflects where nothing changes.
     let none = Coat { eta: 1.0, ..coat };
     let still = kinds("Material \"coateddiffuse\" \"float eta\" 1 \"float roughness\" .3");

@@ -451,8 +451,17 @@ pub(super) fn integrator(
                 replaced(report, "path tracing");
             }
         }
-        "bdpt" | "sppm" | "lightpath" => replaced(report, "multiplexed Metropolis light transport"),
-        _ => return Err(set.error("this integrator is unknown; use mlt or path")),
+        "bdpt" => {
+            settings.kind = IntegratorKind::Bdpt;
+            // Of two pictures of each strategy pbrt writes one.
+            settings.strategies = set.bool_or("visualizestrategies", false)?
+                | set.bool_or("visualizeweights", false)?;
+        }
+        "lightpath" => settings.kind = IntegratorKind::Lt,
+        "sppm" => replaced(report, "multiplexed Metropolis light transport"),
+        _ => {
+            return Err(set.error("this integrator is unknown; use mlt, path, bdpt or lightpath"));
+        }
     }
     if set.bool_or("regularize", false)? {
         report.warn_at(

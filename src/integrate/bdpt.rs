@@ -1,0 +1,68 @@
+//! Bidirectional path tracing: all strategies of all depths, weighed against each other. Independent samples, a fixed number per pixel.
+
+use super::sampled::{self, Method, PartFilm};
+use super::{Render, Run, StrategyPictures};
+use crate::simd::rng::Purpose;
+use crate::simd::{Lanes, Row};
+use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
+
+pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+    let mut layout = BidirectionalLayout::new(run.world);
+    let mut films = Vec::new();
+    if run.settings.strategies {
+        layout = layout.with_parts();
+        films = (layout.strategies().iter())
+            .map(|strategy| StrategyFilms::new(run, *strategy))
+            .collect();
+    }
+    let method = Method {
+        name: "bdpt",
+        purpose: Purpose::Bidirectional,
+        dimensions: layout.total(),
+        splats: true,
+        evaluate: &|samples, n, paths| {
+            (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
+        },
+        collect: &|paths, numbers| {
+            for (films, parts) in films.iter().zip(&paths.parts) {
+                let places = match films.strategy.t {
+                    1 => &paths.splats[films.strategy.s as usize - 2],
+                    _ => &paths.outcome,
+                };
+                for (film, first) in [(&films.weighted, 0), (&films.unweighted, 4)] {
+                    let light = (parts.iter().zip(places)).map(|(Row(part), at)| {
+                        ([part[first], part[first + 1], part[first + 2]], at.raster)
+                    });
+                    film.add(light, numbers);
+                }
+            }
+        },
+    };
+    let (mut render, done) = sampled::render::<L>(run, &method);
+    render.strategies = (films.iter())
+        .map(|films| StrategyPictures {
+            strategy: films.strategy,
+            weighted: films.weighted.resolve(&done),
+            unweighted: films.unweighted.resolve(&done),
+        })
+        .collect();
+    render
+}
+
+/// What a strategy adds to the picture, and what it makes of it alone.
+struct StrategyFilms {
+    strategy: Strategy,
+    weighted: PartFilm,
+    unweighted: PartFilm,
+}
+
+impl StrategyFilms {
+    fn new(run: &Run, strategy: Strategy) -> Self {
+        let film = || PartFilm::new(run, strategy.t == 1);
+        Self {
+            strategy,
+            weighted: film(),
+            unweighted: film(),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Integrators of independent samples, a fixed number per pixel: what they share is everything but what a sample is.
+
+use super::error::{Groups, Looks, Tiles, relmse};
+use super::grid::Grid;
+use super::{EndedBy, Phase, Render, Run, Stats, per_second};
+use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, ScatteredFilm};
+use crate::simd::Lanes;
+use crate::simd::rng::{Purpose, Stream};
+use crate::transport::samples::Samples;
+use crate::transport::{Outcome, Paths};
+use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// Paths evaluated at a time unless the settings say otherwise.
+pub(super) const BATCH: usize = 1024;
+/// Samples of the first round.
+const FIRST: u64 = 1 << 16;
+
+/// What a sample is.
+pub(super) struct Method<'a> {
+    pub name: &'static str,
+    pub purpose: Purpose,
+    /// Primary samples that it takes; the first two are its raster position.
+    pub dimensions: usize,
+    /// It also splats light elsewhere: [`Paths::splats`].
+    pub splats: bool,
+    /// Evaluates the first so many columns.
+    pub evaluate: &'a (dyn Fn(&Samples, usize, &mut Paths) + Sync),
+    /// Takes what else it wants from evaluated paths; the number is that of the first of them.
+    pub collect: &'a (dyn Fn(&Paths, Numbers) + Sync),
+}
+
+/// Which samples a batch holds.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers {
+    begin: u64,
+    per_pass: u64,
+    /// See [`Grid::cover`].
+    cover: f32,
+}
+
+impl Numbers {
+    /// Light that path `i` brings to its own place.
+    pub fn placed(self, i: usize, raster: [f32; 2], colour: [f32; 3]) -> Sample {
+        Sample {
+            raster,
+            colour,
+            pass: (self.begin + i as u64) / self.per_pass,
+        }
+    }
+
+    /// Light that it splats, normalised to a pass.
+    pub fn splat(self, i: usize, raster: [f32; 2], colour: [f32; 3]) -> Sample {
+        self.placed(i, raster, colour.map(|v| v * self.cover))
+    }
+}
+
+/// Renders; also says how far it came.
+pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
+    let settings = run.settings;
+    let film = &run.scene.film;
+    let start = Instant::now();
+    let stream = Stream::new(settings.seed, method.purpose);
+    let grid = Grid::new(run);
+    let filter = FilterTable::new(&film.filter, film.crop);
+    let sums = ScatteredFilm::new(filter, settings.estimate_error, method.splats);
+    let batch = settings.batch.unwrap_or(BATCH) as u64;
+    let spp = settings.samples_per_pixel;
+    let per_pass = grid.cells();
+    let total = spp.saturating_mul(per_pass);
+    let (mut rays, mut rejected) = (0, 0);
+    let (mut done, mut step) = (0, FIRST);
+    let mut looks = Looks::new();
+    // Those that no thread uses: they are large, and made once.
+    let workspaces = Mutex::new(Vec::new());
+    let mut ended_by = None;
+    while done < total && ended_by.is_none() {
+        let begin = Instant::now();
+        let until = done.saturating_add(step).min(total);
+        let counts = (0..(until - done).div_ceil(batch))
+            .into_par_iter()
+            .map(|chunk| {
+                let spare = lock(&workspaces).pop();
+                let (mut paths, mut samples) = spare.unwrap_or_else(|| {
+                    let samples = Samples::new(method.dimensions, batch as usize);
+                    (Box::new(Paths::new(run.world)), samples)
+                });
+                let begin = done + chunk * batch;
+                let n = (until - begin).min(batch) as usize;
+                let before = paths.rays;
+                grid.fill::<L>(&stream, &mut samples, begin, n);
+                (method.evaluate)(&samples, n, &mut paths);
+                let numbers = Numbers {
+                    begin,
+                    per_pass,
+                    cover: grid.cover() as f32,
+                };
+                let bad = add(&sums, method, &paths, numbers);
+                (method.collect)(&paths, numbers);
+                let rays = paths.rays - before;
+                lock(&workspaces).push((paths, samples));
+                (rays, bad)
+            })
+            .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        rays += counts.0;
+        rejected += counts.1;
+        done = until;
+        run.observer.progress(Phase::Render, done, total);
+        if done < total {
+            let reached = good_enough(run, &sums, &grid, done, &mut looks);
+            ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+        }
+        step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
+    }
+    let (width, height) = run.size();
+    let made = grid.done(done, sums.filter());
+    let whole = made.placed.whole;
+    let pixels = sums.resolve(&made);
+    // One pass is compared with nothing.
+    let judged = settings.estimate_error && whole >= 2;
+    let variance = (judged && settings.error_layers)
+        .then(|| sums.resolve_with_error(0..pixels.len(), &made).1);
+    let relmse = judged.then(|| relmse_of(run, &sums, &made));
+    let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+    let groups = sums.tile_sums(&made);
+    let tiles = settings.estimate_error.then(|| {
+        let layer = Groups {
+            sums: &groups,
+            thrown: ScatteredFilm::thrown(whole.max(1)),
+            scale: 1.0 / whole.max(1) as f64,
+            relative_variance: 0.0,
+        };
+        Tiles::of(sums.tiling(), &[layer])
+    });
+    let mut warnings = Vec::new();
+    if whole == 0 && spp > 0 {
+        warnings.push(format!(
+            "stopped in the first pass over the picture: {:.1} % of it is rendered",
+            100.0 * done as f64 / per_pass as f64
+        ));
+    }
+    let render_seconds = start.elapsed().as_secs_f64();
+    let render = Render {
+        stats: Stats {
+            integrator: method.name.into(),
+            samples: done,
+            samples_per_second: per_second(done, render_seconds),
+            rays,
+            render_seconds,
+            b: mean / (3.0 * pixels.len().max(1) as f64),
+            b_stderr: whole_error(&groups, whole) / pixels.len().max(1) as f64,
+            tiles,
+            relmse,
+            rejected_nonfinite: rejected,
+            ..Stats::default()
+        },
+        pixels,
+        width,
+        height,
+        warnings,
+        variance,
+        strategies: Vec::new(),
+        ended_by: ended_by.unwrap_or(EndedBy::Effort),
+    };
+    (render, made)
+}
+
+/// A thread that panicked while it held the lock has left the list whole.
+fn lock<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
+    list.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Adds a batch to the film; how many of its contributions were rejected.
+fn add(sums: &ScatteredFilm, method: &Method, paths: &Paths, numbers: Numbers) -> u64 {
+    sums.add((paths.outcome.iter().enumerate()).map(|(i, o)| numbers.placed(i, o.raster, o.rgb)));
+    let rejected = |outcomes: &[Outcome]| outcomes.iter().map(|o| u64::from(o.rejected)).sum();
+    let mut bad: u64 = rejected(&paths.outcome);
+    if method.splats {
+        for splats in &paths.splats {
+            let lit = (splats.iter().enumerate()).filter(|(_, o)| o.rgb != [0.0; 3]);
+            sums.splat(lit.map(|(i, o)| numbers.splat(i, o.raster, o.rgb)));
+            bad += rejected(splats);
+        }
+    }
+    bad
+}
+
+/// A picture that is not judged, of a part of the light.
+pub(super) struct PartFilm {
+    sums: SampleFilm,
+    splats: bool,
+}
+
+impl PartFilm {
+    pub fn new(run: &Run, splats: bool) -> Self {
+        let film = &run.scene.film;
+        let sums = SampleFilm::new(FilterTable::new(&film.filter, film.crop));
+        Self { sums, splats }
+    }
+
+    /// Adds what each path of a batch brings, at raster positions.
+    pub fn add(&self, light: impl Iterator<Item = ([f32; 3], [f32; 2])>, numbers: Numbers) {
+        let lit = (light.enumerate()).filter(|(_, (rgb, _))| *rgb != [0.0; 3]);
+        self.sums
+            .add(lit.map(|(i, (rgb, raster))| match self.splats {
+                true => numbers.splat(i, raster, rgb),
+                false => numbers.placed(i, raster, rgb),
+            }));
+    }
+
+    pub fn resolve(&self, done: &Done) -> Vec<[f32; 3]> {
+        let passes = match self.splats {
+            true => &done.splats,
+            false => &done.placed,
+        };
+        self.sums.resolve(passes)
+    }
+}
+
+/// Standard error of the sum over the whole picture; 0 if there are not two passes.
+fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
+    let count = passes.min(GROUPS as u64) as f64;
+    if count < 2.0 {
+        return 0.0;
+    }
+    let mut sums = [0.0; GROUPS];
+    for tile in groups {
+        sums.iter_mut().zip(tile).for_each(|(sum, v)| *sum += v);
+    }
+    let mean = sums.iter().sum::<f64>() / passes as f64;
+    let spread: f64 = (sums.iter().zip(ScatteredFilm::thrown(passes)))
+        .map(|(sum, n)| (sum - mean * n).powi(2))
+        .sum();
+    (spread * count / (count - 1.0)).sqrt() / passes as f64
+}
+
+/// Looks at the error now and then, tells the observer, and says whether the target is reached.
+fn good_enough(run: &Run, sums: &ScatteredFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
+    if !run.settings.estimate_error || done < 2 * grid.cells() {
+        return false;
+    }
+    let seen = looks.look(|| {
+        let error = relmse_of(run, sums, &grid.done(done, sums.filter())).sqrt();
+        run.observer.error(error);
+        run.settings
+            .target_error
+            .is_some_and(|target| error <= target)
+    });
+    seen == Some(true)
+}
+
+/// Estimated relMSE of the picture so far.
+fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
+    let (width, height) = run.size();
+    let width = width as usize;
+    let scale = run.scene.film.scale;
+    relmse(width, height as usize, |rows| {
+        let pixels = rows.start * width..rows.end * width;
+        let (mut picture, mut variance) = sums.resolve_with_error(pixels, done);
+        let values = |pixels: &mut Vec<[f32; 3]>, factor: f32| {
+            pixels
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|v| *v *= factor);
+        };
+        values(&mut picture, scale);
+        values(&mut variance, scale * scale);
+        (picture, variance)
+    })
+}

@@ -1,0 +1,557 @@
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997, section 10.1): one camera and one light subpath
+//! a sample, and all strategies of all depths that they make together.
+//!
+//! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's tips are set aside. A strategy `(s, t)` then takes the
+//! tips of its two vertices back, for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's visibility rays
+//! are one full wave. A tip's running sums ([`super::mis`]) are all that a weight needs, here as there, and the weights are the same.
+//!
+//! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample has many raster positions:
+//! [`Paths::splats`]. Without camera subpaths this is light tracing.
+
+use super::World;
+use super::clock::Stage;
+use super::connect::ConnectionSamples;
+use super::evaluate::{is_good, settle};
+use super::list::List;
+use super::paths::{Lists, Paths, Rivals, Side, Tips};
+use super::samples::Samples;
+use super::walk::Bounce;
+use crate::simd::{Lanes, Row};
+
+/// A way to make a path: so many vertices from a light, and from the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Strategy {
+    pub s: u32,
+    pub t: u32,
+}
+
+impl Strategy {
+    /// Scattering events of its paths.
+    pub fn depth(self) -> u32 {
+        self.s + self.t - 2
+    }
+
+    /// How many there are of depths up to `max_depth`, at most.
+    pub fn most(max_depth: u32) -> u64 {
+        let depths = u64::from(max_depth);
+        // One of depth 0, and k + 2 of depth k.
+        1 + depths * (depths + 5) / 2
+    }
+
+    /// Surface vertices of its light subpath and of its camera subpath.
+    fn surfaces(self) -> [usize; 2] {
+        [self.s, self.t].map(|n| n.saturating_sub(1) as usize)
+    }
+}
+
+/// Which strategies run, and where their primary samples are: raster (2), lens, wavelength, the camera subpath's bounces and components;
+/// choice of light, emission (4), the light subpath's bounces and components; then what joins each camera vertex to a light (`s = 1`: a choice
+/// of light, a point on it), and each light vertex to the camera (`t = 1`: two numbers, if the camera reads them).
+#[derive(Clone, Debug)]
+pub struct BidirectionalLayout {
+    strategies: Vec<Strategy>,
+    /// By depth: which of them is `s = 0`.
+    seen: Vec<Option<usize>>,
+    /// Most surface vertices of a camera subpath, and of a light subpath.
+    pub camera_vertices: usize,
+    pub light_vertices: usize,
+    /// Camera vertices that scatter or are joined.
+    camera_labels: usize,
+    rivals: Rivals,
+    parts: bool,
+    pub raster: usize,
+    pub lens: usize,
+    pub wavelength: usize,
+    pub camera_bounce: usize,
+    pub camera_label: usize,
+    pub light_choice: usize,
+    pub emission: usize,
+    pub light_bounce: usize,
+    pub light_label: usize,
+    /// First sample of a camera vertex's point on a light, and how many each has: the point's two are the last.
+    pub direct: usize,
+    pub per_direct: usize,
+    /// The same for a light vertex's point on the lens, or place on the film.
+    pub camera_point: usize,
+    pub per_camera_point: usize,
+    pub per_bounce: usize,
+    total: usize,
+}
+
+impl BidirectionalLayout {
+    /// All strategies that can carry light, of all depths that the world is planned for.
+    pub fn new(world: &World) -> Self {
+        Self::with(world, Rivals::ALL, |_| true)
+    }
+
+    /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing competes: weights are 1. Light that reaches
+    /// the camera from specular surfaces is out of reach.
+    pub fn light_tracing(world: &World) -> Self {
+        Self::with(world, Rivals::NONE, |strategy| {
+            strategy.t == 1 || strategy.depth() == 0
+        })
+    }
+
+    /// Asks evaluations for [`Paths::parts`], too.
+    pub fn with_parts(mut self) -> Self {
+        self.parts = true;
+        self
+    }
+
+    fn with(world: &World, rivals: Rivals, runs: impl Fn(Strategy) -> bool) -> Self {
+        let plan = &world.plan;
+        let mut strategies = Vec::new();
+        let mut seen = Vec::new();
+        for depth in &plan.depths {
+            let first = strategies.len();
+            strategies.extend(
+                (depth.strategies.iter())
+                    .map(|&s| Strategy {
+                        s,
+                        t: depth.depth + 2 - s,
+                    })
+                    .filter(|strategy| runs(*strategy)),
+            );
+            let met = strategies.get(first).filter(|strategy| strategy.s == 0);
+            seen.push(met.map(|_| first));
+        }
+        let most = |side: usize, of: &dyn Fn(&Strategy) -> bool| {
+            let chosen = strategies.iter().filter(|strategy| of(strategy));
+            chosen.map(|s| s.surfaces()[side]).max().unwrap_or(0)
+        };
+        let camera_vertices = most(1, &|_| true);
+        let light_vertices = most(0, &|_| true);
+        let joined = most(1, &|strategy| strategy.s > 0);
+        let camera_labels = joined.max(camera_vertices.saturating_sub(1));
+
+        let mut total = 0;
+        let mut take = |n: usize| {
+            let at = total;
+            total += n;
+            at
+        };
+        let label = usize::from(plan.mixtures);
+        let choice = usize::from(plan.light_choice);
+        let light = usize::from(light_vertices > 0);
+        let per_direct = choice + 2;
+        let per_camera_point = if world.camera.connects_by_choice() {
+            2
+        } else {
+            0
+        };
+        let raster = take(2);
+        let lens = take(if plan.lens { 2 } else { 0 });
+        let wavelength = take(usize::from(plan.dispersion));
+        let camera_bounce = take(camera_vertices.saturating_sub(1) * plan.per_bounce);
+        let camera_label = take(camera_labels * label);
+        let light_choice = take(choice * light);
+        let emission = take(4 * light);
+        let light_bounce = take(light_vertices.saturating_sub(1) * plan.per_bounce);
+        let light_label = take(light_vertices * label);
+        let direct = take(per_direct * most(1, &|strategy| strategy.s == 1));
+        let camera_point = take(per_camera_point * most(0, &|strategy| strategy.t == 1));
+        Self {
+            seen,
+            camera_vertices,
+            light_vertices,
+            camera_labels,
+            rivals,
+            parts: false,
+            raster,
+            lens,
+            wavelength,
+            camera_bounce,
+            camera_label,
+            light_choice,
+            emission,
+            light_bounce,
+            light_label,
+            direct,
+            per_direct,
+            camera_point,
+            per_camera_point,
+            per_bounce: plan.per_bounce,
+            total,
+            strategies,
+        }
+    }
+
+    /// The strategies that run, by depth, then by light vertices.
+    pub fn strategies(&self) -> &[Strategy] {
+        &self.strategies
+    }
+
+    /// Rows of the sample matrix.
+    pub fn total(&self) -> usize {
+        self.total
+    }
+
+    /// Raster positions that a path contributes to beside its camera's: lists in [`Paths::splats`].
+    pub fn splats(&self) -> usize {
+        let joined = self.strategies.iter().filter(|strategy| strategy.t == 1);
+        joined
+            .map(|strategy| strategy.s as usize - 1)
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes beside what all evaluations need; with
+    /// [`Paths::parts`] or without.
+    pub fn bytes_per_path(max_depth: u32, parts: bool) -> u64 {
+        let row = size_of::<Row>() as u64;
+        let depth = u64::from(max_depth);
+        // A tip with its flags and its place in a list, parameter rows of its own, and its primary samples.
+        let vertex = 3 * row + 8 + 2 * row + 7 * size_of::<f32>() as u64;
+        let parts = if parts { Strategy::most(max_depth) } else { 0 };
+        (2 * depth + 1) * vertex + (depth + parts) * row
+    }
+
+    /// Samples that strategy `(s, t)` reads beside those of its subpaths.
+    fn connection(&self, strategy: Strategy) -> ConnectionSamples {
+        let [light, camera] = strategy.surfaces();
+        if strategy.t == 1 {
+            let point = self.camera_point + (light - 1) * self.per_camera_point;
+            return ConnectionSamples {
+                choice: point,
+                point,
+            };
+        }
+        let first = self.direct + (camera - 1) * self.per_direct;
+        ConnectionSamples {
+            choice: first,
+            point: first + self.per_direct - 2,
+        }
+    }
+}
+
+/// Vertices of the subpaths of a batch.
+#[derive(Default)]
+pub(super) struct Kept {
+    /// By side and number of the surface vertex.
+    sides: [Vec<Vertex>; 2],
+}
+
+/// One vertex of each path.
+#[derive(Default)]
+struct Vertex {
+    tips: Tips,
+    /// Paths that have it and can be joined there.
+    joined: List,
+    joins: Vec<bool>,
+    /// The subpath has met what disperses light, here or before; empty in a scene without.
+    dispersed: Vec<bool>,
+}
+
+impl Kept {
+    /// Room for the vertices of `room` paths; none has any.
+    fn start(&mut self, layout: &BidirectionalLayout, room: usize, dispersion: bool) {
+        let counts = [layout.camera_vertices, layout.light_vertices];
+        for (side, count) in self.sides.iter_mut().zip(counts) {
+            if side.len() < count {
+                side.resize_with(count, Vertex::default);
+            }
+            for vertex in side {
+                if vertex.joins.len() < room {
+                    vertex.tips.resize(room);
+                    vertex.joined.reserve(room);
+                    vertex.joins.resize(room, false);
+                }
+                if dispersion && vertex.dispersed.len() < room {
+                    vertex.dispersed.resize(room, false);
+                }
+                for &path in &*vertex.joined {
+                    vertex.joins[path as usize] = false;
+                }
+                vertex.joined.clear();
+            }
+        }
+    }
+}
+
+impl Vertex {
+    /// The subpaths of `list` have arrived here.
+    fn note(&mut self, paths: &Paths, list: &[u32], side: Side) {
+        let kinds = &paths.tips[side as usize].kind;
+        for &path in list {
+            let joins = !kinds[path as usize].is_delta();
+            self.joins[path as usize] = joins;
+            self.joined.push_if(path, joins);
+        }
+        if !self.dispersed.is_empty() {
+            for &path in list {
+                self.dispersed[path as usize] = paths.dispersion.has_met(path, side);
+            }
+        }
+    }
+
+    fn has_dispersed(&self, path: u32) -> bool {
+        self.dispersed.get(path as usize).is_some_and(|d| *d)
+    }
+}
+
+impl World<'_> {
+    /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`. `paths.outcome[i]` is left with what its strategies of `t >= 2`
+    /// add at the camera's raster position, `paths.splats[s - 2][i]` with what its strategy `(s, 1)` adds, and where. Every strategy is a sample
+    /// of its own, with its own weight: their sum over all depths estimates the picture.
+    pub fn evaluate_bidirectional<L: Lanes>(
+        &self,
+        layout: &BidirectionalLayout,
+        samples: &Samples,
+        n: usize,
+        paths: &mut Paths,
+    ) {
+        paths.resize(n);
+        paths.reserve_slots(layout.camera_vertices.max(layout.light_vertices));
+        paths.s[..n].fill(0);
+        start_rows(&mut paths.splats, layout.splats(), n);
+        start_rows(
+            &mut paths.parts,
+            if layout.parts {
+                layout.strategies.len()
+            } else {
+                0
+            },
+            n,
+        );
+        let mut kept = std::mem::take(&mut paths.kept);
+        kept.start(layout, paths.room(), self.plan.dispersion);
+        let mut lists = std::mem::take(&mut paths.lists);
+        lists.clear();
+        self.start_wavelengths(paths, samples, layout.wavelength, n);
+        self.walk_light::<L>(layout, samples, paths, &mut lists, &mut kept);
+        if self.plan.dispersion {
+            paths.dispersion.forget();
+        }
+        self.walk_camera::<L>(layout, samples, paths, &mut lists, &mut kept);
+        paths.rivals = layout.rivals;
+        for index in 0..layout.strategies.len() {
+            self.join_strategy::<L>((layout, index), samples, paths, &mut lists, &mut kept);
+        }
+        paths.slot = 0;
+        paths.lists = lists;
+        paths.kept = kept;
+        for (index, splats) in paths.splats.iter_mut().enumerate() {
+            settle(splats);
+            splats.iter_mut().for_each(|o| o.s = index as u32 + 2);
+        }
+        settle(&mut paths.outcome);
+        settle_parts(layout, paths);
+    }
+
+    fn walk_light<L: Lanes>(
+        &self,
+        layout: &BidirectionalLayout,
+        samples: &Samples,
+        paths: &mut Paths,
+        lists: &mut Lists,
+        kept: &mut Kept,
+    ) {
+        if layout.light_vertices == 0 {
+            return;
+        }
+        (0..paths.n).for_each(|path| lists.starting.push(path as u32));
+        self.start_light::<L>(
+            paths,
+            samples,
+            &lists.starting,
+            (layout.light_choice, layout.emission),
+            &mut lists.light,
+        );
+        lists.starting.clear();
+        paths.clock.lap(Stage::Generate);
+        for wave in 0..layout.light_vertices {
+            if lists.light.is_empty() {
+                break;
+            }
+            paths.slot = wave;
+            self.trace::<L>(paths, &lists.light);
+            lists.scratch.clear();
+            for &path in &*lists.light {
+                lists.scratch.push_if(path, !paths.missed(path));
+            }
+            paths.clock.lap(Stage::Sort);
+            let label = Some(Bounce::at(layout.light_label + wave));
+            self.arrive::<L>(paths, &lists.scratch, Side::Light, (samples, label));
+            self.weigh_components(paths, Side::Light);
+            let vertex = &mut kept.sides[Side::Light as usize][wave];
+            vertex.note(paths, &lists.scratch, Side::Light);
+            lists.light.clear();
+            if wave + 1 < layout.light_vertices {
+                lists.light.extend(&lists.scratch);
+                let bounce = Bounce::at(layout.light_bounce + wave * layout.per_bounce);
+                self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
+            }
+            std::mem::swap(&mut paths.tips[Side::Light as usize], &mut vertex.tips);
+        }
+        lists.light.clear();
+    }
+
+    /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as the hits are at hand.
+    fn walk_camera<L: Lanes>(
+        &self,
+        layout: &BidirectionalLayout,
+        samples: &Samples,
+        paths: &mut Paths,
+        lists: &mut Lists,
+        kept: &mut Kept,
+    ) {
+        (0..paths.n).for_each(|path| lists.camera.push(path as u32));
+        self.start_camera::<L>(
+            paths,
+            samples,
+            &lists.camera,
+            (layout.raster, layout.lens),
+            !self.plan.connectable,
+        );
+        paths.clock.lap(Stage::Generate);
+        for wave in 0..layout.camera_vertices {
+            if lists.camera.is_empty() {
+                break;
+            }
+            paths.slot = wave;
+            self.trace::<L>(paths, &lists.camera);
+            lists.escaped.clear();
+            lists.emission.clear();
+            let seen = layout.seen[wave];
+            for &path in &*lists.camera {
+                let missed = paths.missed(path);
+                lists.escaped.push_if(path, missed & seen.is_some());
+                lists.emission.push_if(path, !missed);
+            }
+            paths.clock.lap(Stage::Sort);
+            // Lights that are seen directly are seen by no other strategy.
+            paths.rivals = if wave == 0 {
+                Rivals::NONE
+            } else {
+                layout.rivals
+            };
+            if let Some(index) = seen {
+                swap_part(paths, index);
+                self.escape::<L>(paths, &lists.escaped, 1.0);
+            }
+            paths.clock.lap(Stage::Mis);
+            let label =
+                (wave < layout.camera_labels).then(|| Bounce::at(layout.camera_label + wave));
+            self.arrive::<L>(paths, &lists.emission, Side::Camera, (samples, label));
+            if let Some(index) = seen {
+                self.emission::<L>(paths, &lists.emission, &mut lists.scratch, 1.0);
+                swap_part(paths, index);
+            }
+            // What a surface emits is no matter of what it is made of.
+            self.weigh_components(paths, Side::Camera);
+            paths.clock.lap(Stage::Mis);
+            let vertex = &mut kept.sides[Side::Camera as usize][wave];
+            vertex.note(paths, &lists.emission, Side::Camera);
+            lists.camera.clear();
+            if wave + 1 < layout.camera_vertices {
+                lists.camera.extend(&lists.emission);
+                let bounce = Bounce::at(layout.camera_bounce + wave * layout.per_bounce);
+                self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
+            }
+            std::mem::swap(&mut paths.tips[Side::Camera as usize], &mut vertex.tips);
+        }
+        lists.camera.clear();
+    }
+
+    /// Joins the vertices of the strategy `index`, if it joins any.
+    fn join_strategy<L: Lanes>(
+        &self,
+        (layout, index): (&BidirectionalLayout, usize),
+        samples: &Samples,
+        paths: &mut Paths,
+        lists: &mut Lists,
+        kept: &mut Kept,
+    ) {
+        let strategy = layout.strategies[index];
+        let [light, camera] = strategy.surfaces();
+        if strategy.s == 0 {
+            return;
+        }
+        let [of_camera, of_light] = &mut kept.sides;
+        let mut of_camera = camera.checked_sub(1).map(|i| &mut of_camera[i]);
+        let mut of_light = light.checked_sub(1).map(|i| &mut of_light[i]);
+        lists.direct.clear();
+        lists.lens.clear();
+        lists.general.clear();
+        let list = match (&of_camera, &of_light) {
+            (Some(c), Some(l)) => {
+                for &path in &*c.joined {
+                    lists.general.push_if(path, l.joins[path as usize]);
+                }
+                &lists.general
+            }
+            (Some(c), None) => {
+                lists.direct.extend(&c.joined);
+                &lists.direct
+            }
+            (None, Some(l)) => {
+                lists.lens.extend(&l.joined);
+                &lists.lens
+            }
+            (None, None) => return,
+        };
+        if list.is_empty() {
+            return;
+        }
+        if self.plan.dispersion {
+            for &path in &**list {
+                let met = |vertex: &Option<&mut Vertex>| {
+                    (vertex.as_ref()).is_some_and(|v| v.has_dispersed(path))
+                };
+                paths.dispersion.set(path, met(&of_camera) | met(&of_light));
+            }
+        }
+        let mut exchange = |paths: &mut Paths| {
+            for (side, vertex) in [(Side::Camera, &mut of_camera), (Side::Light, &mut of_light)] {
+                if let Some(vertex) = vertex {
+                    std::mem::swap(&mut paths.tips[side as usize], &mut vertex.tips);
+                }
+            }
+            if strategy.t == 1 {
+                let splats = &mut paths.splats[strategy.s as usize - 2];
+                std::mem::swap(&mut paths.outcome, splats);
+            }
+            swap_part(paths, index);
+        };
+        exchange(paths);
+        let at = layout.connection(strategy);
+        // Every strategy runs once a path.
+        self.join::<L>(paths, samples, lists, at, &[1.0; 2]);
+        exchange(paths);
+    }
+}
+
+/// Makes `count` rows of `n` zeroes.
+fn start_rows<T: Copy + Default>(rows: &mut Vec<Vec<T>>, count: usize, n: usize) {
+    rows.resize_with(count, Vec::new);
+    for row in rows {
+        row.clear();
+        row.resize(n, T::default());
+    }
+}
+
+/// Gives a strategy's part to the kernels, or takes it back.
+fn swap_part(paths: &mut Paths, index: usize) {
+    if let Some(part) = paths.parts.get_mut(index) {
+        std::mem::swap(&mut paths.part, part);
+    }
+}
+
+/// Parts are left out with what they are of, and where they are not finite themselves.
+fn settle_parts(layout: &BidirectionalLayout, paths: &mut Paths) {
+    for (strategy, parts) in layout.strategies.iter().zip(&mut paths.parts) {
+        let whole = match strategy.t {
+            1 => &paths.splats[strategy.s as usize - 2],
+            _ => &paths.outcome,
+        };
+        for (Row(part), whole) in parts.iter_mut().zip(whole) {
+            let [r, g, b, _, ur, ug, ub, _] = *part;
+            if whole.rejected != 0 || !is_good([r, g, b]) {
+                part[..3].fill(0.0);
+            }
+            if !is_good([ur, ug, ub]) {
+                part[4..7].fill(0.0);
+            }
+        }
+    }
+}
