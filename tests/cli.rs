@@ -411,7 +411,7 @@ fn bad_flags_are_named() {
         --time=-3 --target-error=0 --target-error=nan --target-error=-1 --max-depth=4096 --max-depth=-1 --chains=0 --chains=99999999999 --bootstrap=0 --large-step=1.5 \
         --large-step=nan --large-step=-0.1 --sigma=inf --sigma=-1 --sigma=nan --resolution=0x10 --resolution=10 \
         --resolution=100000x100000 --crop=0,1,0 --crop=0.5,0.5,0,1 --crop=0,nan,0,1 --crop=-1,1,0,1 --exposure=inf \
-        --integrator=sppm --strategy-choice=random --color=red";
+        --integrator=sppm --strategy-choice=random --mutation=levy --sigma=automatic --large-step=Auto --color=red";
     for flag in cases.split_whitespace() {
         let message = folder.run(&format!("render {flag} {TINY}")).fails(2);
         let name = flag.split('=').next().unwrap();
@@ -569,6 +569,7 @@ fn help_and_version_go_to_stdout() {
         "--bootstrap",
         "--large-step",
         "--strategy-choice",
+        "--mutation",
         "--sigma",
         "--resolution",
         "--crop",

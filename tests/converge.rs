@@ -157,7 +157,7 @@ fn the_page_needs_nothing_else() {
 #[test]
 fn every_combination_that_means_something_runs() {
     let folder = tempfile::tempdir().unwrap();
-    let sweep = "--lanes 1,8 --large-step 0.2,0.5 --sigma 0.01 --seeds 1 --budgets 1 --json -";
+    let sweep = "--lanes 1,8 --large-step 0.2,auto --mutation kelemen --sigma 0.01 --seeds 1 --budgets 1 --json -";
     let output = run(folder.path(), &format!("{TINY} {sweep}"));
     succeeds(&output);
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -171,9 +171,9 @@ fn every_combination_that_means_something_runs() {
         "pt, lanes 1",
         "pt, lanes 8",
         "mmlt, lanes 1, large step 0.2",
-        "mmlt, lanes 1, large step 0.5",
+        "mmlt, lanes 1, large step auto",
         "mmlt, lanes 8, large step 0.2",
-        "mmlt, lanes 8, large step 0.5",
+        "mmlt, lanes 8, large step auto",
     ];
     assert_eq!(names, expected);
     // Lanes change the time, not the picture.
@@ -262,6 +262,7 @@ fn what_cannot_be_run_is_refused() {
         "--lanes 4",
         "--large-step 0.1,2",
         "--sigma x",
+        "--mutation gaussian,levy",
         "--chains 0",
         "--max-depth -1",
         "--seeds 0",

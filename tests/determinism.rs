@@ -2,6 +2,8 @@
 
 mod support;
 
+use phalanx::chain::mutate::Mutation;
+use phalanx::chain::tune::Tune;
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
 use phalanx::scene::{IntegratorKind, Scene, load, load_str};
@@ -99,79 +101,92 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
             IntegratorKind::Pt => samples,
             _ => samples.div_ceil(8),
         };
-        let plain = Settings {
-            integrator,
-            seed: 3,
-            threads: 1,
-            samples_per_pixel: effort,
-            mutations_per_pixel: effort,
-            // Neither of them a multiple of any batch.
-            bootstrap: 3001,
-            chains: 700,
-            error_layers: true,
-            strategies: true,
-            ..Settings::of(scene)
+        expect_one_picture_of(scene, integrator, effort, |_| {});
+    }
+}
+
+/// The same for one integrator, with changed settings.
+fn expect_one_picture_of(
+    scene: &Scene,
+    integrator: IntegratorKind,
+    effort: u64,
+    change: impl Fn(&mut Settings),
+) {
+    let mut plain = Settings {
+        integrator,
+        seed: 3,
+        threads: 1,
+        samples_per_pixel: effort,
+        mutations_per_pixel: effort,
+        // Neither of them a multiple of any batch.
+        bootstrap: 3001,
+        chains: 700,
+        error_layers: true,
+        strategies: true,
+        ..Settings::of(scene)
+    };
+    change(&mut plain);
+    let plain = plain;
+    let first = run(scene, &plain);
+    assert!(first.pixels.iter().flatten().any(|v| *v > 0.0));
+    let mut schedules = vec![
+        (1, Width::One, None),
+        (2, Width::Eight, None),
+        (2, Width::One, None),
+    ];
+    schedules.extend([8, 24, 64, 512].map(|b| (2, Width::Eight, Some(b))));
+    // A batch of samples may hold any number.
+    schedules.extend([(1, Width::One, Some(8)), (1, Width::Eight, Some(13))]);
+    for (threads, lanes, batch) in schedules {
+        let settings = Settings {
+            threads,
+            lanes,
+            batch,
+            ..plain.clone()
         };
-        let first = run(scene, &plain);
-        assert!(first.pixels.iter().flatten().any(|v| *v > 0.0));
-        let mut schedules = vec![
-            (1, Width::One, None),
-            (2, Width::Eight, None),
-            (2, Width::One, None),
-        ];
-        schedules.extend([8, 24, 64, 512].map(|b| (2, Width::Eight, Some(b))));
-        // A batch of samples may hold any number.
-        schedules.extend([(1, Width::One, Some(8)), (1, Width::Eight, Some(13))]);
-        for (threads, lanes, batch) in schedules {
-            let settings = Settings {
-                threads,
-                lanes,
-                batch,
-                ..plain.clone()
-            };
-            let other = run(scene, &settings);
-            let differ = (first.pixels.iter().flatten())
-                .zip(other.pixels.iter().flatten())
-                .filter(|(a, b)| a.to_bits() != b.to_bits())
-                .count();
-            assert_eq!(
-                differ, 0,
-                "{integrator:?}: values differ with {threads} threads, {lanes:?}, batch {batch:?}"
-            );
-            assert_eq!(
-                first.variance, other.variance,
-                "{integrator:?} {threads} {lanes:?} {batch:?}"
-            );
-            for (a, b) in first.strategies.iter().zip(&other.strategies) {
-                let same = a.weighted == b.weighted && a.unweighted == b.unweighted;
-                assert!(same, "{:?} {threads} {lanes:?} {batch:?}", a.strategy);
-            }
-            let figures = |r: &phalanx::integrate::Render| {
-                let s = &r.stats;
-                (
-                    s.mutations,
-                    s.samples,
-                    s.rays,
-                    s.b,
-                    s.b_stderr,
-                    s.acceptance_large,
-                    s.acceptance_small,
-                    s.relmse,
-                    s.tiles.clone(),
-                )
-            };
-            assert_eq!(
-                figures(&first),
-                figures(&other),
-                "{integrator:?} {threads} {lanes:?} {batch:?}"
-            );
+        let other = run(scene, &settings);
+        let differ = (first.pixels.iter().flatten())
+            .zip(other.pixels.iter().flatten())
+            .filter(|(a, b)| a.to_bits() != b.to_bits())
+            .count();
+        assert_eq!(
+            differ, 0,
+            "{integrator:?}: values differ with {threads} threads, {lanes:?}, batch {batch:?}"
+        );
+        assert_eq!(
+            first.variance, other.variance,
+            "{integrator:?} {threads} {lanes:?} {batch:?}"
+        );
+        for (a, b) in first.strategies.iter().zip(&other.strategies) {
+            let same = a.weighted == b.weighted && a.unweighted == b.unweighted;
+            assert!(same, "{:?} {threads} {lanes:?} {batch:?}", a.strategy);
         }
-        let other_seed = run(scene, &Settings { seed: 4, ..plain });
-        assert_ne!(
-            first.pixels, other_seed.pixels,
-            "{integrator:?} ignores the seed"
+        let figures = |r: &phalanx::integrate::Render| {
+            let s = &r.stats;
+            (
+                s.mutations,
+                s.samples,
+                s.rays,
+                s.b,
+                s.b_stderr,
+                s.acceptance_large,
+                s.acceptance_small,
+                s.relmse,
+                s.tiles.clone(),
+                s.depths.clone(),
+            )
+        };
+        assert_eq!(
+            figures(&first),
+            figures(&other),
+            "{integrator:?} {threads} {lanes:?} {batch:?}"
         );
     }
+    let other_seed = run(scene, &Settings { seed: 4, ..plain });
+    assert_ne!(
+        first.pixels, other_seed.pixels,
+        "{integrator:?} ignores the seed"
+    );
 }
 
 #[test]
@@ -207,6 +222,22 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.
 "#;
     let scene = load_str(text, "glass.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
     expect_one_picture(&scene, [8, 32]);
+}
+
+/// Other laws of mutation, tuned by chains of their own.
+#[test]
+fn mutations() {
+    let scene = reference("cornell-glass.pbrt");
+    for (mutation, sigma, large_step) in [
+        (Mutation::Kelemen, false, false),
+        (Mutation::Cauchy, true, false),
+        (Mutation::Gaussian, true, true),
+    ] {
+        expect_one_picture_of(&scene, IntegratorKind::Mmlt, 2, |s| {
+            s.mutation = mutation;
+            s.tune = Tune { sigma, large_step };
+        });
+    }
 }
 
 /// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part here.

@@ -15,7 +15,8 @@ use common::stats::Random;
 use phalanx::chain::batch::Batch;
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::learn::learned;
-use phalanx::chain::mutate::Kernel;
+use phalanx::chain::mutate::{Kernel, Mutation};
+use phalanx::chain::tune::Tune;
 use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
@@ -198,9 +199,19 @@ fn a_chain_does_again_what_it_did() {
         max_depth: 4,
         ..Settings::of(&scene)
     };
-    for choice in [StrategyChoice::Uniform, StrategyChoice::Learned] {
+    use StrategyChoice::{Learned, Uniform};
+    for (choice, mutation, auto) in [
+        (Uniform, Mutation::Gaussian, false),
+        (Learned, Mutation::Cauchy, false),
+        (Learned, Mutation::Kelemen, true),
+    ] {
         let settings = Settings {
             strategy_choice: choice,
+            mutation,
+            tune: Tune {
+                sigma: auto,
+                large_step: auto,
+            },
             ..settings.clone()
         };
         expect_chains_of(&scene, &settings, folder.path());
@@ -210,18 +221,30 @@ fn a_chain_does_again_what_it_did() {
 fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
     let stats = render(scene, settings, &Silent).unwrap().stats;
     let world = World::new(scene, 4);
-    let kernel = Kernel::new(7, settings.large_step_probability, settings.sigma);
+    let tuned = if settings.tune.sigma {
+        "--sigma auto --large-step auto"
+    } else {
+        ""
+    };
     for (depth, chain, iteration) in [(1, 0, 0), (2, 37, 5), (4, 63, 11)] {
         let replayed = json(
             folder,
             &format!(
-                "room.pbrt {SMALL} --depth {depth} --chain {chain} --iteration {iteration} --strategy-choice {}",
-                settings.strategy_choice.name()
+                "room.pbrt {SMALL} --depth {depth} --chain {chain} --iteration {iteration} --strategy-choice {} --mutation {} {tuned}",
+                settings.strategy_choice.name(),
+                settings.mutation.name()
             ),
         );
         // As many chains and iterations as the render has.
         let of_depth = &stats.depths[depth];
         let about = &replayed["iteration"];
+        let (p, sigma) = (of_depth.large_step_probability, of_depth.sigma);
+        let kernel = Kernel::new(7, p, sigma).with_law(settings.mutation);
+        let figure = |name: &str| about[name].as_f64().unwrap() as f32;
+        assert_eq!(
+            (figure("large_step_probability"), figure("sigma")),
+            (p, sigma)
+        );
         assert_eq!(about["chains"], of_depth.chains);
         assert_eq!(
             about["iterations"].as_u64().unwrap() * of_depth.chains as u64,

@@ -3,17 +3,22 @@
 mod common;
 
 use common::stats::{FALSE_ALARM, Random, assert_follows, normal_quantile};
-use phalanx::chain::mutate::{Kernel, ONE_MINUS_EPSILON, normals};
+use phalanx::chain::mutate::{Kernel, Mutation, ONE_MINUS_EPSILON, normals};
 use phalanx::simd::rng::{Purpose, Stream, unit_float};
 use phalanx::simd::{Lanes, UintLanes, f32x8};
 use phalanx::transport::samples::Samples;
 
-const PURPOSES: [Purpose; 5] = [
+const PURPOSES: [Purpose; 10] = [
     Purpose::Bootstrap,
     Purpose::Mutation,
     Purpose::Decision,
     Purpose::Seeding,
     Purpose::PathTracer,
+    Purpose::Bidirectional,
+    Purpose::LightTracer,
+    Purpose::Tuning,
+    Purpose::TuningDecision,
+    Purpose::TuningSeeding,
 ];
 
 /// Sequences of numbers along one axis of the counter each, from several starting points.
@@ -40,7 +45,7 @@ fn sequences(n: u32) -> Vec<(String, Vec<f32>)> {
             add("seed", &|i| u(u64::from(i), p, x0, y0, b0)[word]);
             add("high seed", &|i| u(u64::from(i) << 32, p, x0, y0, b0)[word]);
             add("purpose", &|i| {
-                u(u64::from(i / 5), PURPOSES[i as usize % 5], x0, y0, b0)[word]
+                u(u64::from(i / 10), PURPOSES[i as usize % 10], x0, y0, b0)[word]
             });
         }
         out.push((
@@ -194,8 +199,8 @@ fn cdf(z: f64) -> f64 {
 }
 
 /// Marches chains by small steps only, and returns the samples of all.
-fn march(sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
-    let kernel = Kernel::new(5, 0.0, sigma);
+fn march(law: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
+    let kernel = Kernel::new(5, 0.0, sigma).with_law(law);
     let ids: Vec<u32> = (0..chains as u32).collect();
     let mut current = Samples::new(dimensions, chains);
     let mut random = Random(8);
@@ -215,9 +220,10 @@ fn march(sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
 fn small_steps_keep_samples_uniform() {
     // Chains are independent whatever the correlation along each: the last states are independent samples.
     let (chains, steps, dimensions) = (4096, 1000, 4);
-    for sigma in [0.01, 0.3] {
-        let samples = march(sigma, chains, steps, dimensions);
-        let p = FALSE_ALARM / (3.0 * dimensions as f64);
+    let laws = Mutation::ALL.map(|law| [(law, 0.01), (law, 0.3)]);
+    for (law, sigma) in laws.into_iter().flatten() {
+        let samples = march(law, sigma, chains, steps, dimensions);
+        let p = FALSE_ALARM / (6.0 * dimensions as f64);
         let expected = vec![chains as f64 / 64.0; 64];
         for d in 0..dimensions {
             let (mut cells, mut pairs) = (vec![0.0; 64], vec![0.0; 64]);
@@ -231,13 +237,13 @@ fn small_steps_keep_samples_uniform() {
                 &cells,
                 &expected,
                 p,
-                &format!("sigma {sigma}, dimension {d}"),
+                &format!("{law:?} {sigma}, dimension {d}"),
             );
             assert_follows(
                 &pairs,
                 &expected,
                 p,
-                &format!("sigma {sigma}, dimensions {d}, {d} + 1"),
+                &format!("{law:?} {sigma}, dimensions {d}, {d} + 1"),
             );
         }
     }

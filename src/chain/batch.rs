@@ -294,6 +294,12 @@ impl Batch {
         }
     }
 
+    /// Raster position and target of the state of every chain.
+    pub fn places(&self) -> impl Iterator<Item = ([f32; 2], f32)> {
+        let states = self.states.iter().zip(&self.targets);
+        states.map(|(Row([_, _, _, x, y, ..]), target)| ([*x, *y], *target))
+    }
+
     /// What chain `i` did in the latest step.
     pub fn latest(&self, i: usize) -> Step {
         Step {

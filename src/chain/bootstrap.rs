@@ -295,7 +295,7 @@ impl Bootstrap {
     }
 
     /// Target of every path, in order.
-    fn all(&self) -> impl Iterator<Item = f32> {
+    pub(super) fn all(&self) -> impl Iterator<Item = f32> {
         self.values.iter().flatten().copied()
     }
 
@@ -307,7 +307,11 @@ impl Bootstrap {
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
     /// that a sample is drawn as often as its share says, rounded up or down.
     pub fn seeds(&self, seed: u64, depth: u32, n: usize) -> Vec<u64> {
-        let stream = Stream::new(seed, Purpose::Seeding);
+        self.draw(&Stream::new(seed, Purpose::Seeding), depth, n)
+    }
+
+    /// The same with the random numbers of `stream`.
+    pub(super) fn draw(&self, stream: &Stream, depth: u32, n: usize) -> Vec<u64> {
         let [word, ..] = stream.words::<f32>(depth, 0, 0);
         let offset = f64::from(unit_float::<f32>(word));
         let total: f64 = self.all().map(f64::from).sum();

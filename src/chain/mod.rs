@@ -4,8 +4,9 @@
 //! 2. [`accept`] decides, and defines the scalar target.
 //! 3. [`bootstrap`] estimates the target's integral per depth and supplies the chains' first states.
 //! 4. [`learn`] has them choose strategies as the bootstrap suggests.
-//! 5. [`batch`] holds chains of one depth and marches them: propose, evaluate, accept, splat.
-//! 6. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
+//! 5. [`tune`] finds the size of their small steps and how often they make large ones, before they start.
+//! 6. [`batch`] holds chains of one depth and marches them: propose, evaluate, accept, splat.
+//! 7. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
 //!
 //! Transport is called, never looked into; the film is handed splats and not asked where they go.
 
@@ -16,3 +17,4 @@ pub mod learn;
 pub mod mixing;
 pub mod monitor;
 pub mod mutate;
+pub mod tune;

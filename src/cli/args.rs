@@ -1,6 +1,7 @@
 //! The command line, declared once: flags, their documentation, and what values they take. A flag left out is `None`, and the
 //! scene file decides.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,6 +12,7 @@ use super::Failure;
 pub use super::compare::args::CompareArgs;
 pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::chain::mutate::Mutation;
 use crate::integrate::{Settings, StrategyChoice, Width};
 use crate::plan::Forced;
 use crate::scene::{Film, IntegratorKind, Scene};
@@ -241,13 +243,30 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1 (mmlt)
-    #[arg(long, value_name = "P", value_parser = probability, help_heading = "Algorithm")]
-    pub large_step: Option<f32>,
+    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt)
+    ///
+    /// `auto` chooses it for each path depth before the render starts, from what some chains do meanwhile: so that pixels get the most
+    /// independent samples.
+    #[arg(
+        long,
+        alias = "large-step-probability",
+        value_name = "P",
+        value_parser = probability,
+        help_heading = "Algorithm"
+    )]
+    pub large_step: Option<Tuned>,
 
-    /// Standard deviation of small mutations, in primary sample space (mmlt)
+    /// How small mutations move primary samples (mmlt) [default: gaussian]
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub mutation: Option<Mutation>,
+
+    /// Scale of small mutations, in primary sample space; or auto (mmlt)
+    ///
+    /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them move less); those of kelemen move by S / 10 to 1.6 S, by
+    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth and before the render starts, what has half of all small
+    /// mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
-    pub sigma: Option<f32>,
+    pub sigma: Option<Tuned>,
 
     /// How chains choose among the bidirectional strategies of their depth (mmlt) [default: uniform]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
@@ -393,6 +412,57 @@ impl ValueEnum for IntegratorKind {
     }
 }
 
+impl ValueEnum for Mutation {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self {
+            Self::Gaussian => "Normally distributed",
+            Self::Kelemen => {
+                "All orders of magnitude between two bounds alike (Kelemen et al. 2002)"
+            }
+            Self::Cauchy => "Mostly short, now and then very long",
+        };
+        Some(PossibleValue::new(self.name()).help(help))
+    }
+}
+
+/// A number, or none: it is tuned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tuned {
+    Auto,
+    Is(f32),
+}
+
+impl Tuned {
+    /// Sigma. Where it is tuned, the search begins at what the settings have.
+    pub fn set_sigma(self, s: &mut Settings) {
+        s.tune.sigma = self == Tuned::Auto;
+        if let Tuned::Is(value) = self {
+            s.sigma = value;
+        }
+    }
+
+    /// The probability of large steps.
+    pub fn set_large_step(self, s: &mut Settings) {
+        s.tune.large_step = self == Tuned::Auto;
+        if let Tuned::Is(value) = self {
+            s.large_step_probability = value;
+        }
+    }
+}
+
+impl fmt::Display for Tuned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Tuned::Auto => write!(f, "auto"),
+            Tuned::Is(value) => write!(f, "{value}"),
+        }
+    }
+}
+
 /// How chains choose strategies, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ChoiceName {
@@ -502,8 +572,13 @@ impl ChainArgs {
         set(&mut s.chains, self.chains);
         set(&mut s.bootstrap, self.bootstrap);
         s.max_depth = self.max_depth.unwrap_or(s.max_depth);
-        s.large_step_probability = self.large_step.unwrap_or(s.large_step_probability);
-        s.sigma = self.sigma.unwrap_or(s.sigma);
+        if let Some(probability) = self.large_step {
+            probability.set_large_step(s);
+        }
+        s.mutation = self.mutation.unwrap_or(s.mutation);
+        if let Some(sigma) = self.sigma {
+            sigma.set_sigma(s);
+        }
         if let Some(choice) = self.strategy_choice {
             s.strategy_choice = choice.setting();
         }
@@ -516,6 +591,7 @@ impl ChainArgs {
             ("--chains", self.chains.is_some()),
             ("--bootstrap", self.bootstrap.is_some()),
             ("--large-step", self.large_step.is_some()),
+            ("--mutation", self.mutation.is_some()),
             ("--sigma", self.sigma.is_some()),
             ("--strategy-choice", self.strategy_choice.is_some()),
         ];
@@ -540,12 +616,22 @@ pub(super) fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String
     }
 }
 
-pub(super) fn probability(text: &str) -> Result<f32, String> {
-    number_in(text, 0.0, 1.0).map(|v| v as f32)
+pub(super) fn probability(text: &str) -> Result<Tuned, String> {
+    tuned(text, 1.0)
 }
 
-pub(super) fn sigma(text: &str) -> Result<f32, String> {
-    number_in(text, 0.0, 1e6).map(|v| v as f32)
+pub(super) fn sigma(text: &str) -> Result<Tuned, String> {
+    tuned(text, 1e6)
+}
+
+fn tuned(text: &str, most: f64) -> Result<Tuned, String> {
+    match text.trim() {
+        "auto" => Ok(Tuned::Auto),
+        text => match number_in(text, 0.0, most) {
+            Ok(value) => Ok(Tuned::Is(value as f32)),
+            Err(e) => Err(format!("{e}, nor auto")),
+        },
+    }
 }
 
 pub(super) fn exposure(text: &str) -> Result<f32, String> {
@@ -637,6 +723,8 @@ mod tests {
         for bad in ["nan", "inf", "1.01", "-0.1", "x", ""] {
             assert!(probability(bad).is_err(), "{bad}");
         }
+        assert_eq!(probability("auto"), Ok(Tuned::Auto));
+        assert_eq!(sigma("0.5"), Ok(Tuned::Is(0.5)));
         for bad in ["nan", "inf", "0", "-1", "1e300", "1e-300"] {
             assert!(seconds(bad).is_err(), "{bad}");
         }
@@ -659,8 +747,12 @@ mod tests {
             let within = |value: Result<f32, String>, least: f32, most: f32| {
                 value.map_or(true, |v| (least..=most).contains(&v))
             };
-            prop_assert!(within(probability(&text), 0.0, 1.0));
-            prop_assert!(within(sigma(&text), 0.0, 1e6));
+            let tuned = |value: Result<Tuned, String>| value.map(|v| match v {
+                Tuned::Auto => 0.0,
+                Tuned::Is(v) => v,
+            });
+            prop_assert!(within(tuned(probability(&text)), 0.0, 1.0));
+            prop_assert!(within(tuned(sigma(&text)), 0.0, 1e6));
             prop_assert!(within(exposure(&text), -100.0, 100.0));
             prop_assert!(seconds(&text).map_or(true, |t| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS));
             prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));

@@ -201,6 +201,10 @@ fn write_files(
 /// What an EXR file says about its making: scene, settings, and every figure of the render under the name it has in `--stats`.
 fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
     let text = |v: &str| AttributeValue::Text(v.into());
+    let tuned = |auto: bool, v: f32| match auto {
+        true => text("auto"),
+        false => AttributeValue::Float(v.into()),
+    };
     let integer = |v: u64| AttributeValue::Integer(i64::try_from(v).unwrap_or(i64::MAX));
     let mut list = vec![
         (
@@ -216,9 +220,10 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
             ("bootstrap", integer(settings.bootstrap)),
             (
                 "large_step_probability",
-                AttributeValue::Float(settings.large_step_probability.into()),
+                tuned(settings.tune.large_step, settings.large_step_probability),
             ),
-            ("sigma", AttributeValue::Float(settings.sigma.into())),
+            ("mutation", text(settings.mutation.name())),
+            ("sigma", tuned(settings.tune.sigma, settings.sigma)),
             ("strategy_choice", text(settings.strategy_choice.name())),
         ]),
         false => {
@@ -280,7 +285,12 @@ mod tests {
             chains: 1,
             bootstrap: 1,
             large_step_probability: 0.3,
+            mutation: crate::chain::mutate::Mutation::Gaussian,
             sigma: 0.01,
+            tune: crate::chain::tune::Tune {
+                sigma: true,
+                large_step: false,
+            },
             strategy_choice: crate::integrate::StrategyChoice::Uniform,
             time: None,
             target_error: None,
@@ -294,6 +304,9 @@ mod tests {
         let list = attributes("a.pbrt", &settings, &stats);
         let get = |name: &str| list.iter().find(|a| a.name == name).map(|a| &a.value);
         assert_eq!(get("b"), Some(&AttributeValue::Float(0.5)));
+        let auto = AttributeValue::Text("auto".into());
+        assert_eq!(get("sigma"), Some(&auto));
+        assert!(get("large_step_probability") != Some(&auto));
         assert_eq!(get("chains"), Some(&AttributeValue::Integer(1)));
         let seed = AttributeValue::Text(u64::MAX.to_string());
         assert_eq!(get("seed"), Some(&seed));

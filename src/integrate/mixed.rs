@@ -29,6 +29,9 @@ pub struct DepthStats {
     pub share: f64,
     pub chains: usize,
     pub mutations: u64,
+    /// How the chains mutated, as set or as tuned.
+    pub sigma: f32,
+    pub large_step_probability: f32,
     #[serde(flatten)]
     pub mixing: Mixing,
 }
@@ -114,6 +117,8 @@ pub(super) fn depths(run: &Run, chains: &Chains, light: &Light) -> Vec<DepthStat
             mutations: own()
                 .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
                 .sum(),
+            sigma: a.kernel.sigma,
+            large_step_probability: a.kernel.large_step_probability,
             mixing: Mixing::of(plan.depth, first.iterations(), &monitors),
         });
     }

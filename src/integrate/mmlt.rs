@@ -14,9 +14,10 @@
 use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};
 use super::schedule::{Allotment, LAYERS, March, Start, allot, density, layer_of};
+use super::tuning::{self, Tuned};
 use super::{EndedBy, Phase, ROUND, Render, Run, Stats, mixed, per_second};
 use crate::chain::batch::{Batch, Counts};
-use crate::chain::bootstrap::Estimate;
+use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::film::{FilterTable, Half, Scales, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use std::time::{Duration, Instant};
@@ -35,7 +36,6 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         counts.rejected += b.rejected;
         counts.rays += b.rays;
     }
-    let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
     let (short, void) = (bootstraps.ended_by, bootstraps.is_void());
     let part = bootstraps.part(settings.bootstrap);
     let bootstraps = if void { Vec::new() } else { bootstraps.depths };
@@ -43,7 +43,10 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let (width, height) = run.size();
     let area = run.world.camera.region.area();
     let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
-    let allotments = allot(run, &bootstraps, wanted);
+    let mut allotments = allot(run, &bootstraps, wanted);
+    let tuned = tune::<L>(run, &mut allotments, &bootstraps, short);
+    counts.rays += tuned.rays;
+    let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
     let starts: Vec<Start> = (allotments.iter())
         .map(|a| Start::new(run, a, &bootstraps))
         .collect();
@@ -55,7 +58,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let mut march = March::new::<L>(run, &allotments, &starts, &tiling);
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
-    let least = short.map_or(Duration::ZERO, |_| ROUND);
+    let least = short.or(tuned.ended_by).map_or(Duration::ZERO, |_| ROUND);
     let ended_by = march.march::<L>(&film, least, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
         good_enough(run, &film, &chains, &mut looks)
@@ -91,6 +94,12 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         ));
     } else if batches.is_empty() {
         warnings.push(dark_reason(run));
+    }
+    if tuned.part < 1.0 && !batches.is_empty() {
+        warnings.push(format!(
+            "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
+            100.0 * tuned.part
+        ));
     }
     let mut stats = Stats {
         integrator: "mmlt".into(),
@@ -218,19 +227,40 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
     seen == Some(true)
 }
 
+/// Whether to go on to the chains that count: they need half of the time.
+fn ready(run: &Run) -> Option<EndedBy> {
+    let limit = run.settings.time.map(|limit| limit / 2);
+    let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
+    if run.observer.stop() {
+        Some(EndedBy::Observer)
+    } else {
+        late.then_some(EndedBy::Time)
+    }
+}
+
 fn bootstrap<L: Lanes>(run: &Run) -> Bootstraps {
-    let ended = || {
-        let limit = run.settings.time.map(|limit| limit / 2);
-        let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
-        if run.observer.stop() {
-            Some(EndedBy::Observer)
-        } else {
-            // Chains need the other half.
-            late.then_some(EndedBy::Time)
-        }
-    };
-    let progress = |done, total| run.observer.progress(Phase::Bootstrap, done, total);
-    bootstraps::<L>(run.world, run.settings, &ended, progress)
+    let later = tuning::mutations(run);
+    let progress = |done, total| (run.observer).progress(Phase::Bootstrap, done, total + later);
+    bootstraps::<L>(run.world, run.settings, &|| ready(run), progress)
+}
+
+/// Tunes the chains, unless the bootstrap has been cut short by `short`.
+fn tune<L: Lanes>(
+    run: &Run,
+    allotments: &mut [Allotment],
+    bootstraps: &[Bootstrap],
+    short: Option<EndedBy>,
+) -> Tuned {
+    let before = run.settings.bootstrap * run.world.plan.depths.len() as u64;
+    let total = before + tuning::mutations(run);
+    let progress = |done| (run.observer).progress(Phase::Bootstrap, before + done, total);
+    tuning::tune::<L>(
+        run,
+        allotments,
+        bootstraps,
+        &|| short.or_else(|| ready(run)),
+        progress,
+    )
 }
 
 /// All independent samples of each depth: the bootstrap's and the large steps'.

@@ -13,12 +13,15 @@ mod pt;
 mod revisit;
 mod sampled;
 mod schedule;
+mod tuning;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::mixed::{CrossCheck, DepthStats};
 pub use self::needs::{Need, Needs};
 pub use self::revisit::{Visit, Whose, revisit};
 
+use crate::chain::mutate::{Kernel, Mutation};
+use crate::chain::tune::Tune;
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::{Lanes, f32x8};
@@ -48,8 +51,11 @@ pub struct Settings {
     /// Bootstrap paths per depth.
     pub bootstrap: u64,
     pub large_step_probability: f32,
-    /// Standard deviation of small steps.
+    /// Law and scale of small steps.
+    pub mutation: Mutation,
     pub sigma: f32,
+    /// What of them is tuned before samples count, in place of the above; sigma is then where the search begins.
+    pub tune: Tune,
     /// Stop after this long, bootstrap included.
     pub time: Option<Duration>,
     /// Stop when the estimated [`Stats::relative_error`] is at most this, and chains have mixed.
@@ -101,7 +107,9 @@ impl Settings {
             chains: i.chains,
             bootstrap: i.bootstrap_samples,
             large_step_probability: i.large_step_probability,
+            mutation: Mutation::Gaussian,
             sigma: i.sigma,
+            tune: Tune::default(),
             time: None,
             target_error: None,
             estimate_error: true,
@@ -112,6 +120,13 @@ impl Settings {
             forced: Vec::new(),
             switches: Switches::NONE,
         }
+    }
+}
+
+impl Settings {
+    /// How chains mutate that nobody tunes.
+    fn kernel(&self) -> Kernel {
+        Kernel::new(self.seed, self.large_step_probability, self.sigma).with_law(self.mutation)
     }
 }
 
@@ -138,7 +153,7 @@ impl StrategyChoice {
 pub enum Phase {
     /// The tree that rays are traced through: 0 of its primitives, then all of them (at least 1).
     Build,
-    /// Bootstrap paths.
+    /// Bootstrap paths, and mutations that tune those that count.
     Bootstrap,
     /// Mutations or samples.
     Render,

@@ -2,7 +2,7 @@
 
 use super::bootstraps::bootstraps;
 use super::schedule::{Start, allot};
-use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool};
+use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool, tuning};
 use crate::chain::batch::{Batch, State, Step};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
@@ -30,6 +30,8 @@ pub struct Whose {
 pub struct Visit {
     /// What the samples of the chain mean: the plan of its depth, with the choice of strategies that the chains make.
     pub plan: DepthPlan,
+    /// How chains of the depth mutate.
+    pub kernel: Kernel,
     /// Chains of the depth, and iterations that each makes in a whole render.
     pub chains: usize,
     pub iterations: u32,
@@ -81,8 +83,9 @@ pub fn revisit(
     }
     let area = world.camera.region.area();
     let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
-    let allotments = allot(&run, &all, mutations);
-    let Some(allotment) = allotments.iter().find(|a| a.depth == depth as usize) else {
+    let mut allotments = allot(&run, &all, mutations);
+    allotments.retain(|a| a.depth == depth as usize);
+    let Some(allotment) = allotments.first() else {
         return fail(format!(
             "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
             settings.bootstrap
@@ -100,16 +103,17 @@ pub fn revisit(
             settings.mutations_per_pixel, allotment.iterations
         ));
     }
+    let stop = || observer.stop().then_some(EndedBy::Observer);
+    let tuned = tuning::tune::<f32x8>(&run, &mut allotments, &all, &stop, |_| {});
+    if tuned.ended_by.is_some() {
+        return fail("stopped".into());
+    }
+    let allotment = &allotments[0];
     let start = Start::new(&run, allotment, &all);
     drop(all);
     let seeds = start.seeds();
     let first = chain / BATCH * BATCH;
     let together = &seeds[first..seeds.len().min(first + BATCH)];
-    let kernel = Kernel::new(
-        settings.seed,
-        settings.large_step_probability,
-        settings.sigma,
-    );
     let mut paths = Paths::new(world);
     let plan = &allotment.plan;
     let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
@@ -117,12 +121,13 @@ pub fn revisit(
         if observer.stop() {
             return fail("stopped".into());
         }
-        batch.step::<f32x8>(world, &kernel, &mut paths);
+        batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
     }
     let state = batch.state(chain - first);
-    batch.step::<f32x8>(world, &kernel, &mut paths);
+    batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
     Ok(Visit {
         plan: allotment.plan.clone(),
+        kernel: allotment.kernel,
         chains: allotment.chains,
         iterations: allotment.iterations,
         start: seeds[chain],

@@ -47,6 +47,8 @@ pub(super) struct Allotment {
     /// Weight of this depth's splats within its layer, at most 1.
     pub share: f64,
     pub bootstrap: Estimate,
+    /// How its chains mutate.
+    pub kernel: Kernel,
 }
 
 /// Allots `mutations` to the depths in proportion to `b_k`. Chains are allotted likewise, but at least as many as fill the lanes, with
@@ -74,6 +76,7 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
                 iterations: 0,
                 share: 1.0,
                 bootstrap: boot.estimate,
+                kernel: run.settings.kernel(),
             }
         })
         .collect();
@@ -172,7 +175,6 @@ fn batch_size(run: &Run, allotments: &[Allotment]) -> usize {
 /// Chains on their way.
 pub(super) struct March<'a> {
     run: &'a Run<'a>,
-    kernel: Kernel,
     allotments: &'a [Allotment],
     /// With the allotment each belongs to, and where its splats go.
     batches: Vec<(&'a Allotment, Destination, Mutex<Batch>)>,
@@ -230,11 +232,6 @@ impl<'a> March<'a> {
             .collect();
         Self {
             run,
-            kernel: Kernel::new(
-                settings.seed,
-                settings.large_step_probability,
-                settings.sigma,
-            ),
             allotments,
             batches,
             workspaces: (0..rayon::current_num_threads())
@@ -298,7 +295,7 @@ impl<'a> March<'a> {
                 let left = part(a, until).saturating_sub(batch.iterations());
                 batch.march::<L>(
                     self.run.world,
-                    &self.kernel,
+                    &a.kernel,
                     left.min(STRIDE),
                     &mut workspace,
                     film,

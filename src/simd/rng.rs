@@ -12,7 +12,7 @@ use crate::switches::{self, Switch};
 pub enum Purpose {
     /// Fresh primary samples of a bootstrap path.
     Bootstrap = 1,
-    /// The mutation of a chain: fresh primary samples or Gaussian offsets, never both.
+    /// The mutation of a chain: fresh primary samples or offsets, never both.
     Mutation = 2,
     /// The choice between large and small step, and the acceptance test.
     Decision = 3,
@@ -24,6 +24,10 @@ pub enum Purpose {
     Bidirectional = 6,
     /// Those of light tracing.
     LightTracer = 7,
+    /// As `Mutation`, `Decision` and `Seeding`, for chains that only tune others.
+    Tuning = 8,
+    TuningDecision = 9,
+    TuningSeeding = 10,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

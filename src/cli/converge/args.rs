@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, value_parser};
 
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::chain::mutate::Mutation;
 use crate::cli::args::{
-    ChoiceName, Lanes, MAX_BOOTSTRAP, exposure, number_in, probability, resolution, sigma,
+    ChoiceName, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
 #[cfg(feature = "switches")]
@@ -86,17 +87,27 @@ pub struct ConvergeArgs {
     )]
     pub bootstrap: Vec<u64>,
 
-    /// Probabilities of large mutations, 0 to 1 (mmlt) [default: as the scene says]
+    /// Probabilities of large mutations, 0 to 1, or auto (mmlt) [default: as the scene says]
     #[arg(
         long,
+        alias = "large-step-probability",
         value_name = "P,...",
         value_delimiter = ',',
         value_parser = probability,
         help_heading = "Variants"
     )]
-    pub large_step: Vec<f32>,
+    pub large_step: Vec<Tuned>,
 
-    /// Standard deviations of small mutations (mmlt) [default: as the scene says]
+    /// How small mutations move primary samples (mmlt) [default: gaussian]
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        help_heading = "Variants"
+    )]
+    pub mutation: Vec<Mutation>,
+
+    /// Scales of small mutations, or auto (mmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "S,...",
@@ -104,7 +115,7 @@ pub struct ConvergeArgs {
         value_parser = sigma,
         help_heading = "Variants"
     )]
-    pub sigma: Vec<f32>,
+    pub sigma: Vec<Tuned>,
 
     /// How chains choose among the strategies of their depth (mmlt) [default: uniform]
     #[arg(
@@ -354,12 +365,24 @@ impl ConvergeArgs {
             (
                 "--large-step",
                 Axis::new("large step", metropolis, &self.large_step, text, |s, v| {
-                    s.large_step_probability = v;
+                    v.set_large_step(s);
                 }),
             ),
             (
+                "--mutation",
+                Axis::new(
+                    "mutation",
+                    metropolis,
+                    &self.mutation,
+                    |m| text(m.name()),
+                    |s, v| s.mutation = v,
+                ),
+            ),
+            (
                 "--sigma",
-                Axis::new("sigma", metropolis, &self.sigma, text, |s, v| s.sigma = v),
+                Axis::new("sigma", metropolis, &self.sigma, text, |s, v| {
+                    v.set_sigma(s)
+                }),
             ),
             (
                 "--strategy-choice",

@@ -109,6 +109,9 @@ struct Iteration {
     /// Chains of the depth; iterations of each in the whole render.
     chains: usize,
     iterations: u32,
+    /// How chains of the depth mutate, as set or as tuned.
+    sigma: f32,
+    large_step_probability: f32,
     /// Number of the bootstrap path that the chain started from.
     bootstrap_path: u64,
     large: bool,
@@ -125,6 +128,8 @@ impl Iteration {
             iteration: whose.iteration,
             chains: visit.chains,
             iterations: visit.iterations,
+            sigma: visit.kernel.sigma,
+            large_step_probability: visit.kernel.large_step_probability,
             bootstrap_path: visit.start,
             large: visit.step.large,
             acceptance: visit.step.acceptance,

@@ -37,6 +37,13 @@ fn about_chain(out: &mut String, i: &Iteration) {
         ),
         ("iteration", format!("{} of {}", i.iteration, i.iterations)),
         (
+            "kernel",
+            format!(
+                "sigma {}, large steps {}",
+                i.sigma, i.large_step_probability
+            ),
+        ),
+        (
             "proposal",
             format!(
                 "{kind} step, {verdict}: acceptance probability {}, drawn {}",

@@ -106,11 +106,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
         judged: SplatFilm::judged(filter, MOST_WEIGHT, vec![HALF; layers]),
         crop: scene.film.crop,
-        kernel: Kernel::new(
-            settings.seed,
-            settings.large_step_probability,
-            settings.sigma,
-        ),
+        kernel: settings.kernel(),
         bootstraps,
         plans,
         seed: settings.seed,

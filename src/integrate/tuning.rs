@@ -1,0 +1,78 @@
+//! Mutations that tune those that count, in rounds, after the bootstrap: progress and stops are prompt.
+
+use super::schedule::Allotment;
+use super::{EndedBy, Run};
+use crate::chain::bootstrap::Bootstrap;
+use crate::chain::tune::{Tuner, chains};
+use crate::simd::Lanes;
+use rayon::prelude::*;
+
+/// Steps of a round.
+const STEPS: u32 = 8;
+
+/// What tuning has come to.
+pub(super) struct Tuned {
+    /// Of the steps that it should have made.
+    pub part: f64,
+    /// What has cut it short.
+    pub ended_by: Option<EndedBy>,
+    pub rays: u64,
+}
+
+/// Mutations that tuning makes if all depths carry light.
+pub(super) fn mutations(run: &Run) -> u64 {
+    let tune = run.settings.tune;
+    let each = chains(tune, run.settings.bootstrap) as u64 * u64::from(tune.steps());
+    each * run.world.plan.depths.len() as u64
+}
+
+/// Tunes the kernels of all allotments, as the settings ask for. `ended` is asked whether to stop, and by whom; what is not known then stays as
+/// it was. `progress` is told mutations done, of [`mutations`].
+pub(super) fn tune<L: Lanes>(
+    run: &Run,
+    allotments: &mut [Allotment],
+    bootstraps: &[Bootstrap],
+    ended: &dyn Fn() -> Option<EndedBy>,
+    mut progress: impl FnMut(u64),
+) -> Tuned {
+    let settings = run.settings;
+    let steps = settings.tune.steps();
+    let mut done = 0;
+    let mut ended_by = if steps > 0 { ended() } else { None };
+    let mut rays = 0;
+    if steps > 0 && ended_by.is_none() {
+        let start = |a: &Allotment| {
+            let bootstrap = &bootstraps[a.depth];
+            let (seed, tune) = (settings.seed, settings.tune);
+            Tuner::new::<L>(
+                run.world,
+                &a.plan,
+                bootstrap,
+                seed,
+                a.kernel,
+                tune,
+                a.iterations,
+            )
+        };
+        let mut tuners: Vec<Tuner> = allotments.par_iter().map(start).collect();
+        while done < steps && ended_by.is_none() {
+            (tuners.par_iter_mut()).for_each(|tuner| tuner.advance::<L>(run.world, STEPS));
+            done = (done + STEPS).min(steps);
+            progress(mutations(run) * u64::from(done) / u64::from(steps));
+            ended_by = ended().filter(|_| done < steps);
+        }
+        let kernels = tuners.par_iter().map(Tuner::kernel);
+        (allotments.par_iter_mut().zip(kernels)).for_each(|(a, kernel)| a.kernel = kernel);
+        rays = tuners.iter().map(Tuner::rays).sum();
+    }
+    let part = if steps > 0 {
+        f64::from(done) / f64::from(steps)
+    } else {
+        1.0
+    };
+    Tuned {
+        part,
+        ended_by,
+        rays,
+    }
+}
