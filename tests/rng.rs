@@ -8,12 +8,14 @@ use phalanx::simd::rng::{Purpose, Stream, unit_float};
 use phalanx::simd::{Lanes, UintLanes, f32x8};
 use phalanx::transport::samples::Samples;
 
-const PURPOSES: [Purpose; 8] = [
+const PURPOSES: [Purpose; 10] = [
     Purpose::Bootstrap,
     Purpose::Mutation,
     Purpose::Decision,
     Purpose::Seeding,
     Purpose::PathTracer,
+    Purpose::Bidirectional,
+    Purpose::LightTracer,
     Purpose::Tuning,
     Purpose::TuningDecision,
     Purpose::TuningSeeding,
@@ -43,7 +45,7 @@ fn sequences(n: u32) -> Vec<(String, Vec<f32>)> {
             add("seed", &|i| u(u64::from(i), p, x0, y0, b0)[word]);
             add("high seed", &|i| u(u64::from(i) << 32, p, x0, y0, b0)[word]);
             add("purpose", &|i| {
-                u(u64::from(i / 8), PURPOSES[i as usize % 8], x0, y0, b0)[word]
+                u(u64::from(i / 10), PURPOSES[i as usize % 10], x0, y0, b0)[word]
             });
         }
         out.push((

@@ -52,7 +52,7 @@ impl Tune {
 }
 
 /// Mean acceptance probability of small steps that sigma is tuned for.
-pub const ACCEPTANCE: f64 = 0.4;
+pub const ACCEPTANCE: f64 = 0.5;
 
 /// Between these sigma stays: a hundredth of a pixel of a large picture, and anywhere.
 const SIGMA: [f32; 2] = [1e-6, 0.5];

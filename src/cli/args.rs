@@ -269,8 +269,8 @@ pub struct ChainArgs {
     /// Scale of small mutations, in primary sample space; or auto (mmlt, pssmlt)
     ///
     /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them move less); those of kelemen move by S / 10 to 1.6 S, by
-    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt), and before the render starts, what has two of five small
-    /// mutations accepted.
+    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the render starts,
+    /// what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,
 
