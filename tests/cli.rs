@@ -241,6 +241,8 @@ fn strategies_are_written_beside_the_picture() {
     for (a, b) in (sum.as_flattened().iter()).zip(whole.pixels.as_flattened()) {
         assert!((a - b).abs() <= 2e-6 * b, "{a} {b}");
     }
+    let many = "render --integrator bdpt --strategies --max-depth 21 -o c.exr";
+    assert!(folder.run(many).fails(2).contains("at most 20"));
     for integrator in ["pt", "lt"] {
         let ran = folder
             .run(&format!(

@@ -374,6 +374,9 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
         .map_err(|source| RenderError::Threads { threads, source })
 }
 
+/// Largest depth of which strategies have pictures: nobody looks at more than the 502 of depth 20.
+const MAX_STRATEGIES: u32 = 20;
+
 /// Length of a round of work: progress and stops are prompt, the barrier costs little.
 const ROUND: Duration = Duration::from_millis(250);
 
@@ -458,6 +461,13 @@ pub fn check(settings: &Settings) -> Result<(), RenderError> {
     }
     if s.target_error.is_some() && !s.estimate_error {
         return fail("a target error needs an estimate of the error".into());
+    }
+    if s.strategies && s.integrator == IntegratorKind::Bdpt && s.max_depth > MAX_STRATEGIES {
+        return fail(format!(
+            "pictures of strategies of depths up to {} would be {}; with them the max depth is at most {MAX_STRATEGIES}",
+            s.max_depth,
+            2 * Strategy::most(s.max_depth)
+        ));
     }
     if s.batch.is_some_and(|b| b == 0) {
         return fail("a batch holds at least one path".into());
