@@ -51,7 +51,7 @@ fn law(mutation: Mutation, sigma: f64, d: f64) -> f64 {
                 let tail = chi_square_tail(z * z, 1) / 2.0;
                 if z > 0.0 { 1.0 - tail } else { tail }
             };
-            let winds = (-8..=8).map(f64::from);
+            let winds = (-2..=2).map(f64::from);
             winds
                 .map(|k| cdf((d + k) / sigma) - cdf((k - 0.5) / sigma))
                 .sum()
@@ -74,7 +74,7 @@ fn offsets_follow_their_laws() {
         for sigma in [0.002f32, DEFAULT_SIGMA, 0.3] {
             let kernel = Kernel::new(11, 0.0, sigma).with_law(mutation);
             for from in [0.0, 0.3, ONE_MINUS_EPSILON] {
-                let all = proposals(&kernel, from, 40);
+                let all = proposals(&kernel, from, 20);
                 let mut counts = vec![0.0; cells];
                 for u in &all {
                     assert!((0.0..1.0).contains(u), "{u}");
