@@ -216,7 +216,10 @@ fn a_pass_broken_off_is_as_bright_as_a_whole_one() {
                     ..settings(&large, kind, 1)
                 };
                 let render = stopped(&large, &settings, after);
-                assert!(render.stats.samples % pass != 0, "no pass is broken off");
+                assert!(
+                    !render.stats.samples.is_multiple_of(pass),
+                    "no pass is broken off"
+                );
                 let mean = |rows: std::ops::Range<usize>| {
                     let n = width as usize;
                     let values = render.pixels[rows.start * n..rows.end * n].as_flattened();
