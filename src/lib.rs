@@ -23,12 +23,12 @@
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
 //! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
-//! | [`transport`] | subpaths walked in waves, joined, weighed | chains |
+//! | [`transport`] | subpaths walked in waves, joined, weighed; the hosts that chains march over | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over all of it: `mmlt`, `pt`, `lt`, `bdpt`; how fast they are: `measure` | how they were asked for |
+//! | [`integrate`] | schedules over all of it: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt`; how fast they are: `measure` | how they were asked for |
 //! | [`converge`] | error against time: which integrator and settings win, and a report of it | how they were asked for |
 //! | [`cli`] | the command line | - |
 //!
@@ -57,7 +57,9 @@
 //! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]. An integrator is a schedule over shared stages:
 //! a file in [`integrate`], a line in its function `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
 //! [`converge`] know it. If its samples are independent, all but what a sample is comes from `integrate/sampled.rs`: passes over the picture, film,
-//! errors, progress and stops; `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
+//! errors, progress and stops; `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat. If it mutates
+//! them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains, film, errors, mixing; `integrate/mmlt.rs` and
+//! `integrate/pssmlt.rs` name their hosts ([`transport::Host`]) and no more.
 
 pub mod camera;
 pub mod chain;

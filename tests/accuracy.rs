@@ -9,7 +9,7 @@ mod support;
 
 use phalanx::integrate::{EndedBy, Render, Settings, Silent, render};
 use phalanx::metrics;
-use phalanx::scene::{self, IntegratorKind, Scene};
+use phalanx::scene::{self, HostKind, IntegratorKind, Scene};
 use std::path::Path;
 use std::time::Duration;
 
@@ -112,14 +112,19 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
     }
 }
 
+const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
+const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Bdpt);
+
 /// Scene, integrator, mutations or samples per pixel, and bootstrap paths: few paths find the slit.
-const CASES: [(&str, &str, IntegratorKind, u64, u64); 6] = [
+const CASES: [(&str, &str, IntegratorKind, u64, u64); 8] = [
     ("easy", EASY, IntegratorKind::Mmlt, 64, 20_000),
     ("caustic", CAUSTIC, IntegratorKind::Mmlt, 128, 20_000),
     ("slit", SLIT, IntegratorKind::Mmlt, 256, 200_000),
     ("easy", EASY, IntegratorKind::Pt, 32, 1),
     ("easy", EASY, IntegratorKind::Bdpt, 16, 1),
     ("easy", EASY, IntegratorKind::Lt, 16, 1),
+    ("easy", EASY, OVER_PT, 16, 20_000),
+    ("easy", EASY, OVER_BDPT, 8, 20_000),
 ];
 
 fn check(side: u32, renders: u64, effort: u64) {

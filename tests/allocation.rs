@@ -8,8 +8,9 @@ use phalanx::scene::load_str;
 use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::bidirectional::BidirectionalLayout;
+use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Paths, World};
+use phalanx::transport::{Host, Paths, World};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -58,8 +59,8 @@ const WARM_UP: u32 = 200;
 /// Iterations that may not allocate; splat logs go to the film several times meanwhile.
 const ITERATIONS: u32 = 200;
 
-/// Requests for memory that marching makes after it is warm, depth by depth.
-fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
+/// Requests for memory that marching makes after it is warm, depth by depth, and for hosts of all depths.
+fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
     let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
     let world = World::new(&scene, 6);
     let kernel = Kernel::new(1, 0.3, 0.01);
@@ -68,7 +69,7 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
         scale: 1.0,
         part: 0.5,
     };
-    let film = SplatFilm::judged(filter, 1e12, vec![half]);
+    let film = SplatFilm::judged(filter, 1e12, vec![half; 2]);
     let to = Destination {
         layer: 0,
         scale: 1.0,
@@ -76,13 +77,21 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
     };
     let mut workspace = Workspace::new(&world);
     let mut found = Vec::new();
-    for plan in &world.plan.depths {
-        let bootstrap = Bootstrap::run::<f32x8>(&world, plan, 1, 10_000, &|| false);
+    let whole = [
+        Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 6)),
+        Host::Bidirectional(BidirectionalLayout::new(&world)),
+    ];
+    let hosts = world.plan.depths.iter().map(Host::from).chain(whole);
+    for host in hosts {
+        let bootstrap = Bootstrap::run::<f32x8>(&world, &host, 1, 10_000, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
             continue;
         }
-        let seeds = bootstrap.seeds(1, plan.depth, CHAINS);
-        let mut batch = Batch::new::<L>(&world, plan, 0, &seeds, 1, &mut workspace.paths);
+        let seeds = bootstrap.seeds(1, host.id(), CHAINS);
+        let mut batch = Batch::new::<L>(&world, &host, 0, &seeds, 1, &mut workspace.paths);
+        if host.depth().is_none() {
+            batch.combine(0.3 * bootstrap.estimate.mean() as f32, 1);
+        }
         batch.watch(&[0; CHAINS], &Tiling::new(scene.film.crop));
         let mut march = |iterations| {
             batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, to);
@@ -90,9 +99,9 @@ fn requests<L: Lanes>(text: &str) -> Vec<(u32, u64)> {
         march(WARM_UP);
         let before = REQUESTS.get();
         march(ITERATIONS);
-        found.push((plan.depth, REQUESTS.get() - before));
+        found.push((host.depth(), REQUESTS.get() - before));
     }
-    assert!(found.len() >= 3, "the scene has light at few depths");
+    assert!(found.len() >= 5, "the scene has light at few depths");
     found
 }
 

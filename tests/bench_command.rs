@@ -44,6 +44,7 @@ fn json_holds_every_figure() {
     assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(json["scene_file"], "cornell.pbrt");
     assert_eq!(json["seed"], 3);
+    assert_eq!(json["integrator"], "mmlt");
     assert!(json["machine"]["target_features"].is_array());
     for path in [
         "/machine/cores",

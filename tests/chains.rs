@@ -3,7 +3,7 @@
 mod support;
 
 use phalanx::integrate::{EndedBy, Observer, Phase, Render, Settings, render};
-use phalanx::scene::{IntegratorKind, Scene};
+use phalanx::scene::{HostKind, IntegratorKind, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
@@ -115,7 +115,8 @@ fn expect_mean(render: Render, truth: &Estimate, what: &str) {
 fn stopped_renders_are_normalised() {
     let scene = lit_stage(32, 24);
     let truth = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 128), 8).whole(1);
-    for kind in BOTH {
+    let whole = HostKind::ALL.map(IntegratorKind::Pssmlt);
+    for kind in BOTH.into_iter().chain(whole) {
         let endless = Settings {
             bootstrap: 20_000,
             chains: 1000,

@@ -255,6 +255,36 @@ fn strategies_are_written_beside_the_picture() {
 }
 
 #[test]
+fn primary_sample_space_has_a_host() {
+    let folder = Folder::new();
+    let name = |flags: &str| {
+        let done = folder.run(&format!("render {TINY} {flags} -o x.exr --stats x.json"));
+        assert!(done.0.status.success(), "{}", done.stderr());
+        let json: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(folder.path().join("x.json")).unwrap())
+                .unwrap();
+        assert!(bright(&folder.exr("x.exr")));
+        (
+            json["integrator"].as_str().unwrap().to_owned(),
+            done.stderr(),
+        )
+    };
+    assert_eq!(name("--integrator pssmlt").0, "pssmlt-bdpt");
+    assert_eq!(name("--integrator pssmlt --host pt").0, "pssmlt-pt");
+    assert_eq!(name("--integrator pssmlt-pt").0, "pssmlt-pt");
+    let (_, said) = name("--integrator pssmlt --spp 3 --strategy-choice learned");
+    for flag in ["--spp", "--strategy-choice"] {
+        let warning = format!("warning: {flag} means nothing to this integrator");
+        assert!(said.contains(&warning), "{said}");
+    }
+    let (_, said) = name("--integrator mmlt --host pt");
+    assert!(
+        said.contains("warning: --host means nothing to this integrator"),
+        "{said}"
+    );
+}
+
+#[test]
 fn exr_files_carry_settings_and_figures() {
     use exr::prelude::AttributeValue;
     let folder = Folder::new();

@@ -6,7 +6,7 @@ use phalanx::chain::mutate::Mutation;
 use phalanx::chain::tune::Tune;
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
-use phalanx::scene::{IntegratorKind, Scene, load, load_str};
+use phalanx::scene::{HostKind, IntegratorKind, Scene, load, load_str};
 use std::path::Path;
 use support::run;
 
@@ -97,8 +97,9 @@ fn expect_one_picture(scene: &Scene, effort: [u64; 2]) {
     let [samples, mutations] = effort;
     for integrator in IntegratorKind::ALL {
         let effort = match integrator {
-            kind if kind.mutates() => mutations,
+            IntegratorKind::Mmlt => mutations,
             IntegratorKind::Pt => samples,
+            IntegratorKind::Pssmlt(_) => samples.div_ceil(2).max(2),
             _ => samples.div_ceil(8),
         };
         expect_one_picture_of(scene, integrator, effort, |_| {});
@@ -228,12 +229,14 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.
 #[test]
 fn mutations() {
     let scene = reference("cornell-glass.pbrt");
-    for (mutation, sigma, large_step) in [
-        (Mutation::Kelemen, false, false),
-        (Mutation::Cauchy, true, false),
-        (Mutation::Gaussian, true, true),
+    let whole = IntegratorKind::Pssmlt(HostKind::Bdpt);
+    for (integrator, mutation, sigma, large_step) in [
+        (IntegratorKind::Mmlt, Mutation::Kelemen, false, false),
+        (IntegratorKind::Mmlt, Mutation::Cauchy, true, false),
+        (IntegratorKind::Mmlt, Mutation::Gaussian, true, true),
+        (whole, Mutation::Kelemen, true, true),
     ] {
-        expect_one_picture_of(&scene, IntegratorKind::Mmlt, 2, |s| {
+        expect_one_picture_of(&scene, integrator, 2, |s| {
             s.mutation = mutation;
             s.tune = Tune { sigma, large_step };
         });

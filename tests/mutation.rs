@@ -193,7 +193,7 @@ fn hard_scenes_are_tuned() {
         }
         for depth in &after.depths {
             println!(
-                "  depth {}: sigma {:.2e}, large steps {:.3}",
+                "  depth {:?}: sigma {:.2e}, large steps {:.3}",
                 depth.depth, depth.sigma, depth.large_step_probability
             );
             assert!(depth.sigma > 0.0 && depth.sigma <= 0.5);

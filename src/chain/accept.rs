@@ -2,6 +2,7 @@
 
 use crate::simd::Lanes;
 use crate::simd::Mask;
+use crate::transport::Paths;
 
 /// The scalar a chain equilibrates to: the mean of the channels. Positive wherever any channel is (luminance would starve blue), and a
 /// colour over its target is at most 3 a channel, which is what lets the film be fixed-point.
@@ -12,6 +13,19 @@ pub fn target<L: Lanes>(rgb: [L; 3]) -> L {
     let mean = rgb[0] * third + rgb[1] * third + rgb[2] * third;
     // Subnormal targets have lost the digits that a ratio needs.
     mean.or_zero(mean.ge(L::splat(f32::MIN_POSITIVE)))
+}
+
+/// The target of a state of several splats: the sum of theirs, 0 if it is beyond all numbers.
+#[inline(always)]
+pub fn total<L: Lanes>(targets: impl Iterator<Item = L>) -> L {
+    let sum = targets.fold(L::zero(), |sum, target| sum + target);
+    sum.or_zero(sum.is_finite())
+}
+
+/// Targets of all paths of a batch, of so many splats each.
+pub fn totals(paths: &Paths, splats: usize) -> Vec<f32> {
+    let of = |i: usize| (0..splats).map(move |row| target(paths.splat_row(row)[i].rgb));
+    (0..paths.n).map(|i| total(of(i))).collect()
 }
 
 /// Colour over target, at most 3 a channel; 0 where there is no light.

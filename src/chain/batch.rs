@@ -1,22 +1,48 @@
-//! A batch of chains of one depth, marching in lockstep.
+//! A batch of chains of one host, marching in lockstep.
+//!
+//! # Independent samples
+//!
+//! Large steps are independent samples of the whole picture, accepted or not. [`Batch::combine`] has the film keep all of them, beside the
+//! states of the chains, in a layer of their own, weighed against each other by the balance heuristic (Kelemen, Szirmay-Kalos, Antal
+//! and Csonka 2002). Of `M` mutations, states have the density `I / b` in primary sample space, large steps, `p M` of them,
+//! the density 1; so that with a constant `c`, about `p b`,
+//!
+//! ```text
+//! w(u)     = (I / b) / (I / b + p)   = I / (I + c)     weight of u as a state
+//! 1 - w(u) = p / (I / b + p)         = c / (I + c)     weight of u as a large step
+//! ```
+//!
+//! A state is splatted with the colour `w F / I`, where `F` are its contributions and `I` their mean channels, added up. Both layers hold the
+//! same splats:
+//!
+//! ```text
+//! states:       b / M      * sum over states, by their Metropolis weights, of  w F / I
+//! large steps:  c / (p M)  * sum over large steps of                           w F / I
+//! ```
+//!
+//! The first has the expectation of `w F` (states have the density `I / b`, so that the scale has to be the best `b` there is), the second,
+//! since `c w / I = c / (I + c) = 1 - w`, that of `(1 - w) F`: `c` enters both, and any other would do. It is found before the chains
+//! march and stays; `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis weight, a large step once
+//! more with weight 1: Kelemen's equations, but for `b`, which need not be known when they splat.
 
-use super::accept::{acceptance, colour, target};
+use super::accept::{acceptance, colour, target, total, totals};
 use super::bootstrap::{Moments, regenerate};
 use super::monitor::{Monitor, View};
 use super::mutate::Kernel;
 use crate::film::{Destination, SplatFilm, SplatLog, Tiling};
-use crate::plan::DepthPlan;
 use crate::simd::{Lanes, Row};
 use crate::transport::clock::Stage;
 use crate::transport::samples::Samples;
-use crate::transport::{Paths, World};
+use crate::transport::{Host, Paths, World};
 
 /// Weights are kept as integers in units of 2^-32, so that a state's weight is exact however its visits are grouped.
 const WEIGHT_BITS: u32 = 32;
 
-/// Chains of one depth and where they stand.
+/// Chains of one host and where they stand.
 pub struct Batch {
-    plan: DepthPlan,
+    host: Host,
+    /// How large steps are splatted as independent samples, if they are.
+    combined: Option<Combined>,
     /// Global chain numbers, padded to a multiple of eight.
     ids: Vec<u32>,
     /// `0..n`, the chains without padding.
@@ -25,8 +51,8 @@ pub struct Batch {
     proposed: Samples,
     /// Targets of the current states.
     targets: Vec<f32>,
-    /// The rest of the current states, `[colour (3), raster (2), light vertices (bits), ..]`: colour over target, at most 3 a
-    /// channel.
+    /// The rest of the current states, `[splat][chain]`, each `[colour (3), raster (2), light vertices (bits), ..]`: colour over target, at
+    /// most 3 a channel.
     states: Vec<Row>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
@@ -50,10 +76,19 @@ pub struct Batch {
     pub counts: Counts,
 }
 
+/// Large steps as independent samples.
+#[derive(Clone, Copy, Debug)]
+struct Combined {
+    /// `c` of the module's equations.
+    constant: f32,
+    /// Their layer of the film.
+    layer: usize,
+}
+
 /// Where a chain stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Laid out as its depth's [`Layout`](crate::plan::Layout).
+    /// Laid out as the host says.
     pub samples: Vec<f32>,
     pub target: f32,
 }
@@ -81,6 +116,8 @@ struct LargeSteps {
 pub struct Workspace {
     pub paths: Paths,
     log: SplatLog,
+    /// Of large steps, where they are splatted.
+    independent: SplatLog,
 }
 
 impl Workspace {
@@ -88,6 +125,7 @@ impl Workspace {
         Self {
             paths: Paths::new(world),
             log: SplatLog::default(),
+            independent: SplatLog::default(),
         }
     }
 }
@@ -132,9 +170,9 @@ impl Counts {
     }
 }
 
-/// Chain number of chain `j` of a depth. No two chains of a run share one, and none depends on how chains are batched.
-fn chain_id(depth: u32, j: usize) -> u32 {
-    depth << MAX_CHAINS_BITS | j as u32
+/// Chain number of chain `j` of a host. No two chains of a run share one, and none depends on how chains are batched.
+fn chain_id(host: u32, j: usize) -> u32 {
+    host << MAX_CHAINS_BITS | j as u32
 }
 
 const MAX_CHAINS_BITS: u32 = 20;
@@ -144,36 +182,40 @@ pub const MAX_CHAINS_PER_DEPTH: usize = 1 << MAX_CHAINS_BITS;
 pub const MAX_DEPTHS: u32 = 1 << (32 - MAX_CHAINS_BITS);
 
 impl Batch {
-    /// Chains `first..first + seeds.len()` of a depth, started from bootstrap samples. `plan` is the world's plan of that depth, or differs
-    /// from it in how strategies are chosen.
+    /// Chains `first..first + seeds.len()` of a host, started from bootstrap samples. A host of one depth has the world's plan of that depth,
+    /// or one that differs from it in how strategies are chosen.
     pub fn new<L: Lanes>(
         world: &World,
-        plan: &DepthPlan,
+        host: impl Into<Host>,
         first: usize,
         seeds: &[u64],
         seed: u64,
         paths: &mut Paths,
     ) -> Self {
+        let host = host.into();
         let n = seeds.len();
+        let splats = host.splats();
         let padded = n.next_multiple_of(8);
-        let current = regenerate::<L>(plan, seed, seeds);
-        world.evaluate_multiplexed::<L>(plan, &current, n, paths);
-        let mut targets: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
-        targets.resize(padded, 0.0);
-        let states = (paths.outcome.iter().zip(&targets))
-            .map(|(o, &target)| {
-                let [r, g, b] = colour(o.rgb, target);
-                let [x, y] = o.raster;
-                Row([r, g, b, x, y, f32::from_bits(o.s), 0.0, 0.0])
-            })
+        let current = regenerate::<L>(&host, seed, seeds);
+        world.evaluate_host::<L>(&host, &current, n, paths);
+        let mut targets = totals(paths, splats);
+        let state = |row: usize, i: usize| {
+            let o = &paths.splat_row(row)[i];
+            let [r, g, b] = colour(o.rgb, targets[i]);
+            let [x, y] = o.raster;
+            Row([r, g, b, x, y, f32::from_bits(o.s), 0.0, 0.0])
+        };
+        let states = (0..splats)
+            .flat_map(|row| (0..n).map(move |i| (row, i)))
+            .map(|(row, i)| state(row, i))
             .collect();
+        targets.resize(padded, 0.0);
         Self {
-            plan: plan.clone(),
             ids: (first..first + padded)
-                .map(|j| chain_id(plan.depth, j))
+                .map(|j| chain_id(host.id(), j))
                 .collect(),
             order: (0..n as u32).collect(),
-            proposed: Samples::new(plan.layout.total, n),
+            proposed: Samples::new(host.dimensions(), n),
             current,
             targets,
             states,
@@ -184,7 +226,7 @@ impl Batch {
             taken: vec![0.0; padded],
             lit: vec![0.0; padded],
             seen: vec![0.0; padded],
-            left: vec![Row::default(); n],
+            left: vec![Row::default(); splats * n],
             left_weights: vec![0; n],
             iteration: 0,
             large_moments: LargeSteps {
@@ -194,12 +236,29 @@ impl Batch {
             },
             monitor: None,
             counts: Counts::default(),
+            combined: None,
+            host,
         }
     }
 
-    /// Watches the chains from now on. `groups` says which of the depth's [`GROUPS`](crate::film::GROUPS) groups each belongs to, ascending.
+    /// Watches the chains from now on. `groups` says which of the [`GROUPS`](crate::film::GROUPS) groups of all chains of the host each belongs
+    /// to, ascending.
     pub fn watch(&mut self, groups: &[u8], tiling: &Tiling) {
-        self.monitor = Some(Monitor::new(groups, &self.plan.strategies, tiling));
+        let combined = self.combined.is_some();
+        let monitor = Monitor::new(groups, self.host.strategies(), combined, tiling);
+        self.monitor = Some(monitor);
+    }
+
+    /// From now on large steps are splatted to a layer of their own, too, and all splats are weighed by the module's equations. To be called
+    /// before any has been, and before the chains are watched.
+    pub fn combine(&mut self, constant: f32, layer: usize) {
+        let n = self.len();
+        for row in self.states.chunks_mut(n.max(1)) {
+            for (Row([r, g, b, ..]), target) in row.iter_mut().zip(&self.targets) {
+                [*r, *g, *b] = [*r, *g, *b].map(|v| v * weight(*target, constant));
+            }
+        }
+        self.combined = Some(Combined { constant, layer });
     }
 
     /// What has been recorded, if the chains are watched.
@@ -242,26 +301,58 @@ impl Batch {
         film: &SplatFilm,
         to: Destination,
     ) {
-        let Workspace { paths, log } = workspace;
+        let Workspace {
+            paths,
+            log,
+            independent,
+        } = workspace;
         let n = self.len();
         let rays = paths.rays;
         let to = in_units(to);
+        let also = self.combined.map(|c| Destination {
+            layer: c.layer,
+            ..to
+        });
         log.reserve(LOG.max(n));
+        if also.is_some() {
+            independent.reserve(LOG.max(n));
+        }
         paths.clock.skip();
         for _ in 0..iterations {
             self.step::<L>(world, kernel, paths);
-            if log.room() < n {
-                film.add(to, log);
+            for states in self.left.chunks(n.max(1)) {
+                if log.room() < n {
+                    film.add(to, log);
+                }
+                push(log, states, &self.left_weights, self.combined.is_some());
             }
-            for (state, weight) in self.left.iter().zip(&self.left_weights) {
-                log.push(state, *weight);
+            if let Some(also) = also {
+                self.splat_large(film, also, independent);
             }
             paths.clock.count(Stage::Splat, n, 1);
             paths.clock.lap(Stage::Splat);
         }
         film.add(to, log);
+        if let Some(also) = also {
+            film.add(also, independent);
+        }
         paths.clock.lap(Stage::Splat);
         self.counts.rays += paths.rays - rays;
+    }
+
+    /// Splats the large steps of the latest iteration, whatever has become of them.
+    fn splat_large(&self, film: &SplatFilm, to: Destination, log: &mut SplatLog) {
+        let n = self.len();
+        let rows = self.states.chunks(n.max(1));
+        for (current, left) in rows.zip(self.left.chunks(n.max(1))) {
+            if log.room() < n {
+                film.add(to, log);
+            }
+            for i in (0..n).filter(|i| self.seen[*i] > 0.0) {
+                let state = proposal(self.taken[i], &current[i], &left[i]);
+                push(log, std::slice::from_ref(state), &[ONE], true);
+            }
+        }
     }
 
     /// One step of all chains. What they leave behind is splatted by [`Self::march`] only; [`Self::latest`] says what they did.
@@ -278,7 +369,7 @@ impl Batch {
         );
         paths.clock.count(Stage::Mutate, n, L::N);
         paths.clock.lap(Stage::Mutate);
-        world.evaluate_multiplexed::<L>(&self.plan, &self.proposed, n, paths);
+        world.evaluate_host::<L>(&self.host, &self.proposed, n, paths);
         self.accept::<L>(paths);
         self.keep::<L>();
         paths.clock.count(Stage::Accept, n, L::N);
@@ -294,9 +385,9 @@ impl Batch {
         }
     }
 
-    /// Raster position and target of the state of every chain.
+    /// Raster position (of its first splat) and target of the state of every chain.
     pub fn places(&self) -> impl Iterator<Item = ([f32; 2], f32)> {
-        let states = self.states.iter().zip(&self.targets);
+        let states = self.states[..self.len()].iter().zip(&self.targets);
         states.map(|(Row([_, _, _, x, y, ..]), target)| ([*x, *y], *target))
     }
 
@@ -314,15 +405,23 @@ impl Batch {
     /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1):
     /// the one left behind is splatted, the one that stays collects weight until it is left.
     fn accept<L: Lanes>(&mut self, paths: &Paths) {
-        let outcomes: &[Row] = bytemuck::cast_slice(&paths.outcome);
+        let n = self.order.len();
+        let splats = self.host.splats();
+        // One splat a state is told apart once a batch: nothing is added up.
+        let rows = |row: usize| -> &[Row] { bytemuck::cast_slice(paths.splat_row(row)) };
+        let first = rows(0);
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let [r, g, b, x, y, s, ..] = L::load_rows(outcomes, list);
-            let proposed = target([r, g, b]);
-            let [r, g, b] = colour([r, g, b], proposed);
-            let new = [r, g, b, x, y, s];
-            let old = L::load_rows(&self.states, list);
+            let [r, g, b, x, y, s, ..] = L::load_rows(first, list);
+            let mut proposed = target([r, g, b]);
+            if splats > 1 {
+                let others = (1..splats).map(|row| {
+                    let [r, g, b, ..] = L::load_rows(rows(row), list);
+                    target([r, g, b])
+                });
+                proposed = total(std::iter::once(proposed).chain(others));
+            }
             let current = L::load(&self.targets[start..]);
             let a = acceptance(current, proposed);
             let taken = L::load(&self.decide[start..]).lt(a);
@@ -334,21 +433,30 @@ impl Batch {
             // Of a state without light nothing is splatted.
             let lit = L::select(taken, current, proposed).gt(zero);
             L::one().or_zero(lit).store(&mut self.lit[start..]);
-            let (mut stays, mut goes) = (old, old);
-            for c in 0..new.len() {
-                stays[c] = L::select(taken, new[c], old[c]);
-                goes[c] = L::select(taken, old[c], new[c]);
+            let scale = self
+                .combined
+                .map(|c| weight(proposed, L::splat(c.constant)));
+            let new = normalised([r, g, b, x, y, s], proposed, scale);
+            let goes = exchange(taken, new, &mut self.states[..n], &mut self.left[..n], list);
+            for row in 1..splats {
+                let [r, g, b, x, y, s, ..] = L::load_rows(rows(row), list);
+                let new = normalised([r, g, b, x, y, s], proposed, scale);
+                let all = row * n..(row + 1) * n;
+                let states = &mut self.states[all.clone()];
+                exchange(taken, new, states, &mut self.left[all], list);
             }
-            L::store_rows(stays, &mut self.states, list);
-            L::store_rows(goes, &mut self.left, list);
-            if let Some(monitor) = &mut self.monitor {
+            if let Some(monitor) = &mut self.monitor
+                && self.combined.is_none()
+            {
                 monitor.place::<L>(start, goes[3], goes[4]);
             }
         }
         self.collect();
         if let Some(monitor) = &mut self.monitor {
             let view = View {
+                combined: self.combined.is_some(),
                 states: &self.states,
+                left: &self.left,
                 targets: &self.targets,
                 proposed: &paths.outcome,
                 share: &self.share,
@@ -359,8 +467,7 @@ impl Batch {
             };
             monitor.see(self.iteration, &view);
         }
-        let rejected = paths.outcome.iter().map(|o| u64::from(o.rejected));
-        self.counts.rejected += rejected.sum::<u64>();
+        self.counts.rejected += paths.rejected(splats);
     }
 
     /// Weights, and sums over large steps: plain loops over arrays, which compilers turn into vector code.
@@ -402,7 +509,7 @@ impl Batch {
 
     /// The primary samples of accepted proposals become current.
     fn keep<L: Lanes>(&mut self) {
-        for d in 0..self.plan.layout.total {
+        for d in 0..self.host.dimensions() {
             let to = self.current.row_mut(d).chunks_exact_mut(L::N);
             let from = self.proposed.row(d).chunks_exact(L::N);
             for ((to, from), taken) in to.zip(from).zip(self.taken.chunks_exact(L::N)) {
@@ -419,15 +526,74 @@ impl Batch {
         for (weight, target) in self.weights.iter_mut().zip(&self.targets) {
             *weight &= mask(f32::from(u8::from(*target > 0.0)));
         }
-        for (state, weight) in self.states.iter().zip(&self.weights) {
-            log.push(state, *weight);
+        let to = in_units(to);
+        for states in self.states.chunks(self.order.len().max(1)) {
+            push(&mut log, states, &self.weights, self.combined.is_some());
+            film.add(to, &mut log);
         }
         if let Some(monitor) = &mut self.monitor {
-            monitor.weigh_states(&self.states, &self.weights);
+            if self.combined.is_some() {
+                monitor.weigh_splats(&self.states, &self.weights);
+            } else {
+                monitor.weigh_states(&self.states, &self.weights);
+            }
         }
-        film.add(in_units(to), &mut log);
         self.weights.fill(0);
     }
+}
+
+/// A splat with its colour over the target of its state, times `scale`.
+#[inline(always)]
+fn normalised<L: Lanes>([r, g, b, x, y, s]: [L; 6], target: L, scale: Option<L>) -> [L; 6] {
+    let [r, g, b] = colour([r, g, b], target);
+    match scale {
+        Some(scale) => [r * scale, g * scale, b * scale, x, y, s],
+        None => [r, g, b, x, y, s],
+    }
+}
+
+/// Stores the splats of the states that stay and of those that are left, which it returns.
+#[inline(always)]
+fn exchange<L: Lanes>(
+    taken: L::Mask,
+    new: [L; 6],
+    states: &mut [Row],
+    left: &mut [Row],
+    list: &[u32],
+) -> [L; 8] {
+    let old = L::load_rows(states, list);
+    let (mut stays, mut goes) = (old, old);
+    for c in 0..new.len() {
+        stays[c] = L::select(taken, new[c], old[c]);
+        goes[c] = L::select(taken, old[c], new[c]);
+    }
+    L::store_rows(stays, states, list);
+    L::store_rows(goes, left, list);
+    goes
+}
+
+/// `w` of the module's equations.
+#[inline(always)]
+fn weight<L: Lanes>(target: L, constant: L) -> L {
+    // In this order nothing overflows that matters: a target beyond c has the weight 1, one far below it that of its ratio.
+    let one = L::one();
+    (one / (one + constant / target)).or_zero(target.gt(L::zero()))
+}
+
+/// Logs splats with their weights; those without light need none, where there are several to a state (`sparse`).
+#[inline(always)]
+fn push(log: &mut SplatLog, states: &[Row], weights: &[u64], sparse: bool) {
+    for (state, weight) in states.iter().zip(weights) {
+        let Row([r, g, b, ..]) = *state;
+        let dark = sparse && r + g + b == 0.0;
+        log.push(state, if dark { 0 } else { *weight });
+    }
+}
+
+/// The state that was proposed: the one that is current if it was taken, else the one that is left.
+#[inline(always)]
+pub(super) fn proposal<'a>(taken: f32, current: &'a Row, left: &'a Row) -> &'a Row {
+    if taken > 0.0 { current } else { left }
 }
 
 /// For weights in units of 2^-32.

@@ -1,4 +1,4 @@
-//! Bootstrap: the integral of the target per depth, and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by
+//! Bootstrap: the integral of the target of each host (of each depth, if paths are multiplexed), and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by
 //! systematic resampling).
 //!
 //! The dimensions that decide where on the film a path starts and which strategy it takes are not drawn independently: they follow
@@ -6,13 +6,13 @@
 //! offset. A small bright light in view is then counted by area and not by luck: most of the variance of `b` in common scenes. The replicas
 //! are independent, so their scatter is an honest standard error.
 
-use super::accept::target;
+use super::accept::totals;
 use super::mutate::ONE_MINUS_EPSILON;
-use crate::plan::{Choice, DepthPlan};
+use crate::plan::Choice;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream, unit_float};
 use crate::transport::samples::Samples;
-use crate::transport::{Paths, World};
+use crate::transport::{Host, Paths, World};
 use rayon::prelude::*;
 
 /// Paths evaluated at a time.
@@ -67,7 +67,7 @@ const RECURRENCE_3: [f64; 3] = [
     0.549_700_477_901_970_3,
 ];
 
-/// The estimate of one depth's integral: the quasirandom bootstrap, and independent samples that came later.
+/// The estimate of one integral: the quasirandom bootstrap, and independent samples that came later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     pub bootstrap: Moments,
@@ -119,12 +119,12 @@ impl Estimate {
     }
 }
 
-/// The bootstrap of one depth.
+/// The bootstrap of one integral.
 pub struct Bootstrap {
     pub estimate: Estimate,
     /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
     values: Vec<Vec<f32>>,
-    /// Sums over the paths of each strategy, in order; none if no path has been made.
+    /// Sums over the paths of each strategy, in order; none if no path has been made, or the host has no strategies.
     strategies: Vec<Moments>,
     /// Samples asked for.
     wanted: u64,
@@ -144,20 +144,19 @@ struct Part {
 /// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
 fn fill<L: Lanes>(
     stream: &Stream,
-    plan: &DepthPlan,
+    host: &Host,
     samples: &mut Samples,
     n: usize,
     index: impl Fn(usize) -> u64,
 ) {
     samples.fill::<L>(stream, n, |i| {
         let path = index(i);
-        [path as u32, plan.depth | ((path >> 32) as u32) << 16]
+        [path as u32, host.id() | ((path >> 32) as u32) << 16]
     });
     let offsets: [[f64; 4]; REPLICAS] = std::array::from_fn(|r| {
-        let words = stream.words::<f32>(r as u32, plan.depth, OFFSET_BLOCK);
+        let words = stream.words::<f32>(r as u32, host.id(), OFFSET_BLOCK);
         words.map(|w| f64::from(w) / 2f64.powi(32))
     });
-    let at = &plan.layout;
     let mut recur = |dimension: usize, axis: usize, step: f64| {
         for (i, u) in samples.row_mut(dimension)[..n].iter_mut().enumerate() {
             let path = index(i);
@@ -166,13 +165,16 @@ fn fill<L: Lanes>(
             *u = (v as f32).min(ONE_MINUS_EPSILON);
         }
     };
-    if plan.strategies.len() > 1 {
-        recur(at.strategy, 0, RECURRENCE_3[0]);
-        recur(at.raster, 1, RECURRENCE_3[1]);
-        recur(at.raster + 1, 2, RECURRENCE_3[2]);
-    } else {
-        recur(at.raster, 0, RECURRENCE_2[0]);
-        recur(at.raster + 1, 1, RECURRENCE_2[1]);
+    match host.foremost() {
+        (Some(strategy), raster) => {
+            recur(strategy, 0, RECURRENCE_3[0]);
+            recur(raster, 1, RECURRENCE_3[1]);
+            recur(raster + 1, 2, RECURRENCE_3[2]);
+        }
+        (None, raster) => {
+            recur(raster, 0, RECURRENCE_2[0]);
+            recur(raster + 1, 1, RECURRENCE_2[1]);
+        }
     }
 }
 
@@ -192,16 +194,16 @@ impl Bootstrap {
         }
     }
 
-    /// Evaluates `count` uniform paths of one depth. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
+    /// Evaluates `count` uniform paths. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
     pub fn run<L: Lanes>(
         world: &World,
-        depth: &DepthPlan,
+        host: impl Into<Host>,
         seed: u64,
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Self {
         let mut bootstrap = Self::new(count);
-        bootstrap.extend::<L>(world, depth, seed, count, cancelled);
+        bootstrap.extend::<L>(world, &host.into(), seed, count, cancelled);
         bootstrap.settle();
         bootstrap
     }
@@ -223,14 +225,14 @@ impl Bootstrap {
     pub fn extend<L: Lanes>(
         &mut self,
         world: &World,
-        depth: &DepthPlan,
+        host: &Host,
         seed: u64,
         until: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) {
         let stream = Stream::new(seed, Purpose::Bootstrap);
         let until = until.min(self.wanted);
-        let room = depth.strategies.last().map_or(0, |s| *s as usize + 1);
+        let room = host.strategies().last().map_or(0, |s| *s as usize + 1);
         let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
             if cancelled() {
                 return Part::default();
@@ -238,17 +240,17 @@ impl Bootstrap {
             let first = chunk * CHUNK;
             let n = (until - first).min(CHUNK) as usize;
             let rays = paths.rays;
-            fill::<L>(&stream, depth, samples, n, |i| first + i as u64);
-            world.evaluate_multiplexed::<L>(depth, samples, n, paths);
-            let rejected = paths.outcome.iter().filter(|o| o.rejected > 0).count() as u64;
-            let values: Vec<f32> = paths.outcome.iter().map(|o| target(o.rgb)).collect();
+            fill::<L>(&stream, host, samples, n, |i| first + i as u64);
+            world.evaluate_host::<L>(host, samples, n, paths);
+            let rejected = paths.rejected(host.splats());
+            let values = totals(paths, host.splats());
             let mut by_light_vertices = vec![Moments::default(); room];
             for (outcome, value) in paths.outcome.iter().zip(&values) {
                 if let Some(moments) = by_light_vertices.get_mut(outcome.s as usize) {
                     moments.add(*value);
                 }
             }
-            let strategies = depth.strategies.iter();
+            let strategies = host.strategies().iter();
             Part {
                 strategies: strategies.map(|s| by_light_vertices[*s as usize]).collect(),
                 values,
@@ -262,7 +264,7 @@ impl Bootstrap {
                 || {
                     (
                         Paths::new(world),
-                        Samples::new(depth.layout.total, CHUNK as usize),
+                        Samples::new(host.dimensions(), CHUNK as usize),
                     )
                 },
                 work,
@@ -274,7 +276,7 @@ impl Bootstrap {
             .into_iter()
             .take_while(|part| !part.values.is_empty());
         self.strategies
-            .resize(depth.strategies.len(), Moments::default());
+            .resize(host.strategies().len(), Moments::default());
         for part in whole {
             // Chunk by chunk: the order of the sum does not depend on threads or rounds.
             let mut sum = Moments::default();
@@ -289,7 +291,7 @@ impl Bootstrap {
         }
     }
 
-    /// Sums over the paths of each of the depth's strategies, in order; empty if no path has been made.
+    /// Sums over the paths of each of the host's strategies, in order; empty if no path has been made.
     pub fn strategies(&self) -> &[Moments] {
         &self.strategies
     }
@@ -305,14 +307,14 @@ impl Bootstrap {
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
-    /// that a sample is drawn as often as its share says, rounded up or down.
-    pub fn seeds(&self, seed: u64, depth: u32, n: usize) -> Vec<u64> {
-        self.draw(&Stream::new(seed, Purpose::Seeding), depth, n)
+    /// that a sample is drawn as often as its share says, rounded up or down. `id` is the host's ([`Host::id`]).
+    pub fn seeds(&self, seed: u64, id: u32, n: usize) -> Vec<u64> {
+        self.draw(&Stream::new(seed, Purpose::Seeding), id, n)
     }
 
     /// The same with the random numbers of `stream`.
-    pub(super) fn draw(&self, stream: &Stream, depth: u32, n: usize) -> Vec<u64> {
-        let [word, ..] = stream.words::<f32>(depth, 0, 0);
+    pub(super) fn draw(&self, stream: &Stream, id: u32, n: usize) -> Vec<u64> {
+        let [word, ..] = stream.words::<f32>(id, 0, 0);
         let offset = f64::from(unit_float::<f32>(word));
         let total: f64 = self.all().map(f64::from).sum();
         let mut seeds = Vec::with_capacity(n);
@@ -352,8 +354,8 @@ fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
     spread / (REPLICAS * (REPLICAS - 1)) as f64
 }
 
-/// The primary samples of bootstrap paths `indices`, as columns of a new matrix; of the same paths under the choice of `depth`, whatever that
-/// is, though the bootstrap chose uniformly.
+/// The primary samples of bootstrap paths `indices`, as columns of a new matrix; of the same paths under the choice of `host`, whatever
+/// that is, though the bootstrap chose uniformly.
 ///
 /// Only the sample that chooses the strategy differs: it moves to the same part of that strategy's interval ([`Choice::carry`]). A path `x` of
 /// strategy `s` then has the target `F'(x) = f(x) / q_s` in place of `F(x) = n f(x)`, with `q_s` the new probability and `n` the number of
@@ -361,12 +363,15 @@ fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
 /// the density of the state at `u'`, the image of `u`, is `F(u) du / du'`, and the map stretches an interval of length `1 / n` to `q_s`, so
 /// that `du / du' = 1 / (n q_s)` and the density is `n f / (n q_s) = f / q_s = F'(u')`. Both integrate to the same `b`. So neither the
 /// bootstrap's estimate nor [`Bootstrap::seeds`] has to know of the new choice, and chains start in equilibrium.
-pub fn regenerate<L: Lanes>(depth: &DepthPlan, seed: u64, indices: &[u64]) -> Samples {
+pub fn regenerate<L: Lanes>(host: impl Into<Host>, seed: u64, indices: &[u64]) -> Samples {
+    let host = host.into();
     let stream = Stream::new(seed, Purpose::Bootstrap);
-    let mut samples = Samples::new(depth.layout.total, indices.len());
+    let mut samples = Samples::new(host.dimensions(), indices.len());
     if !indices.is_empty() {
-        fill::<L>(&stream, depth, &mut samples, indices.len(), |i| indices[i]);
-        if !depth.choice.is_uniform() {
+        fill::<L>(&stream, &host, &mut samples, indices.len(), |i| indices[i]);
+        if let Host::Multiplexed(depth) = &host
+            && !depth.choice.is_uniform()
+        {
             let uniform = Choice::uniform(&depth.strategies);
             for u in &mut samples.row_mut(depth.layout.strategy)[..indices.len()] {
                 *u = depth.choice.carry(&uniform, *u);

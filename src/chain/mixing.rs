@@ -1,4 +1,4 @@
-//! How well the chains of a depth have mixed.
+//! How well the chains of a host have mixed.
 //!
 //! Every chain's segments ([`super::monitor`]) are sequences of equal length `n`; with `W` the mean variance within sequences and `V` the
 //! variance of their means, split R-hat is `sqrt(((n - 1) / n * W + V) / W)` (Gelman and Rubin 1992; Gelman et al. 2013, section 11.4, with as
@@ -11,7 +11,7 @@
 use super::monitor::{EVERY, Monitor, SCALARS, Stay, Tally};
 use serde::Serialize;
 
-/// Mixing of the chains of a depth.
+/// Mixing of the chains of a depth, or of all depths at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Mixing {
     /// Largest split R-hat of raster x, raster y and log target; `None` where the chains are too short to tell.
@@ -21,6 +21,7 @@ pub struct Mixing {
     /// Part of all small and of all large proposals that carries no light; `None` if there was none.
     pub dark_small: Option<f64>,
     pub dark_large: Option<f64>,
+    /// None for all depths at once: every state has all strategies.
     pub strategies: Vec<StrategyMixing>,
     /// Chains that stayed in one state for more than [`LONG_STAY`] iterations and a tenth of their length.
     pub stuck: Vec<Stuck>,
@@ -45,8 +46,9 @@ pub struct StrategyMixing {
 /// A chain that does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stuck {
-    pub s: u32,
-    pub t: u32,
+    /// Strategy of the state; `None` if it has all of them.
+    pub s: Option<u32>,
+    pub t: Option<u32>,
     /// Raster position of the state, in pixels.
     pub x: f32,
     pub y: f32,
@@ -61,8 +63,8 @@ pub const LONG_STAY: u32 = 100;
 const FEWEST_RECORDS: u32 = 4;
 
 impl Mixing {
-    /// Judges all batches of a depth, which have made the same number of iterations.
-    pub fn of(depth: u32, iterations: u32, monitors: &[&Monitor]) -> Self {
+    /// Judges all batches of a depth (`None`: of all depths at once), which have made the same number of iterations.
+    pub fn of(depth: Option<u32>, iterations: u32, monitors: &[&Monitor]) -> Self {
         let Some(first) = monitors.first() else {
             return Self::default();
         };
@@ -82,9 +84,9 @@ impl Mixing {
         let worst = |values: [Option<f64>; SCALARS], than: fn(f64, f64) -> f64| {
             values.into_iter().flatten().reduce(than)
         };
-        let strategies = (0..first.strategies().len())
-            .map(|i| strategy(depth, i, monitors))
-            .collect();
+        let strategies = depth.into_iter().flat_map(|depth| {
+            (0..first.strategies().len()).map(move |i| strategy(depth, i, monitors))
+        });
         let dark = |kind: usize| {
             let mut all = Tally::default();
             for tally in monitors.iter().flat_map(|m| &m.tallies()[kind]) {
@@ -97,7 +99,7 @@ impl Mixing {
             dark_large: dark(1),
             rhat: worst(scalars.each_ref().map(Scalar::rhat), f64::max),
             ess: worst(scalars.each_ref().map(Scalar::ess), f64::min),
-            strategies,
+            strategies: strategies.collect(),
             stuck: stuck(depth, iterations, monitors),
         }
     }
@@ -137,7 +139,7 @@ fn strategy(depth: u32, i: usize, monitors: &[&Monitor]) -> StrategyMixing {
 }
 
 /// Longest first.
-fn stuck(depth: u32, iterations: u32, monitors: &[&Monitor]) -> Vec<Stuck> {
+fn stuck(depth: Option<u32>, iterations: u32, monitors: &[&Monitor]) -> Vec<Stuck> {
     let long = |stay: &&Stay| {
         // A tenth of a short run is no time at all.
         stay.iterations > LONG_STAY && stay.iterations > iterations / 10
@@ -145,8 +147,8 @@ fn stuck(depth: u32, iterations: u32, monitors: &[&Monitor]) -> Vec<Stuck> {
     let mut list: Vec<Stuck> = (monitors.iter().flat_map(|m| m.stays()))
         .filter(long)
         .map(|stay| Stuck {
-            s: stay.s,
-            t: depth + 2 - stay.s,
+            s: depth.map(|_| stay.s),
+            t: depth.map(|depth| depth + 2 - stay.s),
             x: stay.raster[0],
             y: stay.raster[1],
             iterations: stay.iterations,

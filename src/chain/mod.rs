@@ -2,13 +2,13 @@
 //!
 //! 1. [`mutate`] proposes: all dimensions of eight chains at once.
 //! 2. [`accept`] decides, and defines the scalar target.
-//! 3. [`bootstrap`] estimates the target's integral per depth and supplies the chains' first states.
+//! 3. [`bootstrap`] estimates the target's integral per host and supplies the chains' first states.
 //! 4. [`learn`] has them choose strategies as the bootstrap suggests.
 //! 5. [`tune`] finds the size of their small steps and how often they make large ones, before they start.
-//! 6. [`batch`] holds chains of one depth and marches them: propose, evaluate, accept, splat.
+//! 6. [`batch`] holds chains of one host and marches them: propose, evaluate, accept, splat.
 //! 7. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
 //!
-//! Transport is called, never looked into; the film is handed splats and not asked where they go.
+//! What chains mutate is a [`Host`](crate::transport::Host): a path of one depth, or a sample of all of them. Transport is called, never looked into; the film is handed splats and not asked where they go.
 
 pub mod accept;
 pub mod batch;

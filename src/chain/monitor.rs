@@ -4,6 +4,7 @@
 //! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
 //! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
+use super::batch::proposal;
 use crate::film::Tiling;
 use crate::simd::{Lanes, Row};
 use crate::transport::Outcome;
@@ -24,7 +25,7 @@ pub struct Segment {
     /// `[scalar][chain]`
     pub sums: [Vec<f64>; SCALARS],
     pub squares: [Vec<f64>; SCALARS],
-    /// Records in each strategy, `[chain][strategy]`.
+    /// Records in each strategy, `[chain][strategy]`; of a host without strategies, as if it had one.
     pub visits: Vec<u32>,
 }
 
@@ -88,7 +89,7 @@ pub struct Stay {
     /// To within [`EVERY`].
     pub iterations: u32,
     pub raster: [f32; 2],
-    /// Light vertices of its strategy.
+    /// Light vertices of its strategy, if the host has strategies.
     pub s: u32,
 }
 
@@ -99,6 +100,8 @@ pub struct GroupTiles {
     pub chains: Range<usize>,
     /// In units of 2^-24 of a mutation.
     pub sums: Vec<u64>,
+    /// The same of large steps, if they are splatted as independent samples.
+    pub independent: Vec<u64>,
 }
 
 /// Bits that a tile does without, so that its sum has room: weights come in units of 2^-32.
@@ -134,9 +137,14 @@ pub struct Monitor {
 
 /// What a batch shows its monitor after an iteration; one entry a chain.
 pub(super) struct View<'a> {
-    /// `[colour over target (3), raster (2), light vertices (bits), ..]`, and targets, of the current states.
+    /// Large steps are splatted as independent samples, too, and states can have several splats.
+    pub combined: bool,
+    /// `[splat][chain]`, of the current states and of those that are left: `[colour over target (3), raster (2), light vertices (bits), ..]`.
     pub states: &'a [Row],
+    pub left: &'a [Row],
+    /// Of the current states.
     pub targets: &'a [f32],
+    /// First splats.
     pub proposed: &'a [Outcome],
     /// Acceptance probabilities, and 1 or 0 for accepted and for large.
     pub share: &'a [f32],
@@ -149,9 +157,10 @@ pub(super) struct View<'a> {
 }
 
 impl Monitor {
-    /// For as many chains as `groups` has members: the group of each, ascending.
-    pub fn new(groups: &[u8], strategies: &[u32], tiling: &Tiling) -> Self {
-        let (chains, all) = (groups.len(), strategies.len());
+    /// For as many chains as `groups` has members: the group of each, ascending. `strategies` are those of the host; large
+    /// steps are splatted as independent samples if they are `combined`.
+    pub fn new(groups: &[u8], strategies: &[u32], combined: bool, tiling: &Tiling) -> Self {
+        let (chains, all) = (groups.len(), strategies.len().max(1));
         let mut end = 0;
         let groups = groups.chunk_by(|a, b| a == b).map(|run| {
             let start = end;
@@ -160,10 +169,11 @@ impl Monitor {
                 group: run[0],
                 chains: start..end,
                 sums: vec![0; tiling.len()],
+                independent: vec![0; if combined { tiling.len() } else { 0 }],
             }
         });
         let groups = groups.collect();
-        let mut index = vec![0; strategies.last().map_or(0, |s| *s as usize + 1)];
+        let mut index = vec![0; strategies.last().map_or(1, |s| *s as usize + 1)];
         for (i, s) in strategies.iter().enumerate() {
             index[*s as usize] = i;
         }
@@ -196,9 +206,14 @@ impl Monitor {
             // 1 where the state is new, so that a rejection makes 2.
             *held = *held * (1.0 - taken) + 1.0;
         }
-        self.weigh(view.left_weights);
-        // All of them: light that chains miss is found by few.
-        self.see_large(view);
+        if view.combined {
+            self.weigh_splats(view.left, view.left_weights);
+            self.see_independent(view);
+        } else {
+            self.weigh(view.left_weights);
+            // All of them: light that chains miss is found by few.
+            self.see_large(view);
+        }
         if iteration % EVERY == EVERY - 1 {
             self.record(view);
         }
@@ -231,6 +246,65 @@ impl Monitor {
         self.weigh(weights);
     }
 
+    /// Adds the weights of states to the tiles that their splats, `[splat][chain]`, are in, in proportion to their light; those beyond the
+    /// picture, to the nearest.
+    pub(super) fn weigh_splats(&mut self, splats: &[Row], weights: &[u64]) {
+        for splats in splats.chunks(self.held.len().max(1)) {
+            for group in &mut self.groups {
+                for i in group.chains.clone() {
+                    let (light, raster) = seen(&splats[i]);
+                    if light > 0.0 && weights[i] > 0 {
+                        let part = (weights[i] as f64 * light) as u64;
+                        group.sums[self.tiling.index(raster)] += part >> SPARED;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Large steps, each an independent sample of several splats. Like all splats they are weighed against the states of the chains, and so are the
+    /// moments by which both are compared.
+    fn see_independent(&mut self, view: &View) {
+        let n = self.held.len();
+        for group in &mut self.groups {
+            for i in group.chains.clone() {
+                if view.seen[i] <= 0.0 {
+                    continue;
+                }
+                // Splats of one sample in one tile are one value, whose square is wanted.
+                let splats = |row: usize| {
+                    let at = row * n + i;
+                    seen(proposal(view.taken[i], &view.states[at], &view.left[at]))
+                };
+                let rows = view.states.len() / n;
+                for row in 0..rows {
+                    let (mut light, raster) = splats(row);
+                    let tile = self.tiling.index(raster);
+                    if light <= 0.0 {
+                        continue;
+                    }
+                    group.independent[tile] += (light * UNITS) as u64;
+                    let same = |other: &usize| {
+                        let (light, raster) = splats(*other);
+                        light > 0.0 && self.tiling.index(raster) == tile
+                    };
+                    if (0..row).any(|other| same(&other)) {
+                        continue;
+                    }
+                    light += (row + 1..rows)
+                        .filter(same)
+                        .map(|o| splats(o).0)
+                        .sum::<f64>();
+                    let target = light * f64::from(view.seen[i]);
+                    let moments = &mut self.large[tile];
+                    moments.count += 1;
+                    moments.sum += target;
+                    moments.squares += target * target;
+                }
+            }
+        }
+    }
+
     fn see_large(&mut self, view: &View) {
         let mut n = 0;
         for (i, seen) in view.seen[..self.held.len()].iter().enumerate() {
@@ -250,9 +324,11 @@ impl Monitor {
     }
 
     fn record(&mut self, view: &View) {
-        let all = self.strategies.len();
+        let (n, all) = (self.held.len(), self.tallies[0].len());
         let segment = &mut self.segments[self.full];
-        for i in 0..self.held.len() {
+        // Without strategies everything counts as one.
+        let index = |s: u32| self.index.get(s as usize).copied().unwrap_or(0);
+        for i in 0..n {
             let Row([_, _, _, x, y, s, ..]) = view.states[i];
             let log = logarithm(view.targets[i]);
             for (c, v) in [f64::from(x), f64::from(y), log].into_iter().enumerate() {
@@ -260,21 +336,22 @@ impl Monitor {
                 segment.squares[c][i] += v * v;
             }
             let s = s.to_bits();
-            segment.visits[i * all + self.index[s as usize]] += 1;
+            segment.visits[i * all + index(s)] += 1;
             let held = self.held[i] as u32;
             if held > self.stays[i].iterations {
+                let (raster, s) = brightest(view.states[i..].iter().step_by(n));
                 self.stays[i] = Stay {
                     iterations: held,
-                    raster: [x, y],
+                    raster,
                     s,
                 };
             }
             let outcome = &view.proposed[i];
             let kind = usize::from(view.large[i] > 0.0);
-            let tally = &mut self.tallies[kind][self.index[outcome.s as usize]];
+            let tally = &mut self.tallies[kind][index(outcome.s)];
             tally.proposals += 1;
             tally.accepted += f64::from(view.share[i]);
-            tally.dark += u64::from(outcome.rgb == [0.0; 3]);
+            tally.dark += u64::from(view.is_dark(i));
         }
         self.records += 1;
         if self.records == self.length {
@@ -324,6 +401,33 @@ impl Monitor {
     }
 }
 
+impl View<'_> {
+    /// What was proposed to chain `i` carries no light.
+    fn is_dark(&self, i: usize) -> bool {
+        if !self.combined {
+            return self.proposed[i].rgb == [0.0; 3];
+        }
+        let n = self.proposed.len();
+        let rows = self.states[i..].iter().zip(&self.left[i..]).step_by(n);
+        rows.map(|(current, left)| seen(proposal(self.taken[i], current, left)).0)
+            .all(|light| light <= 0.0)
+    }
+}
+
+/// Mean channel of a splat, in parts of its state's light, and where it is.
+fn seen(splat: &Row) -> (f64, [f32; 2]) {
+    let Row([r, g, b, x, y, ..]) = *splat;
+    let sum = f64::from(r) + f64::from(g) + f64::from(b);
+    (sum / 3.0, [x, y])
+}
+
+/// Place and light vertices of the brightest of a state's splats.
+fn brightest<'a>(splats: impl Iterator<Item = &'a Row>) -> ([f32; 2], u32) {
+    let best = splats.reduce(|a, b| if seen(b).0 > seen(a).0 { b } else { a });
+    let Row([_, _, _, x, y, s, ..]) = *best.unwrap_or(&Row([0.0; 8]));
+    ([x, y], s.to_bits())
+}
+
 /// `log2 x` at powers of two, linear in between: monotone, and cheap.
 #[inline(always)]
 fn logarithm(x: f32) -> f64 {
@@ -335,7 +439,7 @@ mod tests {
     use super::*;
 
     fn monitor() -> Monitor {
-        Monitor::new(&[0], &[3, 4, 5], &Tiling::new([0, 32, 0, 32]))
+        Monitor::new(&[0], &[3, 4, 5], false, &Tiling::new([0, 32, 0, 32]))
     }
 
     /// Shows an iteration in which one chain at raster position `x` of strategy `s` gets a proposal.
@@ -347,6 +451,8 @@ mod tests {
         monitor.see(
             iteration,
             &View {
+                combined: false,
+                left: &[],
                 states: &[Row([1.0, 1.0, 1.0, x, 0.5, f32::from_bits(s), 0.0, 0.0])],
                 targets: &[4.0],
                 proposed: &[proposed],

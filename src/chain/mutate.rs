@@ -55,6 +55,12 @@ pub struct Kernel {
 /// The largest `f32` below 1.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
+/// The probability that a uniform number, a multiple of 2^-24, is below `wanted`.
+pub fn large_step_probability(wanted: f32) -> f64 {
+    let grid = f64::from(1 << 24);
+    (f64::from(wanted) * grid).ceil() / grid
+}
+
 impl Kernel {
     /// With [`Mutation::Gaussian`].
     pub fn new(seed: u64, large_step_probability: f32, sigma: f32) -> Self {

@@ -1,6 +1,6 @@
 //! How far small steps go, and how often steps are large: tuned on chains of their own before any sample counts, then frozen.
 //!
-//! The chains of a depth that tune it start from its bootstrap like those that count, so that they are in equilibrium from the first step on, and
+//! The chains that tune a host (a depth, if paths are multiplexed) start from its bootstrap like those that count, so that they are in equilibrium from the first step on, and
 //! make small steps only. Whatever comes of it the picture's expectation is the same: a chain with any fixed kernel keeps its target.
 //!
 //! **Sigma** is moved until small steps are accepted with the probability [`ACCEPTANCE`] on average: stochastic approximation (Robbins
@@ -28,10 +28,9 @@
 use super::batch::Batch;
 use super::bootstrap::Bootstrap;
 use super::mutate::Kernel;
-use crate::plan::DepthPlan;
 use crate::simd::rng::{Purpose, Stream};
 use crate::simd::{Lanes, math};
-use crate::transport::{Paths, World};
+use crate::transport::{Host, Paths, World};
 
 /// What is tuned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,12 +72,12 @@ const OCTAVES: u32 = 24;
 const GRID: f32 = 1.0 / 64.0;
 const LARGE: [u32; 2] = [3, 61];
 
-/// Most chains that tune a depth.
+/// Most chains that tune a host.
 pub const CHAINS: usize = 512;
 /// Values that acceptance probabilities of large steps are computed from; more would not tell more.
 const VALUES: usize = 1 << 16;
 
-/// Tunes one depth.
+/// Tunes one host.
 pub struct Tuner {
     tune: Tune,
     batch: Batch,
@@ -101,18 +100,18 @@ pub struct Tuner {
     done: u32,
 }
 
-/// Chains that tune a depth with so many bootstrap paths: those make about as many steps.
+/// Chains that tune a host with so many bootstrap paths: those make about as many steps.
 pub fn chains(tune: Tune, bootstrap: u64) -> usize {
     let chains = bootstrap / u64::from(tune.steps().max(1));
     (chains as usize).clamp(64, CHAINS).next_multiple_of(8)
 }
 
 impl Tuner {
-    /// `kernel` is what chains have that is not tuned, and where the search for sigma begins. `plan` is that of the chains that count,
+    /// `kernel` is what chains have that is not tuned, and where the search for sigma begins. `host` is that of the chains that count,
     /// which make so many `iterations`.
     pub fn new<L: Lanes>(
         world: &World,
-        plan: &DepthPlan,
+        host: &Host,
         bootstrap: &Bootstrap,
         seed: u64,
         kernel: Kernel,
@@ -120,9 +119,9 @@ impl Tuner {
         iterations: u32,
     ) -> Self {
         let stream = Stream::new(seed, Purpose::TuningSeeding);
-        let seeds = bootstrap.draw(&stream, plan.depth, chains(tune, bootstrap.len()));
+        let seeds = bootstrap.draw(&stream, host.id(), chains(tune, bootstrap.len()));
         let mut paths = Paths::new(world);
-        let batch = Batch::new::<L>(world, plan, 0, &seeds, seed, &mut paths);
+        let batch = Batch::new::<L>(world, host, 0, &seeds, seed, &mut paths);
         let sigma = kernel.sigma.clamp(SIGMA[0], SIGMA[1]);
         Self {
             tune,

@@ -15,7 +15,7 @@ use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::integrate::{Settings, StrategyChoice, Width};
 use crate::plan::Forced;
-use crate::scene::{Film, IntegratorKind, Scene};
+use crate::scene::{Film, HostKind, IntegratorKind, Scene};
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
 ///
@@ -120,6 +120,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
+    /// Whose samples are mutated (pssmlt) [default: bdpt]
+    ///
+    /// `--integrator pssmlt --host pt` is `--integrator pssmlt-pt`.
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub host: Option<Host>,
+
     #[command(flatten)]
     pub chains: ChainArgs,
 
@@ -223,9 +229,9 @@ pub struct ChainArgs {
     )]
     pub max_depth: Option<u32>,
 
-    /// Markov chains, over all path depths (mmlt)
+    /// Markov chains, over all path depths (mmlt, pssmlt)
     ///
-    /// Every depth that carries light gets at least 512, or N if that is fewer.
+    /// Every depth that carries light (mmlt) gets at least 512, or N if that is fewer.
     #[arg(
         long,
         value_name = "N",
@@ -234,7 +240,7 @@ pub struct ChainArgs {
     )]
     pub chains: Option<u64>,
 
-    /// Independent paths per depth that estimate the picture's brightness and start the chains (mmlt)
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's brightness and start the chains
     #[arg(
         long,
         value_name = "N",
@@ -243,9 +249,9 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt)
+    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt, pssmlt)
     ///
-    /// `auto` chooses it for each path depth before the render starts, from what some chains do meanwhile: so that pixels get the most
+    /// `auto` chooses it for each path depth (mmlt) or for all of them (pssmlt) before the render starts, from what some chains do meanwhile: so that pixels get the most
     /// independent samples.
     #[arg(
         long,
@@ -256,15 +262,15 @@ pub struct ChainArgs {
     )]
     pub large_step: Option<Tuned>,
 
-    /// How small mutations move primary samples (mmlt) [default: gaussian]
+    /// How small mutations move primary samples (mmlt, pssmlt) [default: gaussian]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub mutation: Option<Mutation>,
 
-    /// Scale of small mutations, in primary sample space; or auto (mmlt)
+    /// Scale of small mutations, in primary sample space; or auto (mmlt, pssmlt)
     ///
     /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them move less); those of kelemen move by S / 10 to 1.6 S, by
-    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth and before the render starts, what has half of all small
-    /// mutations accepted.
+    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the render starts,
+    /// what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,
 
@@ -281,7 +287,9 @@ pub struct ChainArgs {
     )]
     pub seed: u64,
 
-    /// Mutations per pixel (mmlt)
+    /// Mutations per pixel (mmlt, pssmlt)
+    ///
+    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths.
     #[arg(
         long,
         value_name = "N",
@@ -334,7 +342,7 @@ pub struct InspectArgs {
 /// Measure how fast this machine renders a scene, and where the time goes
 ///
 /// What eight SIMD lanes buy over one, what threads buy, what each stage of a mutation takes, and how full the lanes are; for
-/// Metropolis light transport, whatever the scene file asks for. To stdout, as tables or as JSON.
+/// Markov chains, whatever the scene file asks for. To stdout, as tables or as JSON.
 ///
 /// What is compared takes turns in seven short rounds; figures are medians. No picture is written.
 #[derive(Debug, Args)]
@@ -364,6 +372,10 @@ pub struct BenchArgs {
         value_parser = value_parser!(u32).range(0..=1024)
     )]
     pub threads: u32,
+
+    /// Algorithm: mmlt, or one of pssmlt [default: mmlt]
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<IntegratorKind>,
 
     /// Markov chains that march together, of each depth [default: as renders do]
     #[arg(long, value_name = "N", value_parser = batch)]
@@ -408,7 +420,31 @@ impl ValueEnum for IntegratorKind {
         // As a sentence begins.
         let mut title = self.title().to_owned();
         title[..1].make_ascii_uppercase();
-        Some(PossibleValue::new(self.name()).help(title))
+        let value = PossibleValue::new(self.name()).help(title);
+        Some(match self {
+            Self::Pssmlt(Host::DEFAULT) => value.alias("pssmlt"),
+            _ => value,
+        })
+    }
+}
+
+/// Whose samples are mutated, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Host {
+    /// Bidirectional path tracing
+    Bdpt,
+    /// Path tracing
+    Pt,
+}
+
+impl Host {
+    const DEFAULT: HostKind = HostKind::Bdpt;
+
+    pub fn kind(self) -> HostKind {
+        match self {
+            Host::Bdpt => HostKind::Bdpt,
+            Host::Pt => HostKind::Pt,
+        }
     }
 }
 
@@ -505,6 +541,9 @@ impl RenderArgs {
     pub fn apply(&self, settings: &mut Settings, pixels: u64) {
         let s = settings;
         s.integrator = self.integrator.unwrap_or(s.integrator);
+        if let (IntegratorKind::Pssmlt(_), Some(host)) = (s.integrator, self.host) {
+            s.integrator = IntegratorKind::Pssmlt(host.kind());
+        }
         s.strategies |= self.strategies;
         s.threads = self.threads as usize;
         s.lanes = match self.lanes {
@@ -541,6 +580,13 @@ impl RenderArgs {
             true => self.spp.iter().map(|_| "--spp").collect(),
             false => self.chains.given(),
         };
+        let whole = matches!(integrator, IntegratorKind::Pssmlt(_));
+        if whole && self.chains.strategy_choice.is_some() {
+            idle.push("--strategy-choice");
+        }
+        if !whole && self.host.is_some() {
+            idle.push("--host");
+        }
         if self.strategies && integrator != IntegratorKind::Bdpt {
             idle.push("--strategies");
         }

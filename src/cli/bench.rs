@@ -63,11 +63,11 @@ struct Document<'a> {
     report: &'a Report,
 }
 
-/// What the scene asks of Metropolis light transport, and what the flags do.
+/// What the scene asks of Metropolis integrators, and what the flags do.
 fn settings(args: &BenchArgs, input: &Input) -> Settings {
     let scene = Settings::of(&input.scene);
     Settings {
-        integrator: IntegratorKind::Mmlt,
+        integrator: args.integrator.unwrap_or(IntegratorKind::Mmlt),
         seed: args.seed,
         threads: args.threads as usize,
         max_depth: args.max_depth.unwrap_or(scene.max_depth),
@@ -126,8 +126,8 @@ fn about(out: &mut String, report: &Report, input: &Input) {
         (
             "chains",
             format!(
-                "depths 0 to {}, {} a batch",
-                report.max_depth, report.chains_per_batch
+                "{}, depths 0 to {}, {} a batch",
+                report.integrator, report.max_depth, report.chains_per_batch
             ),
         ),
         (

@@ -17,6 +17,7 @@ use super::units;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
+use crate::scene::IntegratorKind;
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
@@ -224,11 +225,13 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
             ),
             ("mutation", text(settings.mutation.name())),
             ("sigma", tuned(settings.tune.sigma, settings.sigma)),
-            ("strategy_choice", text(settings.strategy_choice.name())),
         ]),
         false => {
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
         }
+    }
+    if settings.integrator == IntegratorKind::Mmlt {
+        list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
     let mut list: Vec<Attribute> = (list.into_iter())
         .map(|(name, value)| Attribute {
@@ -275,7 +278,7 @@ mod tests {
             ..Stats::default()
         };
         let settings = Settings {
-            integrator: crate::scene::IntegratorKind::Mmlt,
+            integrator: IntegratorKind::Mmlt,
             seed: 0,
             threads: 0,
             lanes: integrate::Width::One,

@@ -1,11 +1,10 @@
-//! The bootstrap of all depths, in rounds: however early it is stopped, every depth has had about as many paths as the others, and the
+//! The bootstrap of all hosts, in rounds: however early it is stopped, every host has had about as many paths as the others, and the
 //! picture has all its light.
 
 use super::{EndedBy, ROUND, Settings};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
-use crate::plan::DepthPlan;
 use crate::simd::Lanes;
-use crate::transport::World;
+use crate::transport::{Host, World};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -15,10 +14,10 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Shortest round aimed at: its end is a barrier.
 const SHORTEST: Duration = Duration::from_millis(50);
 
-/// The bootstraps of all depths.
+/// The bootstraps of all hosts.
 pub(super) struct Bootstraps {
-    /// By depth; empty where no strategy can carry light.
-    pub depths: Vec<Bootstrap>,
+    /// In their order; empty where no path can carry light.
+    pub hosts: Vec<Bootstrap>,
     /// What has cut it short.
     pub ended_by: Option<EndedBy>,
 }
@@ -26,30 +25,31 @@ pub(super) struct Bootstraps {
 impl Bootstraps {
     /// A part of the paths asked for.
     pub fn part(&self, wanted: u64) -> f64 {
-        let least = self.depths.iter().filter(|b| b.is_short());
+        let least = self.hosts.iter().filter(|b| b.is_short());
         let least = least.map(Bootstrap::len).min();
         least.map_or(1.0, |n| n as f64 / wanted as f64)
     }
 
-    /// A depth that could carry light has had no path: nothing is known of the whole picture.
+    /// A host that could carry light has had no path: nothing is known of the whole picture.
     pub fn is_void(&self) -> bool {
-        self.depths.iter().any(|b| b.is_empty() && b.is_short())
+        self.hosts.iter().any(|b| b.is_empty() && b.is_short())
     }
 }
 
 /// Runs the bootstraps. `ended` is asked whether to stop, and by whom; `progress` is told paths done and wanted.
 pub(super) fn bootstraps<L: Lanes>(
     world: &World,
+    hosts: &[Host],
     settings: &Settings,
     ended: &(dyn Fn() -> Option<EndedBy> + Sync),
     mut progress: impl FnMut(u64, u64),
 ) -> Bootstraps {
     let wanted = settings.bootstrap;
-    let carries = |plan: &DepthPlan| !plan.strategies.is_empty();
-    let mut depths: Vec<Bootstrap> = (world.plan.depths.iter())
-        .map(|plan| Bootstrap::new(if carries(plan) { wanted } else { 0 }))
+    let paths = |host: &Host| if host.carries_light() { wanted } else { 0 };
+    let mut all: Vec<Bootstrap> = (hosts.iter())
+        .map(|host| Bootstrap::new(paths(host)))
         .collect();
-    let total = wanted * depths.len() as u64;
+    let total = wanted * all.len() as u64;
     let stopped: OnceLock<(EndedBy, Instant)> = OnceLock::new();
     let (mut done, mut step) = (0, CHUNK);
     while done < wanted {
@@ -65,11 +65,11 @@ pub(super) fn bootstraps<L: Lanes>(
             since.is_some_and(|since| !first || since.elapsed() >= GRACE)
         };
         let until = (done + step).min(wanted);
-        (depths.par_iter_mut().zip(&world.plan.depths)).for_each(|(bootstrap, plan)| {
-            bootstrap.extend::<L>(world, plan, settings.seed, until, &cancelled);
+        (all.par_iter_mut().zip(hosts)).for_each(|(bootstrap, host)| {
+            bootstrap.extend::<L>(world, host, settings.seed, until, &cancelled);
         });
         done = until;
-        progress(done * depths.len() as u64, total);
+        progress(done * all.len() as u64, total);
         cancelled();
         if stopped.get().is_some() {
             break;
@@ -79,10 +79,10 @@ pub(super) fn bootstraps<L: Lanes>(
             .clamp(CHUNK, 16 * step)
             .next_multiple_of(CHUNK);
     }
-    depths.iter_mut().for_each(Bootstrap::settle);
-    let short = depths.iter().any(Bootstrap::is_short);
+    all.iter_mut().for_each(Bootstrap::settle);
+    let short = all.iter().any(Bootstrap::is_short);
     Bootstraps {
         ended_by: stopped.get().map(|(by, _)| *by).filter(|_| short),
-        depths,
+        hosts: all,
     }
 }

@@ -5,23 +5,25 @@
 //! picture, so tile by tile their mean must be that of the chains.
 
 use super::error::{Groups, Tiles};
-use super::mmlt::{Chains, Light};
-use super::schedule::layer_of;
+use super::light::{Chains, Light};
+use super::schedule::Allotment;
 use super::{Run, Stats};
 use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
-use crate::chain::monitor::{Monitor, TileMoments, UNITS};
+use crate::chain::monitor::{GroupTiles, Monitor, TileMoments, UNITS};
 use crate::film::{GROUPS, Tiling};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
 const MIXED: f64 = 1.1;
 /// Part of all light below which a depth or a strategy is not worth a warning: its own error is in the estimate.
 const MATTERS: f64 = 0.05;
 
-/// Figures of one depth.
+/// Figures of one depth, or of all depths at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DepthStats {
-    pub depth: u32,
+    /// `None` for all depths at once: `"all"` where it is written.
+    #[serde(serialize_with = "depth_or_all")]
+    pub depth: Option<u32>,
     /// Mean over the sampled raster region of the depth's target, and its standard error.
     pub b: f64,
     pub b_stderr: f64,
@@ -34,6 +36,18 @@ pub struct DepthStats {
     pub large_step_probability: f32,
     #[serde(flatten)]
     pub mixing: Mixing,
+}
+
+fn depth_or_all<S: Serializer>(depth: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
+    match depth {
+        Some(depth) => to.serialize_u32(*depth),
+        None => to.serialize_str("all"),
+    }
+}
+
+/// `depth 3`, or `all depths`.
+fn named(depth: Option<u32>) -> String {
+    depth.map_or("all depths".into(), |depth| format!("depth {depth}"))
 }
 
 impl DepthStats {
@@ -83,10 +97,12 @@ pub struct CrossCheck {
 /// Light that the chains have not visited as often as they should have.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Missed {
-    pub depth: u32,
+    /// As in [`DepthStats`].
+    #[serde(serialize_with = "depth_or_all")]
+    pub depth: Option<u32>,
     /// Pixels `[x0, x1, y0, y1]` of the tile.
     pub tile: [u32; 4],
-    /// Mean radiance of the tile at this depth, by chains and by large steps, and the difference in standard errors.
+    /// Mean radiance of the tile at this depth, as it is in the picture and as large steps have it, and the difference in standard errors.
     pub chains: f64,
     pub large_steps: f64,
     pub deviation: f64,
@@ -98,20 +114,21 @@ const BEYOND_CHANCE: f64 = 6.0;
 const ENOUGH: u64 = 16;
 
 /// Figures of every depth that has chains.
-pub(super) fn depths(run: &Run, chains: &Chains, light: &Light) -> Vec<DepthStats> {
+pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
     let total: f64 = light.estimates.iter().map(|e| e.mean()).sum();
     let mut list = Vec::new();
-    for (depth, plan) in run.world.plan.depths.iter().enumerate() {
-        let own = || chains.iter().filter(|(a, _)| a.depth == depth);
+    for (index, estimate) in light.estimates.iter().enumerate() {
+        let own = || chains.iter().filter(|(a, _)| a.index == index);
         let Some((a, first)) = own().next() else {
             continue;
         };
         let monitors: Vec<&Monitor> = own().filter_map(|(_, batch)| batch.monitor()).collect();
-        let b = light.estimates[depth].mean();
+        let b = estimate.mean();
+        let depth = a.host.depth();
         list.push(DepthStats {
-            depth: plan.depth,
+            depth,
             b,
-            b_stderr: light.estimates[depth].error2().sqrt(),
+            b_stderr: estimate.error2().sqrt(),
             share: if total > 0.0 { b / total } else { 0.0 },
             chains: a.chains,
             mutations: own()
@@ -119,7 +136,7 @@ pub(super) fn depths(run: &Run, chains: &Chains, light: &Light) -> Vec<DepthStat
                 .sum(),
             sigma: a.kernel.sigma,
             large_step_probability: a.kernel.large_step_probability,
-            mixing: Mixing::of(plan.depth, first.iterations(), &monitors),
+            mixing: Mixing::of(depth, first.iterations(), &monitors),
         });
     }
     list
@@ -134,7 +151,7 @@ pub(super) fn judge(
     stats: &mut Stats,
     warnings: &mut Vec<String>,
 ) {
-    let depths = depths(run, chains, light);
+    let depths = depths(chains, light);
     let all = light.scales.len();
     let sums: Vec<Vec<[f64; GROUPS]>> = (0..all).map(|l| tile_weights(chains, l, tiling)).collect();
     let layer = |(layer, sums)| Groups {
@@ -149,8 +166,26 @@ pub(super) fn judge(
         .enumerate()
         .map(layer)
         .collect();
-    let tiles = Tiles::of(tiling, &layers);
-    let check = cross_check(run, tiling, chains, &layers);
+    let whole = with_large_steps(chains, light, &sums);
+    let tiles = match &whole {
+        Some(sums) => {
+            let both = Groups {
+                sums,
+                scale: 1.0,
+                relative_variance: light.relative_variance[0] * light.of_chains().powi(2),
+                ..layers[0]
+            };
+            Tiles::of(tiling, &[both])
+        }
+        None => Tiles::of(tiling, &layers),
+    };
+    let check = cross_check(
+        run,
+        tiling,
+        chains,
+        &layers,
+        whole.is_some().then_some(&tiles),
+    );
 
     let important = || depths.iter().filter(|d| d.share >= MATTERS);
     let worst = |values: Vec<f64>, than: fn(f64, f64) -> f64| values.into_iter().reduce(than);
@@ -173,11 +208,27 @@ pub(super) fn judge(
     stats.dark_large = dark(|m| m.dark_large);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
     warnings.extend(apart(&depths, &tiles, tiling));
-    warnings.extend(stuck(tiling, light, &depths, &tiles));
+    warnings.extend(stuck(tiling, chains, light, &depths, &tiles));
     warnings.extend(missed(&check));
     stats.depths = depths;
     stats.tiles = Some(tiles);
     stats.cross_check = Some(check);
+}
+
+/// What each group of chains has left in each tile, as states and as large steps, in radiance times pixels; `None` if large steps are not
+/// splatted. Both come from the same chains: added up group by group, their scatter is that of the sum.
+fn with_large_steps(
+    chains: &Chains,
+    light: &Light,
+    sums: &[Vec<[f64; GROUPS]>],
+) -> Option<Vec<[f64; GROUPS]>> {
+    let (a, _) = chains.first()?;
+    let also = a.independent?;
+    let [of_states, of_large] = [a.layer, also].map(|layer| (&sums[layer], light.scales[layer]));
+    let add = |(states, large): (&[f64; GROUPS], &[f64; GROUPS])| {
+        std::array::from_fn(|g| states[g] * of_states.1 + large[g] * of_large.1)
+    };
+    Some(of_states.0.iter().zip(of_large.0).map(add).collect())
 }
 
 /// Weight that each group of chains has thrown into a layer, all told.
@@ -192,12 +243,21 @@ fn thrown(chains: &Chains, layer: usize) -> [f64; GROUPS] {
     thrown
 }
 
+/// What a group of chains has left in each tile of a layer.
+fn sums_of<'a>(a: &Allotment, group: &'a GroupTiles, layer: usize) -> &'a [u64] {
+    match layer {
+        _ if a.layer == layer => &group.sums,
+        _ if a.independent == Some(layer) => &group.independent,
+        _ => &[],
+    }
+}
+
 /// Weight that each group of chains has left in each tile.
 fn tile_weights(chains: &Chains, layer: usize, tiling: &Tiling) -> Vec<[f64; GROUPS]> {
     let mut tiles = vec![[0.0; GROUPS]; tiling.len()];
-    for (a, batch) in chains.iter().filter(|(a, _)| a.layer == layer) {
+    for (a, batch) in chains {
         for group in batch.monitor().iter().flat_map(|m| m.groups()) {
-            for (tile, sum) in tiles.iter_mut().zip(&group.sums) {
+            for (tile, sum) in tiles.iter_mut().zip(sums_of(a, group, layer)) {
                 tile[usize::from(group.group)] += *sum as f64 / UNITS * a.share;
             }
         }
@@ -210,21 +270,31 @@ pub(super) fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
     let mut weights = vec![0.0; layers];
     for (a, batch) in chains {
         let groups = batch.monitor().map_or(&[][..], |m| m.groups());
-        let sum: u64 = groups.iter().flat_map(|g| &g.sums).sum();
-        weights[a.layer] += sum as f64 / UNITS * a.share;
+        for layer in std::iter::once(a.layer).chain(a.independent) {
+            let sum: u64 = groups.iter().flat_map(|g| sums_of(a, g, layer)).sum();
+            weights[layer] += sum as f64 / UNITS * a.share;
+        }
     }
     weights
 }
 
-fn cross_check(run: &Run, tiling: &Tiling, chains: &Chains, layers: &[Groups]) -> CrossCheck {
+/// `whole` is the picture's tiles if it has large steps in it: they and the states are compared as they are weighed against each other, and told
+/// with what the former add.
+fn cross_check(
+    run: &Run,
+    tiling: &Tiling,
+    chains: &Chains,
+    layers: &[Groups],
+    whole: Option<&Tiles>,
+) -> CrossCheck {
     let mut check = CrossCheck::default();
     let area = run.world.camera.region.area();
     for (layer, groups) in layers.iter().enumerate() {
         let mut large = vec![TileMoments::default(); tiling.len()];
         let own = || chains.iter().filter(|(a, _)| a.layer == layer);
-        let depth = own().next().map(|(a, _)| a.depth);
+        let first = own().next().map(|(a, _)| a);
         // The sums of depths that share a layer are one.
-        if own().any(|(a, _)| Some(a.depth) != depth) {
+        if own().any(|(a, _)| Some(a.index) != first.map(|a| a.index)) {
             continue;
         }
         let mut steps = 0;
@@ -239,7 +309,7 @@ fn cross_check(run: &Run, tiling: &Tiling, chains: &Chains, layers: &[Groups]) -
                 to.squares += from.squares;
             }
         }
-        let (Some(depth), true) = (depth, steps > 1) else {
+        let (Some(first), true) = (first, steps > 1) else {
             continue;
         };
         let by_chains = Tiles::of(tiling, std::slice::from_ref(groups));
@@ -257,11 +327,12 @@ fn cross_check(run: &Run, tiling: &Tiling, chains: &Chains, layers: &[Groups]) -
             }
             check.missed += 1;
             let scale = f64::from(run.scene.film.scale);
+            let told = whole.unwrap_or(&by_chains).mean[tile];
             let found = Missed {
-                depth: run.world.plan.depths[depth].depth,
+                depth: first.host.depth(),
                 tile: tiling.bounds(tile),
-                chains: by_chains.mean[tile] * scale,
-                large_steps: mean * scale,
+                chains: told * scale,
+                large_steps: whole.map_or(mean, |_| told + lack) * scale,
                 deviation: lack / error,
             };
             let lack = |m: &Missed| m.large_steps - m.chains;
@@ -285,15 +356,16 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
         1 => ", and those of another depth".into(),
         n => format!(", and those of {n} other depths"),
     };
-    let (s, t) = depth.worst_strategy()?;
+    let strategy = depth.worst_strategy().map_or(String::new(), |(s, t)| {
+        format!(", least of all in strategy (s, t) = ({s}, {t})")
+    });
     let stderr = tiles.stderr.iter().flatten();
     let (tile, stderr) = stderr.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     let [x0, x1, y0, y1] = tiling.bounds(tile);
     Some(format!(
-        "chains disagree: those of depth {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}), least of all in strategy \
-         (s, t) = ({s}, {t}){others}; the picture can be smooth and wrong, and is least certain at pixels {x0}-{}, {y0}-{} (standard error \
+        "chains disagree: those of {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}){strategy}{others}; the picture can be smooth and wrong, and is least certain at pixels {x0}-{}, {y0}-{} (standard error \
          {:.1} % there): more mutations are needed",
-        depth.depth,
+        named(depth.depth),
         x1 - 1,
         y1 - 1,
         100.0 * stderr / tiles.mean[tile]
@@ -301,10 +373,17 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
 }
 
 /// Chains that stayed in one state for so long that it shows: a pixel gets more from it than from all else.
-fn stuck(tiling: &Tiling, light: &Light, depths: &[DepthStats], tiles: &Tiles) -> Option<String> {
-    let mut spots: Vec<(f64, u32, &Stuck)> = Vec::new();
+fn stuck(
+    tiling: &Tiling,
+    chains: &Chains,
+    light: &Light,
+    depths: &[DepthStats],
+    tiles: &Tiles,
+) -> Option<String> {
+    let mut spots: Vec<(f64, Option<u32>, &Stuck)> = Vec::new();
     for d in depths {
-        let layer = layer_of(d.depth as usize);
+        let own = chains.iter().find(|(a, _)| a.host.depth() == d.depth);
+        let layer = own.map_or(0, |(a, _)| a.layer);
         for stuck in &d.mixing.stuck {
             let around = tiles.mean[tiling.index([stuck.x, stuck.y])];
             let excess = f64::from(stuck.iterations) * light.scales[layer] / around;
@@ -314,14 +393,16 @@ fn stuck(tiling: &Tiling, light: &Light, depths: &[DepthStats], tiles: &Tiles) -
         }
     }
     let (excess, depth, worst) = spots.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let strategy = worst.s.zip(worst.t).map_or(String::new(), |(s, t)| {
+        format!(", strategy (s, t) = ({s}, {t})")
+    });
     Some(format!(
-        "{} stuck for more than a tenth of the render, the worst of depth {depth}, strategy (s, t) = ({}, {}), at pixel {}, {}: expect a spot there, about {:.0} times as bright as its surroundings",
+        "{} stuck for more than a tenth of the render, the worst of {}{strategy}, at pixel {}, {}: expect a spot there, about {:.0} times as bright as its surroundings",
         match spots.len() {
             1 => "a chain was".into(),
             n => format!("{n} chains were"),
         },
-        worst.s,
-        worst.t,
+        named(*depth),
         worst.x as u32,
         worst.y as u32,
         1.0 + excess
@@ -332,11 +413,11 @@ fn missed(check: &CrossCheck) -> Option<String> {
     let worst = check.worst.as_ref()?;
     let [x0, x1, y0, y1] = worst.tile;
     Some(format!(
-        "chains miss light that independent samples find, in {} of {} tiles and depths, the most of it at depth {}, pixels {x0}-{}, {y0}-{}: \
+        "chains miss light that independent samples find, in {} of {} tiles and depths, the most of it at {}, pixels {x0}-{}, {y0}-{}: \
          {:.3} of {:.3} ({:.0} standard errors); more mutations or a larger --large-step would help",
         check.missed,
         check.compared,
-        worst.depth,
+        named(worst.depth),
         x1 - 1,
         y1 - 1,
         worst.chains,

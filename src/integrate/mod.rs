@@ -2,13 +2,16 @@
 
 mod bdpt;
 mod bootstraps;
+mod chains;
 mod error;
 mod grid;
+mod light;
 mod lt;
 pub mod measure;
 mod mixed;
 mod mmlt;
 mod needs;
+mod pssmlt;
 mod pt;
 mod revisit;
 mod sampled;
@@ -44,11 +47,11 @@ pub struct Settings {
     pub max_depth: u32,
     /// Samples per pixel (integrators of independent samples).
     pub samples_per_pixel: u64,
-    /// Mutations per pixel (MMLT).
+    /// Mutations per pixel (Metropolis integrators).
     pub mutations_per_pixel: u64,
     /// Chains over all depths; every depth that carries light has enough to fill the lanes, if this is enough for one depth.
     pub chains: u64,
-    /// Bootstrap paths per depth.
+    /// Bootstrap paths per depth, or of all depths at once (PSSMLT).
     pub bootstrap: u64,
     pub large_step_probability: f32,
     /// Law and scale of small steps.
@@ -357,6 +360,7 @@ pub fn render(
 fn integrate<L: Lanes>(run: &Run) -> Render {
     match run.settings.integrator {
         IntegratorKind::Mmlt => mmlt::render::<L>(run),
+        IntegratorKind::Pssmlt(host) => pssmlt::render::<L>(run, host),
         IntegratorKind::Pt => pt::render::<L>(run),
         IntegratorKind::Lt => lt::render::<L>(run),
         IntegratorKind::Bdpt => bdpt::render::<L>(run),

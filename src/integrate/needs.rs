@@ -1,9 +1,11 @@
 //! What memory a render needs, before any of it is allocated.
 
-use super::{Settings, mmlt, sampled};
+use super::chains::Method;
+use super::{Settings, sampled};
+use crate::chain::bootstrap::CHUNK;
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{HostKind, IntegratorKind, Scene};
 use crate::simd::Row;
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::fmt;
@@ -58,9 +60,12 @@ impl Needs {
         let mut rendering = vec![tables, program, tree(BUILT, ""), film];
         let mut phases = vec![building];
         if settings.integrator.mutates() {
-            let depths = u64::from(settings.max_depth) + 1;
-            let paths = settings.bootstrap.saturating_mul(depths);
-            let why = format!("{} paths for each of {depths} depths", settings.bootstrap);
+            let integrals = integrals(settings);
+            let paths = settings.bootstrap.saturating_mul(integrals);
+            let mut why = format!("{} paths", settings.bootstrap);
+            if integrals > 1 {
+                why += &format!(" for each of {integrals} depths");
+            }
             let mut bootstrap = rendering[..3].to_vec();
             let bytes = paths.saturating_mul(size_of::<f32>() as u64);
             bootstrap.push(need("bootstrap", bytes, why));
@@ -101,8 +106,9 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
     let pixels = scene.film.crop_pixels();
     let judged = u64::from(settings.estimate_error);
     let sums = match settings.integrator {
-        IntegratorKind::Mmlt => {
-            let layers = mmlt::layers(settings.max_depth as usize + 1) as u64;
+        kind @ (IntegratorKind::Mmlt | IntegratorKind::Pssmlt(_)) => {
+            let combined = matches!(kind, IntegratorKind::Pssmlt(_));
+            let layers = Method::layers(integrals(settings) as usize, combined) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
         IntegratorKind::Pt => pixels * (1 + judged) * EXACT,
@@ -113,6 +119,14 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
     let sums = sums.saturating_add(pixels * parts * EXACT);
     let pictures = 1 + u64::from(settings.error_layers) + parts;
     sums + pixels * pictures * size_of::<[f32; 3]>() as u64
+}
+
+/// Integrals that chains are shared among.
+fn integrals(settings: &Settings) -> u64 {
+    match settings.integrator {
+        IntegratorKind::Mmlt => u64::from(settings.max_depth) + 1,
+        _ => 1,
+    }
 }
 
 /// Bytes of a pixel of an exact film of samples.
@@ -128,21 +142,23 @@ fn parts(settings: &Settings) -> u64 {
 
 /// What a thread holds of subpaths whose vertices are kept.
 fn kept_bytes(settings: &Settings) -> u64 {
-    match settings.integrator {
-        IntegratorKind::Lt | IntegratorKind::Bdpt => {
-            let paths = settings.batch.unwrap_or(sampled::BATCH) as u64;
-            let parts = parts(settings) > 0;
-            paths.saturating_mul(BidirectionalLayout::bytes_per_path(
-                settings.max_depth,
-                parts,
-            ))
-        }
-        _ => 0,
-    }
+    let paths = match settings.integrator {
+        IntegratorKind::Lt | IntegratorKind::Bdpt => sampled::BATCH,
+        // The bootstrap's.
+        IntegratorKind::Pssmlt(HostKind::Bdpt) => CHUNK as usize,
+        _ => return 0,
+    };
+    let paths = settings.batch.unwrap_or(0).max(paths) as u64;
+    let parts = parts(settings) > 0;
+    let each = BidirectionalLayout::bytes_per_path(settings.max_depth, parts);
+    paths.saturating_mul(each)
 }
 
 /// Chains: their primary samples twice, their states, and what is recorded of them.
 fn chains(scene: &Scene, settings: &Settings) -> Need {
+    if let IntegratorKind::Pssmlt(host) = settings.integrator {
+        return whole_chains(scene, settings, host);
+    }
     let chain = |depth: u64| {
         // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission, connection.
         let samples = 16 + 6 * depth;
@@ -169,6 +185,29 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
         part: "chains",
         bytes,
         why: format!("{} and more of up to {deepest} bounces", settings.chains),
+    }
+}
+
+/// Chains of all depths at once.
+fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
+    let depth = u64::from(settings.max_depth);
+    // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its connection included.
+    let (samples, splats) = match host {
+        HostKind::Pt => (5 + 7 * depth, 1),
+        HostKind::Bdpt => (10 + 13 * depth, 1 + depth),
+    };
+    let states = splats * 2 * size_of::<Row>() as u64 + 64;
+    let mut bytes = settings.chains * (8 * samples + states);
+    if settings.estimate_error {
+        let batches = settings.chains / 256 + 2;
+        let tiles = Tiling::new(scene.film.crop).len() as u64;
+        bytes += settings.chains * 280 + batches * tiles * 64 + tiles * (3 * GROUPS * 8) as u64;
+    }
+    let up_to = format!("{} of up to {depth} bounces", settings.chains);
+    Need {
+        part: "chains",
+        bytes,
+        why: up_to,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::bootstraps::bootstraps;
 use super::schedule::{Start, allot};
-use super::{EndedBy, Observer, RenderError, Run, Settings, check, pool, tuning};
+use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool, tuning};
 use crate::chain::batch::{Batch, State, Step};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
@@ -43,7 +43,7 @@ pub struct Visit {
 }
 
 /// Makes the bootstrap and marches one chain to an iteration of it, exactly as [`render`](super::render) does with these settings (of
-/// Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
+/// multiplexed Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
 ///
 /// # Errors
 /// Settings out of range, thread pools that cannot be had, and chains or iterations that the render does not have; the observer's stop.
@@ -74,17 +74,18 @@ pub fn revisit(
         observer,
         start: Instant::now(),
     };
+    let method = mmlt::method(&world.plan);
     let all: Vec<Bootstrap> = pool(settings.threads)?.install(|| {
         let stop = || observer.stop().then_some(EndedBy::Observer);
-        bootstraps::<f32x8>(world, settings, &stop, |_, _| {}).depths
+        bootstraps::<f32x8>(world, &method.hosts, settings, &stop, |_, _| {}).hosts
     });
     if all.iter().any(Bootstrap::is_short) {
         return fail("stopped".into());
     }
     let area = world.camera.region.area();
     let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
-    let mut allotments = allot(&run, &all, mutations);
-    allotments.retain(|a| a.depth == depth as usize);
+    let mut allotments = allot(&run, &method, &all, mutations);
+    allotments.retain(|a| a.host.depth() == Some(depth));
     let Some(allotment) = allotments.first() else {
         return fail(format!(
             "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
@@ -109,13 +110,15 @@ pub fn revisit(
         return fail("stopped".into());
     }
     let allotment = &allotments[0];
+    let Some(plan) = allotment.host.plan() else {
+        return fail(format!("chains of depth {depth} have no plan"));
+    };
     let start = Start::new(&run, allotment, &all);
     drop(all);
     let seeds = start.seeds();
     let first = chain / BATCH * BATCH;
     let together = &seeds[first..seeds.len().min(first + BATCH)];
     let mut paths = Paths::new(world);
-    let plan = &allotment.plan;
     let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
     for _ in 0..iteration {
         if observer.stop() {
@@ -126,7 +129,7 @@ pub fn revisit(
     let state = batch.state(chain - first);
     batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
     Ok(Visit {
-        plan: allotment.plan.clone(),
+        plan: plan.clone(),
         kernel: allotment.kernel,
         chains: allotment.chains,
         iterations: allotment.iterations,

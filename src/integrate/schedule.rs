@@ -1,31 +1,32 @@
-//! Who marches when: chains and mutations per depth, and the rounds in which threads march them.
+//! Who marches when: chains and mutations per host (per depth, if paths are multiplexed), and the rounds in which threads march them.
 
 use super::Run;
+use super::chains::Method;
 use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::learn::learned;
-use crate::chain::mutate::Kernel;
+use crate::chain::mutate::{Kernel, large_step_probability};
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
 use crate::integrate::{EndedBy, Phase, Settings, StrategyChoice};
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
-use crate::transport::Paths;
+use crate::transport::{Host, Paths};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-/// Depths with a film layer of their own; deeper ones share the last.
+/// Hosts with a film layer of their own; further ones share the last.
 pub(super) const LAYERS: usize = 16;
 
-/// The layer of a depth.
-pub(super) fn layer_of(depth: usize) -> usize {
-    depth.min(LAYERS - 1)
+/// The layer of a host.
+pub(super) fn layer_of(host: usize) -> usize {
+    host.min(LAYERS - 1)
 }
 
 /// Chains that a layer has at least, if the settings ask for as many: with fewer, lanes stay empty.
 const FEWEST: usize = 512;
-/// The same for each depth of a shared layer.
+/// The same for each host of a shared layer.
 const FEWEST_SHARED: usize = 64;
 /// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level cache (`benches/batch`).
 pub(super) const LARGEST_BATCH: usize = 512;
@@ -34,32 +35,51 @@ const SMALLEST_BATCH: usize = 64;
 
 /// Iterations a thread marches a batch before it looks for another.
 pub(super) const STRIDE: u32 = 16;
-/// The chains of a depth, and how they reach the film.
+/// The chains of a host, and how they reach the film.
 pub(super) struct Allotment {
-    /// Index into the plan's depths.
-    pub depth: usize,
-    /// The plan of that depth, with the choice of strategies that its chains make.
-    pub plan: DepthPlan,
+    /// Index into the method's hosts.
+    pub index: usize,
+    /// The host, with the choice of strategies that its chains make.
+    pub host: Host,
     pub chains: usize,
     pub layer: usize,
-    /// Iterations of every chain in the whole run, the same for all depths of a layer.
+    /// The layer of large steps, if they are splatted as independent samples.
+    pub independent: Option<usize>,
+    /// Iterations of every chain in the whole run, the same for all hosts of a layer.
     pub iterations: u32,
-    /// Weight of this depth's splats within its layer, at most 1.
+    /// Weight of this host's splats within its layer, at most 1.
     pub share: f64,
     pub bootstrap: Estimate,
     /// How its chains mutate.
     pub kernel: Kernel,
 }
 
-/// Allots `mutations` to the depths in proportion to `b_k`. Chains are allotted likewise, but at least as many as fill the lanes, with
-/// accordingly fewer iterations; depths that share a layer of the film make the same number.
-pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<Allotment> {
+impl Allotment {
+    /// Probability of a large step of its chains, exactly.
+    pub fn large_step_probability(&self) -> f64 {
+        large_step_probability(self.kernel.large_step_probability)
+    }
+
+    /// What large steps are weighed with ([`Batch::combine`]).
+    pub fn constant(&self) -> f32 {
+        (self.large_step_probability() * self.bootstrap.mean()) as f32
+    }
+}
+
+/// Allots `mutations` to the hosts in proportion to `b_k`. Chains are allotted likewise, but at least as many as fill the lanes, with
+/// accordingly fewer iterations; hosts that share a layer of the film make the same number.
+pub(super) fn allot(
+    run: &Run,
+    method: &Method,
+    bootstraps: &[Bootstrap],
+    mutations: f64,
+) -> Vec<Allotment> {
     let chains = run.settings.chains as usize;
     let b: f64 = bootstraps.iter().map(|b| b.estimate.mean()).sum();
     let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
         .filter(|(_, boot)| boot.estimate.mean() > 0.0)
-        .map(|(depth, boot)| {
-            let layer = layer_of(depth);
+        .map(|(index, boot)| {
+            let layer = layer_of(index);
             let fewest = if layer < LAYERS - 1 {
                 FEWEST
             } else {
@@ -68,11 +88,12 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
             let wish = chains as f64 * boot.estimate.mean() / b;
             let wish = (wish.ceil() as usize).max(fewest.min(chains));
             Allotment {
-                depth,
-                plan: chosen(run.settings, &run.world.plan.depths[depth], boot),
+                index,
+                host: chosen(run.settings, &method.hosts[index], boot),
                 // Two halves of full lanes.
                 chains: wish.next_multiple_of(16).min(MAX_CHAINS_PER_DEPTH),
                 layer,
+                independent: method.independent(),
                 iterations: 0,
                 share: 1.0,
                 bootstrap: boot.estimate,
@@ -88,22 +109,21 @@ pub(super) fn allot(run: &Run, bootstraps: &[Bootstrap], mutations: f64) -> Vec<
         for a in list.iter_mut().filter(|a| a.layer == layer) {
             let iterations = (mutations * light / b / chains as f64).ceil();
             a.iterations = iterations.min(f64::from(u32::MAX)) as u32;
-            // Depths that share a layer keep the proportions the bootstrap gave them.
+            // Hosts that share a layer keep the proportions the bootstrap gave them.
             a.share = density(a) / most;
         }
     }
     list
 }
 
-/// `plan` with the choice of strategies that chains make after this bootstrap.
-pub(super) fn chosen(settings: &Settings, plan: &DepthPlan, bootstrap: &Bootstrap) -> DepthPlan {
-    let learned = match settings.strategy_choice {
-        StrategyChoice::Uniform => None,
-        StrategyChoice::Learned => learned(plan, bootstrap.strategies()),
-    };
-    DepthPlan {
-        choice: learned.unwrap_or_else(|| plan.choice.clone()),
-        ..plan.clone()
+/// `host` with the choice of strategies that chains make after this bootstrap.
+pub(super) fn chosen(settings: &Settings, host: &Host, bootstrap: &Bootstrap) -> Host {
+    match (settings.strategy_choice, host) {
+        (StrategyChoice::Learned, Host::Multiplexed(plan)) => Host::Multiplexed(DepthPlan {
+            choice: learned(plan, bootstrap.strategies()).unwrap_or_else(|| plan.choice.clone()),
+            ..plan.clone()
+        }),
+        _ => host.clone(),
     }
 }
 
@@ -119,9 +139,9 @@ pub(super) struct Start {
 
 impl Start {
     /// Chains that start from one path are not independent while they remember it: they belong to one group, so that groups can differ in
-    /// size; and to one half, if their depth has a layer of the film to itself.
+    /// size; and to one half, if their host has a layer of the film to itself.
     pub fn new(run: &Run, a: &Allotment, bootstraps: &[Bootstrap]) -> Self {
-        let seeds = bootstraps[a.depth].seeds(run.settings.seed, a.depth as u32, a.chains);
+        let seeds = bootstraps[a.index].seeds(run.settings.seed, a.host.id(), a.chains);
         let n = seeds.len();
         let mut groups = vec![0; n];
         for group in 1..GROUPS {
@@ -222,7 +242,10 @@ impl<'a> March<'a> {
                     let first = chains.start;
                     let seeds = &start.seeds[chains.clone()];
                     let mut batch =
-                        Batch::new::<L>(run.world, &a.plan, first, seeds, settings.seed, paths);
+                        Batch::new::<L>(run.world, &a.host, first, seeds, settings.seed, paths);
+                    if let Some(layer) = a.independent {
+                        batch.combine(a.constant(), layer);
+                    }
                     if settings.estimate_error {
                         batch.watch(&start.groups[chains], tiling);
                     }

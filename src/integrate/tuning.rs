@@ -19,21 +19,21 @@ pub(super) struct Tuned {
     pub rays: u64,
 }
 
-/// Mutations that tuning makes if all depths carry light.
-pub(super) fn mutations(run: &Run) -> u64 {
+/// Mutations that tuning makes if all of so many hosts carry light.
+pub(super) fn mutations(run: &Run, hosts: usize) -> u64 {
     let tune = run.settings.tune;
     let each = chains(tune, run.settings.bootstrap) as u64 * u64::from(tune.steps());
-    each * run.world.plan.depths.len() as u64
+    each * hosts as u64
 }
 
 /// Tunes the kernels of all allotments, as the settings ask for. `ended` is asked whether to stop, and by whom; what is not known then stays as
-/// it was. `progress` is told mutations done, of [`mutations`].
+/// it was. `progress` is told the part of them that is done.
 pub(super) fn tune<L: Lanes>(
     run: &Run,
     allotments: &mut [Allotment],
     bootstraps: &[Bootstrap],
     ended: &dyn Fn() -> Option<EndedBy>,
-    mut progress: impl FnMut(u64),
+    mut progress: impl FnMut(f64),
 ) -> Tuned {
     let settings = run.settings;
     let steps = settings.tune.steps();
@@ -42,11 +42,11 @@ pub(super) fn tune<L: Lanes>(
     let mut rays = 0;
     if steps > 0 && ended_by.is_none() {
         let start = |a: &Allotment| {
-            let bootstrap = &bootstraps[a.depth];
+            let bootstrap = &bootstraps[a.index];
             let (seed, tune) = (settings.seed, settings.tune);
             Tuner::new::<L>(
                 run.world,
-                &a.plan,
+                &a.host,
                 bootstrap,
                 seed,
                 a.kernel,
@@ -58,7 +58,7 @@ pub(super) fn tune<L: Lanes>(
         while done < steps && ended_by.is_none() {
             (tuners.par_iter_mut()).for_each(|tuner| tuner.advance::<L>(run.world, STEPS));
             done = (done + STEPS).min(steps);
-            progress(mutations(run) * u64::from(done) / u64::from(steps));
+            progress(f64::from(done) / f64::from(steps));
             ended_by = ended().filter(|_| done < steps);
         }
         let kernels = tuners.par_iter().map(Tuner::kernel);

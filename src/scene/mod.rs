@@ -497,10 +497,19 @@ pub enum IntegratorKind {
     Pt,
     Lt,
     Bdpt,
+    /// Over a host.
+    Pssmlt(HostKind),
 }
 
 impl IntegratorKind {
-    pub const ALL: [Self; 4] = [Self::Mmlt, Self::Pt, Self::Lt, Self::Bdpt];
+    pub const ALL: [Self; 6] = [
+        Self::Mmlt,
+        Self::Pt,
+        Self::Lt,
+        Self::Bdpt,
+        Self::Pssmlt(HostKind::Bdpt),
+        Self::Pssmlt(HostKind::Pt),
+    ];
 
     /// As flags and figures have it.
     pub fn name(self) -> &'static str {
@@ -509,6 +518,8 @@ impl IntegratorKind {
             Self::Pt => "pt",
             Self::Lt => "lt",
             Self::Bdpt => "bdpt",
+            Self::Pssmlt(HostKind::Bdpt) => "pssmlt-bdpt",
+            Self::Pssmlt(HostKind::Pt) => "pssmlt-pt",
         }
     }
 
@@ -519,13 +530,30 @@ impl IntegratorKind {
             Self::Pt => "path tracing",
             Self::Lt => "light tracing",
             Self::Bdpt => "bidirectional path tracing",
+            Self::Pssmlt(HostKind::Bdpt) => {
+                "primary sample space Metropolis light transport over bidirectional path tracing"
+            }
+            Self::Pssmlt(HostKind::Pt) => {
+                "primary sample space Metropolis light transport over path tracing"
+            }
         }
     }
 
     /// True if it mutates paths; the others make independent samples.
     pub fn mutates(self) -> bool {
-        matches!(self, Self::Mmlt)
+        matches!(self, Self::Mmlt | Self::Pssmlt(_))
     }
+}
+
+/// Whose samples are mutated ([`IntegratorKind::Pssmlt`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostKind {
+    Bdpt,
+    Pt,
+}
+
+impl HostKind {
+    pub const ALL: [Self; 2] = [Self::Bdpt, Self::Pt];
 }
 
 impl Default for IntegratorSettings {

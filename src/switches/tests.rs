@@ -226,7 +226,7 @@ mod with_the_feature {
              LightSource \"point\" \"point from\" [0 3 4] \"rgb I\" [30 20 10]\n\
              Shape \"trianglemesh\" \"integer indices\" [0 1 2 2 1 3] \"point P\" [-9 -9 0 9 -9 0 -9 9 1 9 9 2]\nWorldEnd\n";
         let scene = load_str(text, "a.pbrt", "".as_ref()).unwrap();
-        for integrator in [IntegratorKind::Mmlt, IntegratorKind::Pt] {
+        for integrator in IntegratorKind::ALL {
             let picture = |switches| {
                 let settings = Settings {
                     integrator,

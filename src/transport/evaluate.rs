@@ -19,6 +19,9 @@ pub struct UnidirectionalLayout {
 }
 
 impl UnidirectionalLayout {
+    /// The first of two samples that place a path on the film.
+    pub const RASTER: usize = 0;
+    const LENS: usize = 2;
     const WAVELENGTH: usize = 4;
 
     /// Of paths with up to `max_depth` scattering events.
@@ -281,7 +284,8 @@ impl World<'_> {
         for path in 0..n {
             lists.camera.push(path as u32);
         }
-        self.start_camera::<L>(paths, samples, &lists.camera, (0, 2), true);
+        let place = (UnidirectionalLayout::RASTER, UnidirectionalLayout::LENS);
+        self.start_camera::<L>(paths, samples, &lists.camera, place, true);
         paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
             if lists.camera.is_empty() {

@@ -8,6 +8,7 @@
 //! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
 //! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
 //!    are joined; it keeps a workspace's tips, vertex by vertex.
+//! 7. [`host`] names the ways of evaluation that chains can march over.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -17,6 +18,7 @@ pub mod connect;
 pub mod cutout;
 mod dispersion;
 pub mod evaluate;
+pub mod host;
 mod list;
 pub mod mis;
 pub mod paths;
@@ -25,6 +27,7 @@ mod sort;
 pub mod walk;
 pub mod wavelength;
 
+pub use self::host::Host;
 pub use self::paths::{Outcome, Paths};
 
 use crate::camera::Camera;

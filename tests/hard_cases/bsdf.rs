@@ -226,7 +226,7 @@ fn furnaces_depth_by_depth() {
                 },
             );
             for d in &render.stats.depths {
-                depths[d.depth as usize].push(d.b);
+                depths[d.depth.unwrap() as usize].push(d.b);
             }
         }
         for (k, b) in depths.iter().enumerate() {

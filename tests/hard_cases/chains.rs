@@ -232,7 +232,7 @@ fn stuck_chains_are_told() {
     // The spot is where the lamp shines through the hole: in the middle of the picture, by light subpaths alone.
     for chain in &all {
         assert!((chain.x - 16.0).abs() < 1.0 && (chain.y - 16.0).abs() < 1.0);
-        assert_eq!((chain.s, chain.t), (4, 1));
+        assert_eq!((chain.s, chain.t), (Some(4), Some(1)));
         assert!(chain.iterations > 100);
     }
     let (count, rest) = told.split_once(" chains were stuck").expect("a count");

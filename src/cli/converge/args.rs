@@ -67,7 +67,7 @@ pub struct ConvergeArgs {
     )]
     pub max_depth: Vec<u32>,
 
-    /// Markov chains, over all path depths (mmlt) [default: as the scene says]
+    /// Markov chains, over all path depths (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "N,...",
@@ -77,7 +77,7 @@ pub struct ConvergeArgs {
     )]
     pub chains: Vec<u64>,
 
-    /// Independent paths per depth that start the chains (mmlt) [default: as the scene says]
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that start the chains [default: as the scene says]
     #[arg(
         long,
         value_name = "N,...",
@@ -87,7 +87,7 @@ pub struct ConvergeArgs {
     )]
     pub bootstrap: Vec<u64>,
 
-    /// Probabilities of large mutations, 0 to 1, or auto (mmlt) [default: as the scene says]
+    /// Probabilities of large mutations, 0 to 1, or auto (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         alias = "large-step-probability",
@@ -98,7 +98,7 @@ pub struct ConvergeArgs {
     )]
     pub large_step: Vec<Tuned>,
 
-    /// How small mutations move primary samples (mmlt) [default: gaussian]
+    /// How small mutations move primary samples (mmlt, pssmlt) [default: gaussian]
     #[arg(
         long,
         value_name = "NAME,...",
@@ -107,7 +107,7 @@ pub struct ConvergeArgs {
     )]
     pub mutation: Vec<Mutation>,
 
-    /// Scales of small mutations, or auto (mmlt) [default: as the scene says]
+    /// Scales of small mutations, or auto (mmlt, pssmlt) [default: as the scene says]
     #[arg(
         long,
         value_name = "S,...",
@@ -308,6 +308,11 @@ fn any(_: IntegratorKind) -> bool {
     true
 }
 
+/// Those that choose among the strategies of a depth.
+fn multiplexed(kind: IntegratorKind) -> bool {
+    kind == IntegratorKind::Mmlt
+}
+
 /// Those that mutate paths.
 fn metropolis(kind: IntegratorKind) -> bool {
     kind.mutates()
@@ -388,7 +393,7 @@ impl ConvergeArgs {
                 "--strategy-choice",
                 Axis::new(
                     "strategy choice",
-                    metropolis,
+                    multiplexed,
                     &self.strategy_choice,
                     |c| text(c.setting().name()),
                     |s, v| s.strategy_choice = v.setting(),

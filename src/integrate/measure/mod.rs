@@ -1,8 +1,8 @@
 //! How fast this machine renders a scene, and where the time goes: what eight lanes buy over one, what threads buy, what each stage
 //! of a step takes, and how full the lanes are.
 //!
-//! What is measured is the step that renders are made of: batches of chains of every depth ([`work`]), visited in proportion to the
-//! light each depth carries. Whatever is compared takes turns in short rounds, so that a machine whose speed drifts is
+//! What is measured is the step that renders are made of: batches of chains of every host ([`work`]), visited in proportion to the
+//! light each host carries. Whatever is compared takes turns in short rounds, so that a machine whose speed drifts is
 //! equally fast for both sides; figures are medians over the rounds. The stage clock runs only where stages are measured.
 
 mod judged;
@@ -18,16 +18,16 @@ pub use self::report::{
 };
 
 use super::bootstraps::bootstraps;
+use super::chains::Method;
 use super::schedule::{LARGEST_BATCH, chosen};
-use super::{RenderError, Settings, check, mmlt, per_second, pool};
+use super::{RenderError, Settings, check, mmlt, per_second, pool, pssmlt};
 use crate::chain::batch::MAX_CHAINS_PER_DEPTH;
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, Half, SplatFilm};
-use crate::plan::DepthPlan;
-use crate::scene::Scene;
+use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
-use crate::transport::World;
+use crate::transport::{Host, World};
 use std::time::{Duration, Instant};
 
 /// Rounds of a comparison; an odd number, so that the median is one of them.
@@ -60,8 +60,10 @@ struct Bench<'a> {
     crop: [u32; 4],
     kernel: Kernel,
     bootstraps: Vec<Bootstrap>,
-    /// Of every depth, as chains choose strategies.
-    plans: Vec<DepthPlan>,
+    /// As chains choose strategies.
+    hosts: Vec<Host>,
+    /// The layer of large steps, if they are splatted as independent samples.
+    independent: Option<usize>,
     seed: u64,
     /// Chains of a batch.
     chains: usize,
@@ -75,11 +77,11 @@ pub fn thread_counts(most: usize) -> Vec<usize> {
     powers.take_while(|n| *n < most).chain([most]).collect()
 }
 
-/// Measures a scene. Of the settings, those of Metropolis light transport count; `settings.threads` is the most threads, 0 for one per
+/// Measures a scene. Of the settings, those of Metropolis integrators count; `settings.threads` is the most threads, 0 for one per
 /// core; `settings.batch` the chains of a batch. `time` goes to each side of each comparison.
 ///
 /// # Errors
-/// Settings out of range, thread pools that cannot be had, and scenes without light.
+/// Settings out of range or of an integrator that mutates nothing, thread pools that cannot be had, and scenes without light.
 pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Report, MeasureError> {
     check(settings)?;
     let pool = pool(settings.threads)?;
@@ -92,15 +94,16 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         return Err(RenderError::Settings(message).into());
     }
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
-    let (bootstraps, bootstrap) = pool.install(|| run_bootstrap(&world, settings));
+    let method = method(&world, settings)?;
+    let (bootstraps, bootstrap) = pool.install(|| run_bootstrap(&world, &method, settings));
     if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {
         return Err(dark(&world, settings));
     }
-    let plans = (world.plan.depths.iter().zip(&bootstraps))
-        .map(|(plan, bootstrap)| chosen(settings, plan, bootstrap))
+    let hosts = (method.hosts.iter().zip(&bootstraps))
+        .map(|(host, bootstrap)| chosen(settings, host, bootstrap))
         .collect();
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
-    let layers = mmlt::layers(world.plan.depths.len());
+    let layers = Method::layers(method.hosts.len(), method.combined);
     let bench = Bench {
         world: &world,
         film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
@@ -108,7 +111,8 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         crop: scene.film.crop,
         kernel: settings.kernel(),
         bootstraps,
-        plans,
+        hosts,
+        independent: method.independent(),
         seed: settings.seed,
         chains,
         time,
@@ -118,6 +122,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     Ok(Report {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
+        integrator: method.name,
         seed: settings.seed,
         max_depth: settings.max_depth,
         chains_per_batch: chains,
@@ -133,10 +138,25 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     })
 }
 
-/// The bootstrap of every depth, on the threads of this pool.
-fn run_bootstrap(world: &World, settings: &Settings) -> (Vec<Bootstrap>, BootstrapFigures) {
+fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
+    match settings.integrator {
+        IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
+        IntegratorKind::Pssmlt(host) => Ok(pssmlt::method(world, settings.max_depth, host)),
+        other => Err(RenderError::Settings(format!(
+            "{} mutates nothing: mutations of mmlt or pssmlt can be measured",
+            other.name()
+        ))),
+    }
+}
+
+/// The bootstrap of every host, on the threads of this pool.
+fn run_bootstrap(
+    world: &World,
+    method: &Method,
+    settings: &Settings,
+) -> (Vec<Bootstrap>, BootstrapFigures) {
     let start = Instant::now();
-    let all = bootstraps::<f32x8>(world, settings, &|| None, |_, _| {}).depths;
+    let all = bootstraps::<f32x8>(world, &method.hosts, settings, &|| None, |_, _| {}).hosts;
     let paths = all.iter().map(|b| b.estimate.bootstrap.count).sum();
     let rays = all.iter().map(|b| b.rays).sum();
     let seconds = start.elapsed().as_secs_f64();

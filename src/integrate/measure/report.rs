@@ -33,6 +33,7 @@ pub struct Report {
     pub version: &'static str,
     pub machine: Machine,
     pub seed: u64,
+    pub integrator: &'static str,
     pub max_depth: u32,
     /// Chains that march together, of each depth.
     pub chains_per_batch: usize,

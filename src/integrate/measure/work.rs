@@ -2,6 +2,7 @@
 
 use super::Bench;
 use crate::chain::batch::{Batch, Workspace};
+use crate::chain::mutate::large_step_probability;
 use crate::film::{Destination, GROUPS, Tiling};
 use crate::integrate::schedule::{STRIDE, layer_of};
 use crate::simd::Lanes;
@@ -48,18 +49,23 @@ impl<L: Lanes> Work<L> {
         let batches = depths
             .filter(|i| light(*i) > 0.0)
             .map(|i| {
-                let plan = &bench.plans[i];
+                let p = large_step_probability(bench.kernel.large_step_probability);
+                let host = &bench.hosts[i];
                 let all = threads * bench.chains;
-                let seeds = bench.bootstraps[i].seeds(bench.seed, plan.depth, all);
+                let seeds = bench.bootstraps[i].seeds(bench.seed, host.id(), all);
                 let first = number * bench.chains;
                 let seeds = &seeds[first..first + bench.chains];
                 let paths = &mut workspace.paths;
+                let mut batch = Batch::new::<L>(bench.world, host, first, seeds, bench.seed, paths);
+                if let Some(layer) = bench.independent {
+                    batch.combine((p * light(i)) as f32, layer);
+                }
                 Share {
                     rate: light(i) / most,
                     // Rounds what is due, in the long run, to the nearest visit.
                     due: 0.5,
                     layer: layer_of(i),
-                    batch: Batch::new::<L>(bench.world, plan, first, seeds, bench.seed, paths),
+                    batch,
                 }
             })
             .collect();

@@ -1,0 +1,141 @@
+//! How much light there is, and what that makes of the film's sums. The picture is
+//!
+//! ```text
+//! sum over k of  b_k * A / N_k * sum of splats of host k
+//! ```
+//!
+//! with `b_k` the integral of host `k`, `A` the sampled raster area in pixels and `N_k` the mutations made by chains of that host, whatever their
+//! number: rounding and early stops cost no energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large
+//! step's ([`Estimate`]; pbrt-v3, section 16.4.3, uses the first alone).
+//!
+//! If the method combines them, large steps are splatted as independent samples, too ([`Batch::combine`]), to one more layer of the film, which
+//! adds
+//!
+//! ```text
+//! c * A / (p N) * sum of splats of large steps
+//! ```
+//!
+//! with `p` their probability and `c = p b` of the bootstrap. Not divided by their number but by its expectation: that is unbiased also where
+//! there are few of them, or none.
+
+use super::Run;
+use super::mixed;
+use super::schedule::{Allotment, density, layer_of};
+use crate::chain::batch::Batch;
+use crate::chain::bootstrap::Estimate;
+use crate::film::Scales;
+
+/// Batches of chains that have made the same number of iterations as others of their layer.
+pub(super) type Chains<'a> = Vec<(&'a Allotment, &'a Batch)>;
+
+/// How much light there is, and how it gets from the film into the picture.
+pub(super) struct Light {
+    /// By host: the integrals `b_k`.
+    pub estimates: Vec<Estimate>,
+    /// By layer of the film: what turns its sums into radiance, and the squared relative standard error of that.
+    pub scales: Vec<f64>,
+    pub relative_variance: Vec<f64>,
+    /// What all splats of each layer weigh; 0 if errors are not estimated.
+    weights: Vec<f64>,
+}
+
+impl Light {
+    pub fn of(run: &Run, layers: usize, chains: &Chains) -> Self {
+        let estimates = estimate(chains);
+        let area = run.world.camera.region.area();
+        let scale = |layer| {
+            let scale = layer_scale(chains, &estimates, layer);
+            (scale + independent_scale(chains, layer)) * area
+        };
+        let relative = |layer: usize| {
+            let hosts = estimates.iter().enumerate();
+            let of_layer = hosts.filter(|(host, _)| layer_of(*host) == layer);
+            let (b, error2) = of_layer.fold((0.0, 0.0), |(b, error2), (_, e)| {
+                (b + e.mean(), error2 + e.error2())
+            });
+            if b > 0.0 { error2 / (b * b) } else { 0.0 }
+        };
+        Self {
+            scales: (0..layers).map(scale).collect(),
+            relative_variance: (0..layers).map(relative).collect(),
+            weights: mixed::weights(chains, layers),
+            estimates,
+        }
+    }
+
+    /// Part of the picture's light that the states of chains have brought; the rest is that of large steps as independent samples.
+    pub fn of_chains(&self) -> f64 {
+        let light = |(weight, scale): (&f64, &f64)| weight * scale;
+        let layers = || self.weights.iter().zip(&self.scales);
+        let all: f64 = layers().map(light).sum();
+        // Only the scales of chains are uncertain.
+        let uncertain = layers()
+            .zip(&self.relative_variance)
+            .filter(|(_, v)| **v > 0.0);
+        let chains: f64 = uncertain.map(|(layer, _)| light(layer)).sum();
+        if all > 0.0 { chains / all } else { 0.0 }
+    }
+
+    /// As the film takes it, with `radiance` in place of the scales.
+    pub fn of_film<'a>(&'a self, radiance: &'a [f64]) -> Scales<'a> {
+        Scales {
+            radiance,
+            relative_variance: &self.relative_variance,
+            light: &self.weights,
+        }
+    }
+}
+
+/// All independent samples of each host: the bootstrap's and the large steps'.
+fn estimate(chains: &Chains) -> Vec<Estimate> {
+    let hosts = chains.iter().map(|(a, _)| a.index + 1).max();
+    let mut estimates = vec![Estimate::default(); hosts.unwrap_or(0)];
+    for (a, _) in chains {
+        estimates[a.index] = a.bootstrap;
+    }
+    for (a, batch) in chains {
+        for chain in batch.large_moments() {
+            estimates[a.index].later.merge(&chain);
+        }
+    }
+    estimates
+}
+
+/// Factor of a layer of chains: its hosts' integral over their weighted mutations; 0 for others.
+fn layer_scale(chains: &Chains, estimates: &[Estimate], layer: usize) -> f64 {
+    let members = || chains.iter().filter(|(a, _)| a.layer == layer);
+    // Chains of a layer have all made the same number of iterations.
+    let done = members().next().map_or(0, |(_, batch)| batch.iterations());
+    let densest = members().map(|(a, _)| density(a)).fold(0.0, f64::max);
+    // A host has several batches, in a row.
+    let (mut boot, mut refined, mut last) = (0.0, 0.0, None);
+    for (a, _) in members() {
+        if last != Some(a.index) {
+            boot += a.bootstrap.mean();
+            refined += estimates[a.index].mean();
+            last = Some(a.index);
+        }
+    }
+    if boot > 0.0 && done > 0 {
+        densest / f64::from(done) * refined / boot
+    } else {
+        0.0
+    }
+}
+
+/// Factor of a layer of large steps: the constant they are weighed with over their expected number; 0 for others.
+fn independent_scale(chains: &Chains, layer: usize) -> f64 {
+    let members = || (chains.iter()).filter(|(a, _)| a.independent == Some(layer));
+    let Some((a, _)) = members().next() else {
+        return 0.0;
+    };
+    let mutations: f64 = members()
+        .map(|(_, batch)| f64::from(batch.iterations()) * batch.len() as f64)
+        .sum();
+    let expected = a.large_step_probability() * mutations;
+    if expected > 0.0 {
+        f64::from(a.constant()) / expected
+    } else {
+        0.0
+    }
+}
