@@ -365,25 +365,46 @@ impl World<'_> {
             }
             paths.slot = wave;
             self.trace::<L>(paths, &lists.light);
-            lists.scratch.clear();
+            lists.emission.clear();
             for &path in &*lists.light {
-                lists.scratch.push_if(path, !paths.missed(path));
+                lists.emission.push_if(path, !paths.missed(path));
             }
             paths.clock.lap(Stage::Sort);
             let label = Some(Bounce::at(layout.light_label + wave));
-            self.arrive::<L>(paths, &lists.scratch, Side::Light, (samples, label));
+            self.arrive::<L>(paths, &lists.emission, Side::Light, (samples, label));
             self.weigh_components(paths, Side::Light);
-            let vertex = &mut kept.sides[Side::Light as usize][wave];
-            vertex.note(paths, &lists.scratch, Side::Light);
-            lists.light.clear();
-            if wave + 1 < layout.light_vertices {
-                lists.light.extend(&lists.scratch);
-                let bounce = Bounce::at(layout.light_bounce + wave * layout.per_bounce);
-                self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
-            }
-            std::mem::swap(&mut paths.tips[Side::Light as usize], &mut vertex.tips);
+            self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Light, kept));
         }
         lists.light.clear();
+    }
+
+    /// Puts the tips that the subpaths of `lists.emission` have in this wave among the vertices that are kept; the list of the side is left with those
+    /// that scatter and go on.
+    fn set_aside<L: Lanes>(
+        &self,
+        (layout, wave): (&BidirectionalLayout, usize),
+        samples: &Samples,
+        paths: &mut Paths,
+        lists: &mut Lists,
+        (side, kept): (Side, &mut Kept),
+    ) {
+        let vertex = &mut kept.sides[side as usize][wave];
+        vertex.note(paths, &lists.emission, side);
+        let (on, first, count) = match side {
+            Side::Camera => (
+                &mut lists.camera,
+                layout.camera_bounce,
+                layout.camera_vertices,
+            ),
+            Side::Light => (&mut lists.light, layout.light_bounce, layout.light_vertices),
+        };
+        on.clear();
+        if wave + 1 < count {
+            on.extend(&lists.emission);
+            let bounce = Bounce::at(first + wave * layout.per_bounce);
+            self.scatter_queues::<L>(paths, samples, lists, side, bounce);
+        }
+        std::mem::swap(&mut paths.tips[side as usize], &mut vertex.tips);
     }
 
     /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as the hits are at hand.
@@ -440,15 +461,7 @@ impl World<'_> {
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(paths, Side::Camera);
             paths.clock.lap(Stage::Mis);
-            let vertex = &mut kept.sides[Side::Camera as usize][wave];
-            vertex.note(paths, &lists.emission, Side::Camera);
-            lists.camera.clear();
-            if wave + 1 < layout.camera_vertices {
-                lists.camera.extend(&lists.emission);
-                let bounce = Bounce::at(layout.camera_bounce + wave * layout.per_bounce);
-                self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
-            }
-            std::mem::swap(&mut paths.tips[Side::Camera as usize], &mut vertex.tips);
+            self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Camera, kept));
         }
         lists.camera.clear();
     }

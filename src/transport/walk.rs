@@ -46,7 +46,7 @@ impl Bounce {
 }
 
 impl World<'_> {
-    /// Starts the camera subpaths of `list` at raster positions; `first` is the first dimension of the raster samples, `lens` of the lens
+    /// Starts the camera subpaths of `list` at raster positions; `raster` is the first dimension of the raster samples, `lens` of the lens
     /// samples. `one_strategy` says that no strategy joins light tips to the camera.
     pub(super) fn start_camera<L: Lanes>(
         &self,
