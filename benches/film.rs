@@ -10,14 +10,13 @@ use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::Vec2;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, SplatLog};
 use phalanx::scene::{Filter, FilterKind};
-use phalanx::simd::Row;
 
 /// Splats of a log, as in a render.
 const LOG: usize = 8192;
 const SIDES: [u32; 3] = [32, 512, 2048];
 
 /// Splats of random colours all over a film.
-fn splats(side: u32) -> Vec<Row> {
+fn splats(side: u32) -> Vec<([f32; 3], [f32; 2])> {
     let mut state = 0x5eed_u64;
     let mut unit = || {
         // xorshift64*.
@@ -31,7 +30,7 @@ fn splats(side: u32) -> Vec<Row> {
     (0..64 * LOG)
         .map(|_| {
             let (r, g, x, y) = (unit(), unit(), side * unit(), side * unit());
-            Row([r, g, 3.0 - r - g, x, y, 0.0, 0.0, 0.0])
+            ([r, g, 3.0 - r - g], [x, y])
         })
         .collect()
 }
@@ -60,7 +59,7 @@ fn touch(film: &SplatFilm, side: u32, layers: usize) {
                 film.add(to(layer), &mut log);
             }
             let [x, y] = [x, y].map(|v| v as f32 + 0.5);
-            log.push(&Row([1.0, 1.0, 1.0, x, y, 0.0, 0.0, 0.0]), 1);
+            log.push([1.0; 3], [x, y], 1);
         }
         film.add(to(layer), &mut log);
     }
@@ -87,8 +86,8 @@ fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize, jud
     group.throughput(Throughput::Elements(LOG as u64));
     group.bench_function(BenchmarkId::new("side", side), |b| {
         b.iter(|| {
-            for splat in logs.next().into_iter().flatten() {
-                log.push(splat, 1 << 31);
+            for &(colour, raster) in logs.next().into_iter().flatten() {
+                log.push(colour, raster, 1 << 31);
             }
             let scale = 1.0 / (1u64 << 32) as f64;
             film.add(Destination { scale, ..to(layer) }, &mut log);

@@ -108,8 +108,8 @@ fn every_strategy_is_that_of_multiplexed_paths() {
                 let what = format!("{name}, {strategy:?}, path {i}");
                 let truth = &other.outcome[i];
                 assert_eq!(truth.s, strategy.s);
-                let part = paths.parts[index][i].0;
-                let weighted = [part[0], part[1], part[2]];
+                let part = paths.parts[index][i];
+                let weighted = part.weighted;
                 expect_equal(weighted, truth.rgb.map(|v| v / choices), &what);
                 if weighted == [0.0; 3] {
                     continue;
@@ -127,7 +127,10 @@ fn every_strategy_is_that_of_multiplexed_paths() {
                 }
                 // Weights are at most 1.
                 for c in 0..3 {
-                    assert!(part[c] <= part[4 + c] * (1.0 + 1e-6), "{what}: {part:?}");
+                    assert!(
+                        weighted[c] <= part.unweighted[c] * (1.0 + 1e-6),
+                        "{what}: {part:?}"
+                    );
                 }
             }
         }
@@ -178,8 +181,7 @@ fn light_tracing_is_unweighted() {
         assert_eq!(paths.splats.len(), other.splats.len());
         for (index, strategy) in layout.strategies().iter().enumerate() {
             for i in 0..BATCH {
-                let [_, _, _, _, r, g, b, _] = paths.parts[index][i].0;
-                let unweighted = [r, g, b];
+                let unweighted = paths.parts[index][i].unweighted;
                 if strategy.t == 1 {
                     let splat = &other.splats[strategy.s as usize - 2][i];
                     expect_equal(splat.rgb, unweighted, name);

@@ -6,7 +6,8 @@ mod support;
 
 use dialect::to_v4;
 use phalanx::scene::{IntegratorKind, NONE, Scene};
-use phalanx::simd::{Row, f32x8};
+use phalanx::simd::f32x8;
+use phalanx::trace::{Hit, Ray};
 use phalanx::transport::World;
 use phalanx::transport::cutout::Through;
 use support::{BOTH, Runs, expect_integrators_agree, head, inward_box, run, scene, settings};
@@ -181,27 +182,18 @@ fn a_hundred_sheets_that_are_not_there() {
     // Distances are those from where the ray began.
     let world = World::new(&scene, 0);
     let n = 64;
-    let rays: Vec<Row> = (0..n)
+    let rays: Vec<Ray> = (0..n)
         .map(|i| {
             let (x, y) = ((i % 8) as f32 * 0.1 - 0.35, (i / 8) as f32 * 0.1 - 0.35);
             let length = (x * x + y * y + 1.0).sqrt();
             let [ox, oy, oz] = [[0, 3], [1, 3], [2, 3]].map(|[r, c]| scene.camera.to_world[r][c]);
-            Row([
-                ox,
-                oy,
-                oz,
-                f32::INFINITY,
-                x / length,
-                y / length,
-                -1.0 / length,
-                0.0,
-            ])
+            Ray::endless([ox, oy, oz], [x / length, y / length, -1.0 / length])
         })
         .collect();
     let list: Vec<u32> = (0..n).collect();
     let mut hits = [
-        vec![Row::default(); n as usize],
-        vec![Row::default(); n as usize],
+        vec![Hit::default(); n as usize],
+        vec![Hit::default(); n as usize],
     ];
     let mut through = Through::default();
     let more = world.closest::<f32x8>(&rays, &list, &mut hits[0], &mut through);
@@ -209,27 +201,26 @@ fn a_hundred_sheets_that_are_not_there() {
     world.closest::<f32>(&rays, &list, &mut hits[1], &mut through);
     assert_eq!(hits[0], hits[1]);
     for (ray, hit) in rays.iter().zip(&hits[0]) {
-        assert_ne!(hit.0[3].to_bits(), NONE);
-        let z = ray.0[2] + hit.0[0] * ray.0[6];
+        assert_ne!(hit.primitive, NONE);
+        let z = ray.origin[2] + hit.t * ray.direction[2];
         let expected = ((-3.0 - scene.space.centre.z) * scene.space.scale) as f32;
         // Every crossing is known to the error bound of its point.
         let bound = 100.0 * phalanx::trace::offset::gamma(7);
         assert!((z - expected).abs() < bound, "{z} {expected}");
     }
     // And the same for what only asks whether anything is in the way: up to the light, and beyond it.
-    let to_light = |far: f32| -> Vec<Row> {
+    let to_light = |far: f32| -> Vec<Ray> {
         rays.iter()
             .zip(&hits[0])
             .map(|(ray, hit)| {
-                let [ox, oy, oz, _, dx, dy, dz, _] = ray.0;
-                let t = hit.0[0] * far;
-                Row([ox, oy, oz, 1.0, dx * t, dy * t, dz * t, 0.0])
+                let t = hit.t * far;
+                Ray::new(ray.origin, 1.0, ray.direction.map(|d| d * t))
             })
             .collect()
     };
     for (far, expected) in [(0.9999, 0), (1.0001, 1)] {
         let mut blocked = vec![7; n as usize];
-        let mut scratch = vec![Row::default(); n as usize];
+        let mut scratch = vec![Hit::default(); n as usize];
         let rays = to_light(far);
         world.occluded::<f32x8>(&rays, &list, &mut blocked, &mut scratch, &mut through);
         assert!(blocked.iter().all(|b| *b == expected), "{far}: {blocked:?}");

@@ -8,7 +8,8 @@ use phalanx::camera::Camera;
 use phalanx::light::LightTable;
 use phalanx::replay::vector::*;
 use phalanx::scene::{LightKind, Scene};
-use phalanx::simd::{Row, Vec3, f32x8};
+use phalanx::simd::{Vec3, f32x8};
+use phalanx::trace::{Hit, Ray};
 use phalanx::transport::World;
 use std::f64::consts::{PI, TAU};
 
@@ -60,24 +61,14 @@ fn sampled_points_have_the_density_that_chance_reports() {
                     assert!(!seen.delta);
                 } else if is_area(&scene, light) {
                     // Follow the ray: it meets the light itself, or something before it.
-                    let o = p;
                     let d = seen.to_light.lane(0);
-                    let ray = [Row([
-                        o[0],
-                        o[1],
-                        o[2],
-                        f32::INFINITY,
-                        d[0],
-                        d[1],
-                        d[2],
-                        0.0,
-                    ])];
-                    let mut hit = [Row::default()];
+                    let ray = [Ray::endless(p, d)];
+                    let mut hit = [Hit::default()];
                     world.tracer.closest::<f32>(&ray, &[0], &mut hit);
                     let target = wide(seen.target.lane(0));
                     let distance = length(sub(target, wide(p)));
-                    let t = f64::from(hit[0].0[0]);
-                    let prim = hit[0].0[3].to_bits();
+                    let t = f64::from(hit[0].t);
+                    let prim = hit[0].primitive;
                     if (t - distance).abs() > 1e-4 || world.geometry.shape_of(prim).1 != index[0] {
                         continue;
                     }
@@ -85,7 +76,7 @@ fn sampled_points_have_the_density_that_chance_reports() {
                         &[prim],
                         Vec3::splat(p),
                         seen.to_light,
-                        [hit[0].0[0], hit[0].0[1], hit[0].0[2]],
+                        [hit[0].t, hit[0].b[0], hit[0].b[1]],
                         world.wanted,
                     );
                     let cos = -dot(w, wide(point.ng.lane(0)));
@@ -94,7 +85,7 @@ fn sampled_points_have_the_density_that_chance_reports() {
                         &index,
                         point.p,
                         cos as f32,
-                        [hit[0].0[1], hit[0].0[2]],
+                        hit[0].b,
                     );
                     // Over area to over solid angle; positions are off by their error bounds, which the cosine and the distance divide,
                     let solid = f64::from(chance.direct_pdf) * t * t / cos.abs();

@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
 use phalanx::scene::Scene;
-use phalanx::simd::{Lanes, Row, f32x8};
-use phalanx::trace::{Coherence, Tracer};
+use phalanx::simd::{Lanes, f32x8};
+use phalanx::trace::{Coherence, Hit, Tracer};
 
 use scenes::Wave;
 
@@ -23,7 +23,7 @@ fn bench_wave<L: Lanes>(
     tracer: &Tracer,
     wave: &Wave,
 ) {
-    let mut hits = vec![Row::default(); wave.rays.len()];
+    let mut hits = vec![Hit::default(); wave.rays.len()];
     let mut blocked = vec![0; wave.rays.len()];
     group.bench_function(format!("{}/{method}", wave.name), |b| {
         b.iter(|| {
@@ -61,7 +61,7 @@ fn dump(folder: &Path) -> std::io::Result<()> {
         for mut wave in scenes::waves(&scene, &Tracer::build(&scene), SIDE) {
             wave.rays
                 .iter_mut()
-                .for_each(|r| r.0[7] = f32::from(u8::from(wave.shadow)));
+                .for_each(|r| r.free = [f32::from(u8::from(wave.shadow))]);
             let file = format!("{name}.{}.rays", wave.name.replace(' ', "-"));
             std::fs::write(folder.join(file), bytemuck::cast_slice(&wave.rays))?;
         }

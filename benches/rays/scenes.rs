@@ -2,8 +2,8 @@
 
 use glam::{DVec3, Quat, Vec2, Vec3};
 use phalanx::scene::*;
-use phalanx::simd::{Row, f32x8};
-use phalanx::trace::{Coherence, Tracer};
+use phalanx::simd::f32x8;
+use phalanx::trace::{Coherence, Hit, Ray, Tracer};
 
 /// xorshift64*.
 pub struct Random(pub u64);
@@ -189,19 +189,15 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
 /// Rays and the order in which they are traced.
 pub struct Wave {
     pub name: &'static str,
-    pub rays: Vec<Row>,
+    pub rays: Vec<Ray>,
     pub list: Vec<u32>,
     /// Only visibility is asked.
     pub shadow: bool,
 }
 
-fn row(o: Vec3, t_max: f32, d: Vec3) -> Row {
-    Row([o.x, o.y, o.z, t_max, d.x, d.y, d.z, 0.0])
-}
-
 /// Main axis and signs of the direction: what the renderer sorts its waves by.
-fn bucket(ray: &Row) -> usize {
-    let d = [ray.0[4], ray.0[5], ray.0[6]];
+fn bucket(ray: &Ray) -> usize {
+    let d = ray.direction;
     let axis = (0..3).max_by(|&a, &b| d[a].abs().total_cmp(&d[b].abs()));
     let sign = |k: usize| usize::from(d[k] < 0.0) << k;
     8 * axis.unwrap_or(0) + sign(0) + sign(1) + sign(2)
@@ -218,11 +214,11 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         (4 * tx + within % 4, 2 * ty + within / 4)
     });
     let eye = Vec3::new(0.02, 0.05, -0.53);
-    let camera: Vec<Row> = pixels
+    let camera: Vec<Ray> = pixels
         .map(|(x, y)| {
             let u = (x as f32 + random.unit()) / side as f32 - 0.5;
             let v = 0.5 - (y as f32 + random.unit()) / side as f32;
-            row(
+            Ray::new(
                 eye,
                 f32::INFINITY,
                 Vec3::new(1.3 * u, 1.3 * v, 1.0).normalize(),
@@ -230,35 +226,39 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         })
         .collect();
     let all: Vec<u32> = (0..count as u32).collect();
-    let mut hits = vec![Row::default(); count];
+    let mut hits = vec![Hit::default(); count];
     tracer.closest_with::<f32x8>(Coherence::Coherent, &camera, &all, &mut hits);
     let light = Vec3::new(0.1, 0.5, 0.0);
     let (mut bounces, mut copies, mut shadows) = (vec![], vec![], vec![]);
     for (ray, hit) in camera.iter().zip(&hits) {
-        let prim = hit.0[3].to_bits();
+        let prim = hit.primitive;
         assert!(prim != NONE, "the room is closed");
         let p = scene.triangles[prim as usize]
             .v
             .map(|v| Vec3::from_array(scene.vertices[v as usize].p));
-        let d = Vec3::new(ray.0[4], ray.0[5], ray.0[6]);
+        let d = Vec3::from(ray.direction);
         let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize();
         let n = if n.dot(d) < 0.0 { n } else { -n };
-        let o = Vec3::new(ray.0[0], ray.0[1], ray.0[2]) + d * hit.0[0] + n * 1e-5;
-        bounces.push(row(o, f32::INFINITY, (n + random.direction()).normalize()));
+        let o = Vec3::from(ray.origin) + d * hit.t + n * 1e-5;
+        bounces.push(Ray::new(
+            o,
+            f32::INFINITY,
+            (n + random.direction()).normalize(),
+        ));
         let towards = light + 0.05 * Vec3::new(random.unit(), 0.0, random.unit()) - o;
-        shadows.push(row(o, 1.0, towards));
+        shadows.push(Ray::new(o, 1.0, towards));
     }
     // Eight states of one chain, each a small step away.
     for i in 0..count {
-        let Row([x, y, z, t, dx, dy, dz, _]) = bounces[i / 8 * 8];
-        let d = (Vec3::new(dx, dy, dz) + 0.02 * random.direction()).normalize();
-        copies.push(row(Vec3::new(x, y, z), t, d));
+        let ray = bounces[i / 8 * 8];
+        let d = (Vec3::from(ray.direction) + 0.02 * random.direction()).normalize();
+        copies.push(Ray::new(ray.origin, ray.t_max, d));
     }
     let mut shuffled = all.clone();
     for i in (1..count).rev() {
         shuffled.swap(i, ((random.unit() as f64 * (i + 1) as f64) as usize).min(i));
     }
-    let sorted = |rays: &[Row]| {
+    let sorted = |rays: &[Ray]| {
         let mut order = shuffled.clone();
         for batch in order.chunks_mut(1024) {
             batch.sort_by_key(|&i| bucket(&rays[i as usize]));
@@ -266,7 +266,7 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         order
     };
     // Rays lie in memory in the order they are traced, as in a renderer's batches: what is measured is the tree.
-    let wave = |name, rays: &[Row], order: &[u32], shadow| Wave {
+    let wave = |name, rays: &[Ray], order: &[u32], shadow| Wave {
         name,
         rays: order.iter().map(|&i| rays[i as usize]).collect(),
         list: all.clone(),

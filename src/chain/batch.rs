@@ -30,8 +30,10 @@ use super::bootstrap::{Moments, regenerate};
 use super::monitor::{Monitor, View};
 use super::mutate::Kernel;
 use crate::film::{Destination, SplatFilm, SplatLog, Tiling};
-use crate::simd::{Lanes, Row};
+use crate::simd::record::record;
+use crate::simd::{Lanes, Vec3};
 use crate::transport::clock::Stage;
+use crate::transport::records::OutcomeLanes;
 use crate::transport::samples::Samples;
 use crate::transport::{Host, Paths, World};
 
@@ -51,9 +53,8 @@ pub struct Batch {
     proposed: Samples,
     /// Targets of the current states.
     targets: Vec<f32>,
-    /// The rest of the current states, `[splat][chain]`, each `[colour (3), raster (2), light vertices (bits), ..]`: colour over target, at
-    /// most 3 a channel.
-    states: Vec<Row>,
+    /// The rest of the current states, `[splat][chain]`.
+    states: Vec<StateSplat>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
     /// 1 for large steps, 0 for small ones.
@@ -66,7 +67,7 @@ pub struct Batch {
     /// Targets of the latest large steps, 0 for small ones.
     seen: Vec<f32>,
     /// States that the latest step has left, and their weights.
-    left: Vec<Row>,
+    left: Vec<StateSplat>,
     left_weights: Vec<u64>,
     /// Next iteration.
     iteration: u32,
@@ -74,6 +75,19 @@ pub struct Batch {
     large_moments: LargeSteps,
     monitor: Option<Monitor>,
     pub counts: Counts,
+}
+
+record! {
+    /// A splat of a chain's state. It is written when chains accept or reject, and read by the film's logs and by monitors.
+    pub struct StateSplat / StateSplatLanes {
+        /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share of what it shares with large
+        /// steps, if it does.
+        colour: [f32; 3],
+        /// Raster position, in pixels.
+        raster: [f32; 2],
+        /// Light vertices of its strategy.
+        s: u32,
+    } free 2
 }
 
 /// Large steps as independent samples.
@@ -201,9 +215,12 @@ impl Batch {
         let mut targets = totals(paths, splats);
         let state = |row: usize, i: usize| {
             let o = &paths.splat_row(row)[i];
-            let [r, g, b] = colour(o.rgb, targets[i]);
-            let [x, y] = o.raster;
-            Row([r, g, b, x, y, f32::from_bits(o.s), 0.0, 0.0])
+            StateSplat {
+                colour: colour(o.rgb, targets[i]),
+                raster: o.raster,
+                s: o.s,
+                ..StateSplat::default()
+            }
         };
         let states = (0..splats)
             .flat_map(|row| (0..n).map(move |i| (row, i)))
@@ -226,7 +243,7 @@ impl Batch {
             taken: vec![0.0; padded],
             lit: vec![0.0; padded],
             seen: vec![0.0; padded],
-            left: vec![Row::default(); splats * n],
+            left: vec![StateSplat::default(); splats * n],
             left_weights: vec![0; n],
             iteration: 0,
             large_moments: LargeSteps {
@@ -254,8 +271,8 @@ impl Batch {
     pub fn combine(&mut self, constant: f32, layer: usize) {
         let n = self.len();
         for row in self.states.chunks_mut(n.max(1)) {
-            for (Row([r, g, b, ..]), target) in row.iter_mut().zip(&self.targets) {
-                [*r, *g, *b] = [*r, *g, *b].map(|v| v * weight(*target, constant));
+            for (state, target) in row.iter_mut().zip(&self.targets) {
+                state.colour = state.colour.map(|v| v * weight(*target, constant));
             }
         }
         self.combined = Some(Combined { constant, layer });
@@ -388,7 +405,7 @@ impl Batch {
     /// Raster position (of its first splat) and target of the state of every chain.
     pub fn places(&self) -> impl Iterator<Item = ([f32; 2], f32)> {
         let states = self.states[..self.len()].iter().zip(&self.targets);
-        states.map(|(Row([_, _, _, x, y, ..]), target)| ([*x, *y], *target))
+        states.map(|(state, target)| (state.raster, *target))
     }
 
     /// What chain `i` did in the latest step.
@@ -408,17 +425,18 @@ impl Batch {
         let n = self.order.len();
         let splats = self.host.splats();
         // One splat a state is told apart once a batch: nothing is added up.
-        let rows = |row: usize| -> &[Row] { bytemuck::cast_slice(paths.splat_row(row)) };
-        let first = rows(0);
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let [r, g, b, x, y, s, ..] = L::load_rows(first, list);
-            let mut proposed = target([r, g, b]);
+            let first = OutcomeLanes::<L>::load(&paths.outcome, list);
+            let mut proposed = target(first.rgb.to_array());
             if splats > 1 {
                 let others = (1..splats).map(|row| {
-                    let [r, g, b, ..] = L::load_rows(rows(row), list);
-                    target([r, g, b])
+                    target(
+                        OutcomeLanes::<L>::load(paths.splat_row(row), list)
+                            .rgb
+                            .to_array(),
+                    )
                 });
                 proposed = total(std::iter::once(proposed).chain(others));
             }
@@ -436,11 +454,11 @@ impl Batch {
             let scale = self
                 .combined
                 .map(|c| weight(proposed, L::splat(c.constant)));
-            let new = normalised([r, g, b, x, y, s], proposed, scale);
+            let new = normalised(&first, proposed, scale);
             let goes = exchange(taken, new, &mut self.states[..n], &mut self.left[..n], list);
             for row in 1..splats {
-                let [r, g, b, x, y, s, ..] = L::load_rows(rows(row), list);
-                let new = normalised([r, g, b, x, y, s], proposed, scale);
+                let more = OutcomeLanes::<L>::load(paths.splat_row(row), list);
+                let new = normalised(&more, proposed, scale);
                 let all = row * n..(row + 1) * n;
                 let states = &mut self.states[all.clone()];
                 exchange(taken, new, states, &mut self.left[all], list);
@@ -448,7 +466,7 @@ impl Batch {
             if let Some(monitor) = &mut self.monitor
                 && self.combined.is_none()
             {
-                monitor.place::<L>(start, goes[3], goes[4]);
+                monitor.place::<L>(start, goes.raster[0], goes.raster[1]);
             }
         }
         self.collect();
@@ -544,11 +562,17 @@ impl Batch {
 
 /// A splat with its colour over the target of its state, times `scale`.
 #[inline(always)]
-fn normalised<L: Lanes>([r, g, b, x, y, s]: [L; 6], target: L, scale: Option<L>) -> [L; 6] {
-    let [r, g, b] = colour([r, g, b], target);
-    match scale {
-        Some(scale) => [r * scale, g * scale, b * scale, x, y, s],
-        None => [r, g, b, x, y, s],
+fn normalised<L: Lanes>(
+    splat: &OutcomeLanes<L>,
+    target: L,
+    scale: Option<L>,
+) -> StateSplatLanes<L> {
+    let [r, g, b] = colour(splat.rgb.to_array(), target);
+    let colour = Vec3::new(r, g, b);
+    StateSplatLanes {
+        colour: scale.map_or(colour, |scale| colour * scale),
+        raster: splat.raster,
+        s: splat.s,
     }
 }
 
@@ -556,20 +580,27 @@ fn normalised<L: Lanes>([r, g, b, x, y, s]: [L; 6], target: L, scale: Option<L>)
 #[inline(always)]
 fn exchange<L: Lanes>(
     taken: L::Mask,
-    new: [L; 6],
-    states: &mut [Row],
-    left: &mut [Row],
+    new: StateSplatLanes<L>,
+    states: &mut [StateSplat],
+    left: &mut [StateSplat],
     list: &[u32],
-) -> [L; 8] {
-    let old = L::load_rows(states, list);
-    let (mut stays, mut goes) = (old, old);
-    for c in 0..new.len() {
-        stays[c] = L::select(taken, new[c], old[c]);
-        goes[c] = L::select(taken, old[c], new[c]);
-    }
-    L::store_rows(stays, states, list);
-    L::store_rows(goes, left, list);
+) -> StateSplatLanes<L> {
+    let old = StateSplatLanes::load(states, list);
+    StateSplatLanes::select(taken, new, old).store(states, list);
+    let goes = StateSplatLanes::select(taken, old, new);
+    goes.store(left, list);
     goes
+}
+
+impl<L: Lanes> StateSplatLanes<L> {
+    #[inline(always)]
+    fn select(mask: L::Mask, a: Self, b: Self) -> Self {
+        Self {
+            colour: Vec3::select(mask, a.colour, b.colour),
+            raster: [0, 1].map(|i| L::select(mask, a.raster[i], b.raster[i])),
+            s: L::uint_select(mask, a.s, b.s),
+        }
+    }
 }
 
 /// `w` of the module's equations.
@@ -582,17 +613,21 @@ fn weight<L: Lanes>(target: L, constant: L) -> L {
 
 /// Logs splats with their weights; those without light need none, where there are several to a state (`sparse`).
 #[inline(always)]
-fn push(log: &mut SplatLog, states: &[Row], weights: &[u64], sparse: bool) {
+fn push(log: &mut SplatLog, states: &[StateSplat], weights: &[u64], sparse: bool) {
     for (state, weight) in states.iter().zip(weights) {
-        let Row([r, g, b, ..]) = *state;
+        let [r, g, b] = state.colour;
         let dark = sparse && r + g + b == 0.0;
-        log.push(state, if dark { 0 } else { *weight });
+        log.push(state.colour, state.raster, if dark { 0 } else { *weight });
     }
 }
 
 /// The state that was proposed: the one that is current if it was taken, else the one that is left.
 #[inline(always)]
-pub(super) fn proposal<'a>(taken: f32, current: &'a Row, left: &'a Row) -> &'a Row {
+pub(super) fn proposal<'a>(
+    taken: f32,
+    current: &'a StateSplat,
+    left: &'a StateSplat,
+) -> &'a StateSplat {
     if taken > 0.0 { current } else { left }
 }
 

@@ -4,9 +4,9 @@
 //! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
 //! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
-use super::batch::proposal;
+use super::batch::{StateSplat, proposal};
 use crate::film::Tiling;
-use crate::simd::{Lanes, Row};
+use crate::simd::Lanes;
 use crate::transport::Outcome;
 use std::ops::Range;
 
@@ -139,9 +139,9 @@ pub struct Monitor {
 pub(super) struct View<'a> {
     /// Large steps are splatted as independent samples, too, and states can have several splats.
     pub combined: bool,
-    /// `[splat][chain]`, of the current states and of those that are left: `[colour over target (3), raster (2), light vertices (bits), ..]`.
-    pub states: &'a [Row],
-    pub left: &'a [Row],
+    /// `[splat][chain]`, of the current states and of those that are left.
+    pub states: &'a [StateSplat],
+    pub left: &'a [StateSplat],
     /// Of the current states.
     pub targets: &'a [f32],
     /// First splats.
@@ -239,16 +239,16 @@ impl Monitor {
     }
 
     /// Adds the weights of states, one a chain, to the tiles they are in; those beyond the picture, to the nearest.
-    pub(super) fn weigh_states(&mut self, states: &[Row], weights: &[u64]) {
-        for (i, Row([_, _, _, x, y, ..])) in states.iter().enumerate() {
-            self.place(i, *x, *y);
+    pub(super) fn weigh_states(&mut self, states: &[StateSplat], weights: &[u64]) {
+        for (i, state) in states.iter().enumerate() {
+            self.place(i, state.raster[0], state.raster[1]);
         }
         self.weigh(weights);
     }
 
     /// Adds the weights of states to the tiles that their splats, `[splat][chain]`, are in, in proportion to their light; those beyond the
     /// picture, to the nearest.
-    pub(super) fn weigh_splats(&mut self, splats: &[Row], weights: &[u64]) {
+    pub(super) fn weigh_splats(&mut self, splats: &[StateSplat], weights: &[u64]) {
         for splats in splats.chunks(self.held.len().max(1)) {
             for group in &mut self.groups {
                 for i in group.chains.clone() {
@@ -329,13 +329,14 @@ impl Monitor {
         // Without strategies everything counts as one.
         let index = |s: u32| self.index.get(s as usize).copied().unwrap_or(0);
         for i in 0..n {
-            let Row([_, _, _, x, y, s, ..]) = view.states[i];
+            let StateSplat {
+                raster: [x, y], s, ..
+            } = view.states[i];
             let log = logarithm(view.targets[i]);
             for (c, v) in [f64::from(x), f64::from(y), log].into_iter().enumerate() {
                 segment.sums[c][i] += v;
                 segment.squares[c][i] += v * v;
             }
-            let s = s.to_bits();
             segment.visits[i * all + index(s)] += 1;
             let held = self.held[i] as u32;
             if held > self.stays[i].iterations {
@@ -415,17 +416,17 @@ impl View<'_> {
 }
 
 /// Mean channel of a splat, in parts of its state's light, and where it is.
-fn seen(splat: &Row) -> (f64, [f32; 2]) {
-    let Row([r, g, b, x, y, ..]) = *splat;
+fn seen(splat: &StateSplat) -> (f64, [f32; 2]) {
+    let [r, g, b] = splat.colour;
     let sum = f64::from(r) + f64::from(g) + f64::from(b);
-    (sum / 3.0, [x, y])
+    (sum / 3.0, splat.raster)
 }
 
 /// Place and light vertices of the brightest of a state's splats.
-fn brightest<'a>(splats: impl Iterator<Item = &'a Row>) -> ([f32; 2], u32) {
+fn brightest<'a>(splats: impl Iterator<Item = &'a StateSplat>) -> ([f32; 2], u32) {
     let best = splats.reduce(|a, b| if seen(b).0 > seen(a).0 { b } else { a });
-    let Row([_, _, _, x, y, s, ..]) = *best.unwrap_or(&Row([0.0; 8]));
-    ([x, y], s.to_bits())
+    let best = best.copied().unwrap_or_default();
+    (best.raster, best.s)
 }
 
 /// `log2 x` at powers of two, linear in between: monotone, and cheap.
@@ -453,7 +454,12 @@ mod tests {
             &View {
                 combined: false,
                 left: &[],
-                states: &[Row([1.0, 1.0, 1.0, x, 0.5, f32::from_bits(s), 0.0, 0.0])],
+                states: &[StateSplat {
+                    colour: [1.0; 3],
+                    raster: [x, 0.5],
+                    s,
+                    ..StateSplat::default()
+                }],
                 targets: &[4.0],
                 proposed: &[proposed],
                 share: &[0.5],

@@ -1,15 +1,26 @@
 //! Splats on their way to the film.
 
-use crate::simd::Row;
+use crate::simd::record::record;
 
 /// Most stripes a log tells apart; further ones are mixed.
 const STRIPES: usize = 64;
 
+record! {
+    /// A splat in a log. It is written by whoever has it logged, and read by the film.
+    pub(super) struct Logged / LoggedLanes {
+        /// Linear sRGB over the mean of the channels.
+        colour: [f32; 3],
+        /// Raster position, in pixels.
+        raster: [f32; 2],
+        /// Weight, an integer: its low and its high half.
+        weight: [u32; 2],
+    } free 1
+}
+
 /// Splats on their way to the film.
 #[derive(Default)]
 pub struct SplatLog {
-    /// `[colour over its own mean channel (3), raster position in pixels (2), 0, weight (u64, two words)]`
-    pub(super) splats: Vec<Row>,
+    pub(super) splats: Vec<Logged>,
     /// Splat and pixel, sorted by stripe; and room to sort.
     pub(super) order: Vec<(u32, u32)>,
     unsorted: Vec<(u32, u32)>,
@@ -21,7 +32,7 @@ impl SplatLog {
     pub fn reserve(&mut self, capacity: usize) {
         if self.order.len() < capacity {
             // One more: a splat without weight is written and not counted.
-            self.splats.resize(capacity + 1, Row::default());
+            self.splats.resize(capacity + 1, Logged::default());
             self.order.resize(capacity, (0, 0));
             self.unsorted.resize(capacity, (0, 0));
         }
@@ -32,15 +43,18 @@ impl SplatLog {
         self.order.len() - self.len
     }
 
-    /// Adds a splat, `[colour (3), raster (2), ..]`, unless its weight is 0.
+    /// Adds a splat unless its weight is 0.
     ///
     /// # Panics
     /// Without room.
     #[inline(always)]
-    pub fn push(&mut self, splat: &Row, weight: u64) {
-        let Row([r, g, b, x, y, ..]) = *splat;
-        let [low, high] = [weight, weight >> 32].map(|w| f32::from_bits(w as u32));
-        self.splats[self.len] = Row([r, g, b, x, y, 0.0, low, high]);
+    pub fn push(&mut self, colour: [f32; 3], raster: [f32; 2], weight: u64) {
+        self.splats[self.len] = Logged {
+            colour,
+            raster,
+            weight: [weight as u32, (weight >> 32) as u32],
+            ..Logged::default()
+        };
         self.len += usize::from(weight > 0);
     }
 
@@ -48,8 +62,8 @@ impl SplatLog {
     pub(super) fn sort(&mut self, pixel: impl Fn([f32; 2]) -> usize, shift: u32) {
         let n = self.len;
         let mut start = [0u32; STRIPES];
-        for (i, Row([_, _, _, x, y, ..])) in self.splats[..n].iter().enumerate() {
-            let pixel = pixel([*x, *y]) as u32;
+        for (i, splat) in self.splats[..n].iter().enumerate() {
+            let pixel = pixel(splat.raster) as u32;
             self.unsorted[i] = (i as u32, pixel);
             start[(pixel >> shift) as usize % STRIPES] += 1;
         }

@@ -4,9 +4,8 @@ use super::FilterTable;
 use super::format::Format;
 use super::held::Held;
 use super::judged::Half;
-use super::log::SplatLog;
+use super::log::{Logged, SplatLog};
 use crate::memory::Table;
-use crate::simd::Row;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard};
 
@@ -136,21 +135,26 @@ impl SplatFilm {
                 if single {
                     held.prefetch(nearest as usize);
                 } else {
-                    let Row([_, _, _, x, y, ..]) = log.splats[splat as usize];
-                    (self.filter).announce([x, y], |pixel| held.prefetch(pixel));
+                    let raster = log.splats[splat as usize].raster;
+                    (self.filter).announce(raster, |pixel| held.prefetch(pixel));
                 }
             }
             let (splat, nearest) = log.order[i];
-            let Row([r, g, b, x, y, _, low, high]) = log.splats[splat as usize];
-            let weight = u64::from(low.to_bits()) | u64::from(high.to_bits()) << 32;
+            let Logged {
+                colour,
+                raster,
+                weight: [low, high],
+                ..
+            } = log.splats[splat as usize];
+            let weight = u64::from(low) | u64::from(high) << 32;
             let scale = weight as f64 * scale;
             if single {
-                if self.filter.contains([x, y]) {
-                    held.add(format, nearest as usize, &[1.0], [r, g, b], scale);
+                if self.filter.contains(raster) {
+                    held.add(format, nearest as usize, &[1.0], colour, scale);
                 }
             } else {
-                self.filter.rows([x, y], |first, weights, row| {
-                    held.add_across(format, first, weights, [r, g, b], row * scale);
+                self.filter.rows(raster, |first, weights, row| {
+                    held.add_across(format, first, weights, colour, row * scale);
                 });
             }
         }
@@ -235,7 +239,7 @@ mod tests {
     }
 
     /// `n` equal splats.
-    fn add(film: &SplatFilm, n: u64, raster: [f32; 2], [r, g, b]: [f32; 3], weight: u64) {
+    fn add(film: &SplatFilm, n: u64, raster: [f32; 2], colour: [f32; 3], weight: u64) {
         let to = Destination {
             scale: 1.0 / 4.0,
             ..whole()
@@ -246,7 +250,7 @@ mod tests {
             if log.room() == 0 {
                 film.add(to, &mut log);
             }
-            log.push(&Row([r, g, b, raster[0], raster[1], 0.0, 0.0, 0.0]), weight);
+            log.push(colour, raster, weight);
         }
         film.add(to, &mut log);
     }
@@ -289,10 +293,7 @@ mod tests {
             if log.room() == 0 {
                 film.add(whole(), &mut log);
             }
-            log.push(
-                &Row([1.0, 2.0, 0.0, raster[0], raster[1], 0.0, 0.0, 0.0]),
-                1,
-            );
+            log.push([1.0, 2.0, 0.0], raster, 1);
         }
         film.add(whole(), &mut log);
         for (got, want) in film.resolve(&[1.0]).iter().zip(&expected) {
@@ -328,7 +329,7 @@ mod tests {
                     let mut log = SplatLog::default();
                     log.reserve(room);
                     for &([r, g, b], x, y, weight) in some {
-                        log.push(&Row([r, g, b, x, y, 0.0, 0.0, 0.0]), weight);
+                        log.push([r, g, b], [x, y], weight);
                     }
                     film.add(to, &mut log);
                 }

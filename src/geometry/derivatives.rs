@@ -29,17 +29,13 @@ impl Geometry<'_> {
     }
 
     fn triangle_derivatives(&self, triangle: u32, [b1, b2]: [f64; 2]) -> Derivatives {
-        let corners = (self.triangles[triangle as usize].v)
-            .map(|v| self.vertices[v as usize].0.map(f64::from));
-        let vector = |c: usize, from: usize| DVec3::from_slice(&corners[c][from..from + 3]);
-        let across = |from: usize| {
-            (
-                vector(1, from) - vector(0, from),
-                vector(2, from) - vector(0, from),
-            )
-        };
-        let (du1, dv1) = (corners[1][6] - corners[0][6], corners[1][7] - corners[0][7]);
-        let (du2, dv2) = (corners[2][6] - corners[0][6], corners[2][7] - corners[0][7]);
+        let corners = (self.triangles[triangle as usize].v).map(|v| self.vertices[v as usize]);
+        let uv = corners.map(|v| v.uv.map(f64::from));
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let (p, normals) = (corners.map(|v| wide(v.p)), corners.map(|v| wide(v.n)));
+        let across = |v: [DVec3; 3]| (v[1] - v[0], v[2] - v[0]);
+        let (du1, dv1) = (uv[1][0] - uv[0][0], uv[1][1] - uv[0][1]);
+        let (du2, dv2) = (uv[2][0] - uv[0][0], uv[2][1] - uv[0][1]);
         let inverse = 1.0 / (du1 * dv2 - dv1 * du2);
         // pbrt-v3, section 3.6.2.
         let along = |(e1, e2): (DVec3, DVec3)| {
@@ -51,13 +47,13 @@ impl Geometry<'_> {
                 (DVec3::ZERO, DVec3::ZERO)
             }
         };
-        let (dpdu, dpdv) = along(across(0));
-        let n = vector(0, 3) * (1.0 - b1 - b2) + vector(1, 3) * b1 + vector(2, 3) * b2;
+        let (dpdu, dpdv) = along(across(p));
+        let n = normals[0] * (1.0 - b1 - b2) + normals[1] * b1 + normals[2] * b2;
         // The same bound as for points on surfaces.
         let smooth = n.length_squared() > 1e-12;
         let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
         if smooth {
-            let (by_u, by_v) = along(across(3));
+            let (by_u, by_v) = along(across(normals));
             (dndu, dndv) = (of_unit(n, by_u), of_unit(n, by_v));
         }
         Derivatives {

@@ -7,9 +7,9 @@ mod derivatives;
 mod sphere;
 
 pub use self::derivatives::Derivatives;
-use self::sphere::{SphereMap, sphere_rows};
-use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
-use crate::simd::{Frame, Lanes, Mask, Row, Vec3, math};
+use self::sphere::{SphereMap, SphereTables};
+use crate::scene::{NONE, Scene, Shape, Sphere, Triangle, Vertex, VertexLanes};
+use crate::simd::{Frame, Lanes, Mask, Vec3, math};
 use crate::trace::offset;
 
 /// Roundings in mapping a point of the unit sphere, that of its length included.
@@ -17,12 +17,11 @@ const SPHERE_ERROR: f32 = offset::gamma(10);
 
 /// The primitives of a scene, ready for eight-wide loads.
 pub struct Geometry<'a> {
-    /// `px py pz nx ny nz u v` per vertex; at least one.
-    vertices: &'a [Row],
+    /// At least one.
+    vertices: &'a [Vertex],
     triangles: &'a [Triangle],
     spheres: &'a [Sphere],
-    /// Four rows a sphere, see [`sphere_rows`].
-    sphere_rows: Vec<Row>,
+    sphere_tables: SphereTables,
     shapes: &'a [Shape],
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
@@ -99,16 +98,20 @@ impl<'a> Geometry<'a> {
             }))
             .fold(0.0, f64::max);
         // Lanes without a triangle read vertex 0.
-        const NO_VERTEX: &[Row] = &[Row([0.0; 8])];
+        const NO_VERTEX: &[Vertex] = &[Vertex {
+            p: [0.0; 3],
+            n: [0.0; 3],
+            uv: [0.0; 2],
+        }];
         let vertices = match &scene.vertices[..] {
             [] => NO_VERTEX,
-            some => bytemuck::cast_slice(some),
+            some => some,
         };
         Self {
             vertices,
             triangles: &scene.triangles,
             spheres: &scene.spheres,
-            sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
+            sphere_tables: SphereTables::new(&scene.spheres),
             shapes: &scene.shapes,
             // Without geometry any radius serves, as long as its square and inverse are numbers.
             radius: if reach > 0.0 {
@@ -195,32 +198,30 @@ impl<'a> Geometry<'a> {
             }
         }
         let n = prim.len();
-        let corner = |c: usize| L::load_rows(self.vertices, &index[c][..n]);
+        let corner = |c: usize| VertexLanes::<L>::load(self.vertices, &index[c][..n]);
         let (a, b, c) = (corner(0), corner(1), corner(2));
-        let point = |v: &[L; 8]| Vec3::new(v[0], v[1], v[2]);
-        let normal = |v: &[L; 8]| Vec3::new(v[3], v[4], v[5]);
         let b0 = L::one() - b1 - b2;
         let blend = |x: Vec3<L>, y: Vec3<L>, z: Vec3<L>| z.mul_add(b2, y.mul_add(b1, x * b0));
-        let (p0, p1, p2) = (point(&a), point(&b), point(&c));
+        let (p0, p1, p2) = (a.p, b.p, c.p);
         let (p, error) = offset::triangle_point([p0, p1, p2], b1, b2);
         let (e1, e2) = (p1 - p0, p2 - p0);
         let ng = unit_cross(e1, e2);
         let mut ns = ng;
         if wanted.normals {
-            let smooth = blend(normal(&a), normal(&b), normal(&c));
+            let smooth = blend(a.n, b.n, c.n);
             let length2 = smooth.length2();
             let has_normal = length2.gt(L::splat(1e-12));
             ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
         }
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
         if wanted.uv || wanted.tangent {
-            let mix = |i: usize| c[i].mul_add(b2, b[i].mul_add(b1, a[i] * b0));
-            uv = [mix(6), mix(7)];
+            let mix = |i: usize| c.uv[i].mul_add(b2, b.uv[i].mul_add(b1, a.uv[i] * b0));
+            uv = [mix(0), mix(1)];
         }
         if wanted.tangent {
             // dp/du up to a positive factor (pbrt-v3, section 3.6.2).
-            let (du1, dv1) = (b[6] - a[6], b[7] - a[7]);
-            let (du2, dv2) = (c[6] - a[6], c[7] - a[7]);
+            let (du1, dv1) = (b.uv[0] - a.uv[0], b.uv[1] - a.uv[1]);
+            let (du2, dv2) = (c.uv[0] - a.uv[0], c.uv[1] - a.uv[1]);
             let det = du1 * dv2 - dv1 * du2;
             let dpdu = (e1 * dv2 - e2 * dv1) * L::one().copysign(det);
             tangent = dpdu.or_zero(det.eq(L::zero()).not());
@@ -334,8 +335,8 @@ impl<'a> Geometry<'a> {
     /// Internal area; `f64` inside, so that a tiny light has the area its vertices say.
     pub fn triangle_area(&self, triangle: u32) -> f32 {
         let corner = |c: usize| {
-            let row = &self.vertices[self.triangles[triangle as usize].v[c] as usize].0;
-            glam::DVec3::new(row[0].into(), row[1].into(), row[2].into())
+            let vertex = &self.vertices[self.triangles[triangle as usize].v[c] as usize];
+            glam::DVec3::from(vertex.p.map(f64::from))
         };
         let (a, b, c) = (corner(0), corner(1), corner(2));
         (0.5 * (b - a).cross(c - a).length()) as f32
@@ -359,36 +360,16 @@ impl<'a> Geometry<'a> {
     #[inline(always)]
     fn sphere_maps<L: Lanes>(&self, index: impl Iterator<Item = u32>) -> (L::Mask, SphereMap<L>) {
         let mut valid = 0u32;
-        let mut pick = [[0u32; 8]; 4];
+        let mut pick = [0u32; 8];
         let mut n = 0;
         for s in index {
             if (s as usize) < self.spheres.len() {
-                for (r, row) in pick.iter_mut().enumerate() {
-                    row[n] = 4 * s + r as u32;
-                }
+                pick[n] = s;
                 valid |= 1 << n;
-            } else {
-                for (r, row) in pick.iter_mut().enumerate() {
-                    row[n] = r as u32;
-                }
             }
             n += 1;
         }
-        let row = |r: usize| L::load_rows(&self.sphere_rows, &pick[r][..n]);
-        let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
-        let map = SphereMap {
-            to_world: [
-                [a[0], a[1], a[2], a[3]],
-                [a[4], a[5], a[6], a[7]],
-                [b[0], b[1], b[2], b[3]],
-            ],
-            to_unit: [
-                [b[4], b[5], b[6], b[7]],
-                [c[0], c[1], c[2], c[3]],
-                [c[4], c[5], c[6], c[7]],
-            ],
-            facing: d[0],
-        };
+        let map = self.sphere_tables.load(&pick[..n]);
         (L::Mask::from_bits(valid), map)
     }
 }

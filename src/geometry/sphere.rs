@@ -1,18 +1,66 @@
 //! Affine maps between the unit sphere and internal space: what makes an analytic sphere or ellipsoid.
 
 use crate::scene::Sphere;
-use crate::simd::{Lanes, Row, Vec3};
+use crate::simd::record::record;
+use crate::simd::{Lanes, Vec3};
 
-/// Four rows of a sphere: both maps, row by row, and its facing.
-pub(super) fn sphere_rows(s: &Sphere) -> [Row; 4] {
-    let two = |a: [f32; 4], b: [f32; 4]| Row([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]);
-    let (w, u) = (s.to_world, s.to_unit);
-    [
-        two(w[0], w[1]),
-        two(w[2], u[0]),
-        two(u[1], u[2]),
-        two([s.facing, 0.0, 0.0, 0.0], [0.0; 4]),
-    ]
+record! {
+    /// Two rows of an affine map: linear part and offset.
+    struct MapRows / MapRowsLanes {
+        /// Internal space, or the unit sphere's.
+        first: [f32; 4],
+        /// Likewise.
+        second: [f32; 4],
+    }
+}
+
+record! {
+    /// What is left of a sphere beside its maps.
+    struct Facing / FacingLanes {
+        /// 1, or -1 where normals point inwards.
+        facing: f32,
+    } free 7
+}
+
+/// Spheres as kernels read them.
+pub(super) struct SphereTables {
+    /// To internal space: the first two rows; the last, and the first of the way back; the last two of that.
+    maps: [Vec<MapRows>; 3],
+    facing: Vec<Facing>,
+}
+
+impl SphereTables {
+    pub(super) fn new(spheres: &[Sphere]) -> Self {
+        let rows = |choose: fn(&Sphere) -> [[f32; 4]; 2]| {
+            let both = spheres.iter().map(choose);
+            both.map(|[first, second]| MapRows { first, second })
+                .collect()
+        };
+        Self {
+            maps: [
+                rows(|s| [s.to_world[0], s.to_world[1]]),
+                rows(|s| [s.to_world[2], s.to_unit[0]]),
+                rows(|s| [s.to_unit[1], s.to_unit[2]]),
+            ],
+            facing: (spheres.iter())
+                .map(|s| Facing {
+                    facing: s.facing,
+                    ..Facing::default()
+                })
+                .collect(),
+        }
+    }
+
+    /// The spheres `index`, 1 to `N`.
+    #[inline(always)]
+    pub(super) fn load<L: Lanes>(&self, index: &[u32]) -> SphereMap<L> {
+        let [a, b, c] = [0, 1, 2].map(|i| MapRowsLanes::<L>::load(&self.maps[i], index));
+        SphereMap {
+            to_world: [a.first, a.second, b.first],
+            to_unit: [b.second, c.first, c.second],
+            facing: FacingLanes::<L>::load(&self.facing, index).facing,
+        }
+    }
 }
 
 /// Affine maps between unit spheres and internal space, one a lane.

@@ -2,8 +2,8 @@
 
 use super::sampled::{self, Method, PartFilm};
 use super::{Render, Run, StrategyPictures};
+use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
-use crate::simd::{Lanes, Row};
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 
 pub(super) fn render<L: Lanes>(run: &Run) -> Render {
@@ -29,12 +29,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
                     1 => &paths.splats[films.strategy.s as usize - 2],
                     _ => &paths.outcome,
                 };
-                for (film, first) in [(&films.weighted, 0), (&films.unweighted, 4)] {
-                    let light = (parts.iter().zip(places)).map(|(Row(part), at)| {
-                        ([part[first], part[first + 1], part[first + 2]], at.raster)
-                    });
-                    film.add(light, numbers);
-                }
+                let at = || parts.iter().zip(places);
+                let weighted = at().map(|(part, at)| (part.weighted, at.raster));
+                films.weighted.add(weighted, numbers);
+                let unweighted = at().map(|(part, at)| (part.unweighted, at.raster));
+                films.unweighted.add(unweighted, numbers);
             }
         },
     };

@@ -2,11 +2,11 @@
 
 use super::chains::Method;
 use super::{Settings, sampled};
+use crate::chain::batch::StateSplat;
 use crate::chain::bootstrap::CHUNK;
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
 use crate::scene::{HostKind, IntegratorKind, Scene};
-use crate::simd::Row;
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::fmt;
 
@@ -162,7 +162,7 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
     let chain = |depth: u64| {
         // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission, connection.
         let samples = 16 + 6 * depth;
-        let states = 2 * size_of::<Row>() as u64 + 64;
+        let states = 2 * size_of::<StateSplat>() as u64 + 64;
         let recorded = if settings.estimate_error {
             260 + 16 * depth
         } else {
@@ -196,7 +196,7 @@ fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
         HostKind::Pt => (5 + 7 * depth, 1),
         HostKind::Bdpt => (10 + 13 * depth, 1 + depth),
     };
-    let states = splats * 2 * size_of::<Row>() as u64 + 64;
+    let states = splats * 2 * size_of::<StateSplat>() as u64 + 64;
     let mut bytes = settings.chains * (8 * samples + states);
     if settings.estimate_error {
         let batches = settings.chains / 256 + 2;

@@ -7,7 +7,8 @@ use super::{Recorder, kernel};
 use crate::geometry::shading_frame;
 use crate::light::Kind;
 use crate::scene::NONE;
-use crate::simd::{Row, Vec3};
+use crate::simd::Vec3;
+use crate::trace::{Hit, Ray};
 use crate::transport::cutout::Through;
 use crate::transport::mis;
 use crate::transport::paths::Side;
@@ -20,6 +21,15 @@ struct Value {
     pdf_reverse: f32,
     /// Against the geometric normal.
     cos: f32,
+}
+
+/// The joint that a tip makes with a link of such a value.
+fn joint(tip: &Tip, value: &Value) -> mis::Joint<f32> {
+    mis::Joint {
+        pdf: value.pdf,
+        back: tip.partial.back(value.pdf_reverse),
+        cos: value.cos,
+    }
 }
 
 impl Recorder<'_> {
@@ -84,14 +94,7 @@ impl Recorder<'_> {
         }
         let w = seen.to_light;
         let value = self.value(&step.vertex.kind, &step.vertex.row, &tip, w, Side::Camera);
-        let weight = (tip.partial).weight_direct(
-            value.pdf,
-            value.pdf_reverse,
-            value.cos,
-            seen.pdf,
-            seen.emission_ratio,
-            !seen.delta,
-        );
+        let weight = joint(&tip, &value).weight_direct(seen.pdf, seen.emission_ratio, !seen.delta);
         let scale = weight * walk.factor / seen.pdf;
         let rgb = tip.beta.mul_elem(value.f).mul_elem(seen.radiance) * scale;
         let end = match lights.kind(light) {
@@ -124,7 +127,7 @@ impl Recorder<'_> {
         // As the renderer turns it, twice.
         let w = -(-link.to_camera);
         let value = self.value(&step.vertex.kind, &step.vertex.row, &tip, w, Side::Light);
-        let weight = (tip.partial).weight_camera(link.pdf * value.cos, value.pdf_reverse);
+        let weight = joint(&tip, &value).weight_camera(link.pdf * value.cos);
         let rgb = tip.beta.mul_elem(value.f) * (link.pdf * weight * walk.factor);
         let end = self.origin_of(walk);
         self.see(
@@ -157,15 +160,9 @@ impl Recorder<'_> {
             self.value(&b.vertex.kind, &b.vertex.row, &light, -w, Side::Light),
         ];
         let inv_d2 = 1.0 / d2;
-        let side = |tip: &Tip, value: &Value| mis::Side {
-            partial: tip.partial,
-            pdf: value.pdf,
-            pdf_reverse: value.pdf_reverse,
-            cos: value.cos,
-        };
         let weight = mis::weight_connect(
-            &side(&camera, &values[0]),
-            &side(&light, &values[1]),
+            &joint(&camera, &values[0]),
+            &joint(&light, &values[1]),
             inv_d2,
         );
         let f = |tip: &Tip, value: &Value| tip.beta.mul_elem(value.f);
@@ -237,8 +234,8 @@ impl Recorder<'_> {
         let rgb = walk.coloured(rgb, false).lane(0);
         if rgb != [0.0; 3] {
             let (o, d) = (from.lane(0), (to - from).lane(0));
-            let ray = [Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0])];
-            let (mut blocked, mut hit) = ([0], [Row::default()]);
+            let ray = [Ray::new(o, 1.0, d)];
+            let (mut blocked, mut hit) = ([0], [Hit::default()]);
             let mut through = Through::default();
             (self.world).occluded::<f32>(&ray, &[0], &mut blocked, &mut hit, &mut through);
             walk.visible = Some(blocked[0] == 0);

@@ -10,9 +10,9 @@ use super::{Recorder, kernel, spectral};
 use crate::geometry::shading_frame;
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
-use crate::simd::{Row, Vec3};
+use crate::simd::Vec3;
 use crate::surface::texture::Place;
-use crate::trace::offset;
+use crate::trace::{Hit, Ray, offset};
 use crate::transport::cutout::Through;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
@@ -455,29 +455,21 @@ impl Recorder<'_> {
     fn arrive(&self, flight: &Flight, nm: f32, label: Option<f32>) -> Option<Step> {
         let world = self.world;
         let (o, d) = (flight.origin, flight.direction);
-        let ray = [Row([
-            o[0],
-            o[1],
-            o[2],
-            f32::INFINITY,
-            d[0],
-            d[1],
-            d[2],
-            0.0,
-        ])];
-        let mut hit = [Row::default()];
+        let mut hit = [Hit::default()];
+        let ray = [Ray::endless(o, d)];
         world.closest::<f32>(&ray, &[0], &mut hit, &mut Through::default());
-        let [t, b1, b2, primitive, ..] = hit[0].0;
-        let primitive = primitive.to_bits();
-        if primitive == NONE {
+        if hit[0].is_none() {
             return None;
         }
+        let Hit {
+            t, b, primitive, ..
+        } = hit[0];
         let direction = Vec3::splat(d);
         let point = (world.geometry).surface_point::<f32>(
             &[primitive],
             Vec3::splat(o),
             direction,
-            [t, b1, b2],
+            [t, b[0], b[1]],
             world.wanted,
         );
         let (shape, light) = world.geometry.shape_of(primitive);
@@ -502,7 +494,7 @@ impl Recorder<'_> {
             materials.rows[material]
         };
         let (relief, ns, tangent) = if materials.is_bumped(material) {
-            world.shading_at(material, primitive, [b1, b2], &place, point.ns.lane(0))
+            world.shading_at(material, primitive, b, &place, point.ns.lane(0))
         } else {
             (None, point.ns.lane(0), point.tangent.lane(0))
         };
@@ -514,7 +506,7 @@ impl Recorder<'_> {
                 error: point.error.into(),
                 ng: wide(point.ng.lane(0)),
                 ns: wide(ns),
-                surface: [b1, b2],
+                surface: b,
                 tangent: wide(tangent),
                 kind: entry.kind,
                 row: row.0,

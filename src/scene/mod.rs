@@ -15,6 +15,7 @@ pub mod shapes;
 pub mod spectrum;
 pub mod texture;
 
+use crate::simd::record::record;
 use glam::{DVec3, Vec2, Vec3};
 use spectrum::IndexCurve;
 use std::sync::Arc;
@@ -32,16 +33,16 @@ pub const NONE: u32 = u32::MAX;
 /// Linear sRGB (Rec. 709 primaries, D65 white).
 pub type Rgb = [f32; 3];
 
-/// One mesh vertex; eight floats, so that eight vertices load as eight rows and transpose.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(32))]
-pub struct Vertex {
-    /// Position, internal space.
-    pub p: [f32; 3],
-    /// Unit shading normal, or zero where the mesh has none (the geometric normal then serves).
-    pub n: [f32; 3],
-    /// Texture coordinates.
-    pub uv: [f32; 2],
+record! {
+    /// One mesh vertex. It is written by loaders, and read by the tracer's build and by [`crate::geometry`].
+    pub struct Vertex / VertexLanes {
+        /// Position, internal space.
+        p: [f32; 3],
+        /// Unit shading normal, or zero where the mesh has none (the geometric normal then serves).
+        n: [f32; 3],
+        /// Texture coordinates.
+        uv: [f32; 2],
+    }
 }
 
 /// One triangle. Its front side is the one `cross(p1 - p0, p2 - p0)` points to (orientation, handedness of transforms

@@ -5,13 +5,14 @@
 //!    give the same bits. `mul_add` is fused in both widths or in neither.
 //! 3. `min` and `max` follow one NaN rule: the second operand is returned unless the comparison is true.
 //! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no faster than scalar loads,
-//!    and a record is one cache line where eight arrays are eight.
+//!    and a record is one cache line where eight arrays are eight. [`record`] gives their fields names.
 
 mod cheap;
 mod eight;
 pub mod math;
 mod one;
 pub mod prefetch;
+pub mod record;
 pub mod rng;
 mod vec3;
 
@@ -25,6 +26,11 @@ pub use wide::f32x8;
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(32))]
 pub struct Row(pub [f32; 8]);
+
+impl Row {
+    /// Floats of a record, whatever the width of the lanes.
+    pub const WIDTH: usize = 8;
+}
 
 /// One truth value per lane.
 pub trait Mask: Copy + Debug + Send + Sync + 'static {
@@ -123,9 +129,9 @@ pub trait Lanes:
 
     /// Rows `index[lane]` of a table, transposed: component `c` of the result is column `c`. `index` has 1 to `N` entries; missing
     /// lanes repeat the last.
-    fn load_rows(rows: &[Row], index: &[u32]) -> [Self; 8];
+    fn load_rows(rows: &[Row], index: &[u32]) -> [Self; Row::WIDTH];
     /// The inverse: writes `index.len()` rows.
-    fn store_rows(columns: [Self; 8], rows: &mut [Row], index: &[u32]);
+    fn store_rows(columns: [Self; Row::WIDTH], rows: &mut [Row], index: &[u32]);
 
     #[inline(always)]
     fn zero() -> Self {

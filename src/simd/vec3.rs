@@ -88,6 +88,10 @@ impl<L: Lanes> Vec3<L> {
             .and(self.z.is_finite())
     }
     #[inline(always)]
+    pub fn to_array(self) -> [L; 3] {
+        [self.x, self.y, self.z]
+    }
+    #[inline(always)]
     pub fn lane(self, i: usize) -> [f32; 3] {
         [self.x.lane(i), self.y.lane(i), self.z.lane(i)]
     }
@@ -102,6 +106,13 @@ impl<L: Lanes> Vec3<L> {
     pub fn transform_vector(self, m: &[[f32; 4]; 3]) -> Self {
         let row = |r: &[f32; 4]| self.dot(Self::splat([r[0], r[1], r[2]]));
         Self::new(row(&m[0]), row(&m[1]), row(&m[2]))
+    }
+}
+
+impl From<Vec3<f32>> for [f32; 3] {
+    #[inline(always)]
+    fn from(v: Vec3<f32>) -> Self {
+        v.to_array()
     }
 }
 

@@ -24,8 +24,8 @@ mod with_the_feature {
     use crate::integrate::{Settings, Silent, render};
     use crate::scene::{Filter, FilterKind, IntegratorKind, NONE, Scene, load_str};
     use crate::simd::rng::{Purpose, Stream};
-    use crate::simd::{Row, UintLanes, f32x8, math};
-    use crate::trace::{Coherence, Tracer};
+    use crate::simd::{UintLanes, f32x8, math};
+    use crate::trace::{Coherence, Hit, Ray, Tracer};
     use glam::Vec2;
 
     /// What a function gives with a switch alone.
@@ -71,7 +71,7 @@ mod with_the_feature {
             if log.room() == 0 {
                 film.add(to, &mut log);
             }
-            log.push(&Row([1.0, 1.0, 1.0, 0.5, 0.5, 0.0, 0.0, 0.0]), 1);
+            log.push([1.0; 3], [0.5; 2], 1);
         }
         film.add(to, &mut log);
         film.resolve(&[1.0])[0][1]
@@ -115,7 +115,7 @@ mod with_the_feature {
     }
 
     /// Rays from within a closed mesh through points so far from an edge of each triangle to the opposite vertex.
-    fn rays(scene: &Scene, inwards: f32) -> Vec<Row> {
+    fn rays(scene: &Scene, inwards: f32) -> Vec<Ray> {
         let mut rays = Vec::new();
         let origin = [0.013f32, 0.027, -0.011];
         for triangle in &scene.triangles {
@@ -124,26 +124,25 @@ mod with_the_feature {
                 let w = (i as f32 + 0.5) / 16.0;
                 let edge = [0, 1, 2].map(|k| (1.0 - w) * a[k] + w * b[k]);
                 let d = [0, 1, 2].map(|k| edge[k] + inwards * (c[k] - edge[k]) - origin[k]);
-                let [x, y, z] = origin;
-                rays.push(Row([x, y, z, f32::INFINITY, d[0], d[1], d[2], 0.0]));
+                rays.push(Ray::endless(origin, d));
             }
         }
         rays
     }
 
     /// Rays that miss a closed mesh from within, closest hits and shadow rays alike, at both widths and by both ways to follow them.
-    fn escapes(tracer: &Tracer, rays: &[Row]) -> [usize; 2] {
+    fn escapes(tracer: &Tracer, rays: &[Ray]) -> [usize; 2] {
         let list: Vec<u32> = (0..rays.len() as u32).collect();
         let mut all = [0; 2];
         for coherence in [Coherence::Coherent, Coherence::Incoherent] {
-            let mut hits = vec![Row::default(); rays.len()];
+            let mut hits = vec![Hit::default(); rays.len()];
             let mut blocked = vec![0; rays.len()];
             tracer.closest_with::<f32x8>(coherence, rays, &list, &mut hits);
             tracer.occluded_with::<f32x8>(coherence, rays, &list, &mut blocked);
-            all[0] += hits.iter().filter(|h| h.0[3].to_bits() == NONE).count();
+            all[0] += hits.iter().filter(|h| h.is_none()).count();
             all[1] += blocked.iter().filter(|b| **b == 0).count();
             tracer.closest_with::<f32>(coherence, rays, &list, &mut hits);
-            all[0] += hits.iter().filter(|h| h.0[3].to_bits() == NONE).count();
+            all[0] += hits.iter().filter(|h| h.is_none()).count();
         }
         all
     }

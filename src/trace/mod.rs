@@ -16,6 +16,7 @@ mod node;
 pub mod offset;
 mod packet;
 mod ray;
+mod records;
 mod single;
 mod sphere;
 mod store;
@@ -27,14 +28,15 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
-use crate::simd::{Lanes, Row};
+use crate::simd::Lanes;
 use crate::switches::{self, Switch};
 
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
 use self::node::Node;
 use self::packet::Best;
-use self::ray::{Extent, Ray};
+use self::ray::Extent;
+pub use self::records::{Hit, HitLanes, Ray, RayLanes};
 use self::sphere::LeafSphere;
 use self::store::{Triangles, View};
 use crate::memory::Table;
@@ -178,16 +180,11 @@ impl Tracer {
         self.stats
     }
 
-    /// The closest hit of each ray `i` in `list`.
-    ///
-    /// `rays[i]` is `[ox, oy, oz, tmax, dx, dy, dz, _]` in internal space; the direction need not be a unit vector, and hits
-    /// have `t` in `(0, tmax)`, in units of its length. `hits[i]` becomes `[t, b1, b2, prim, 0, 0, 0, 0]`: `prim`, as
-    /// bits, is an index into the triangles, or their number plus an index into the spheres, or
-    /// [`NONE`](crate::scene::NONE); `b1` and `b2` are the barycentric coordinates of vertices 1 and 2, 0 for spheres.
+    /// The closest hit of each ray `i` in `list` goes to `hits[i]`.
     ///
     /// Each `L::N` consecutive entries of `list` make a packet: neighbours in the list should be neighbours in space. A ray
-    /// that is not finite, or has no direction, or a `tmax` not above 0, hits nothing.
-    pub fn closest<L: Lanes>(&self, rays: &[Row], list: &[u32], hits: &mut [Row]) {
+    /// that is not finite, or has no direction, or a `t_max` not above 0, hits nothing.
+    pub fn closest<L: Lanes>(&self, rays: &[Ray], list: &[u32], hits: &mut [Hit]) {
         self.closest_with::<L>(Coherence::Unknown, rays, list, hits);
     }
 
@@ -195,11 +192,11 @@ impl Tracer {
     pub fn closest_with<L: Lanes>(
         &self,
         coherence: Coherence,
-        rays: &[Row],
+        rays: &[Ray],
         list: &[u32],
-        hits: &mut [Row],
+        hits: &mut [Hit],
     ) {
-        let store = |packet: &[u32], ray: &Ray<L>, best: &Best<L>| {
+        let store = |packet: &[u32], ray: &ray::Ray<L>, best: &Best<L>| {
             best.store(ray, rays, packet, hits);
         };
         if switches::on(Switch::FastTriangles) {
@@ -209,9 +206,9 @@ impl Tracer {
         }
     }
 
-    /// Whether anything lies strictly between `origin` and `origin + tmax * direction`, both ends excluded by their
+    /// Whether anything lies strictly between `origin` and `origin + t_max * direction`, both ends excluded by their
     /// rounding error: `blocked[i]` becomes 1 or 0 for each ray `i` in `list`. Rays are as for [`Tracer::closest`].
-    pub fn occluded<L: Lanes>(&self, rays: &[Row], list: &[u32], blocked: &mut [u32]) {
+    pub fn occluded<L: Lanes>(&self, rays: &[Ray], list: &[u32], blocked: &mut [u32]) {
         self.occluded_with::<L>(Coherence::Unknown, rays, list, blocked);
     }
 
@@ -219,11 +216,11 @@ impl Tracer {
     pub fn occluded_with<L: Lanes>(
         &self,
         coherence: Coherence,
-        rays: &[Row],
+        rays: &[Ray],
         list: &[u32],
         blocked: &mut [u32],
     ) {
-        let store = |packet: &[u32], ray: &Ray<L>, best: &Best<L>| {
+        let store = |packet: &[u32], ray: &ray::Ray<L>, best: &Best<L>| {
             let hit = best.blocked(ray);
             for (lane, &i) in packet.iter().enumerate() {
                 blocked[i as usize] = hit >> lane & 1;
@@ -240,15 +237,15 @@ impl Tracer {
     fn trace<L: Lanes, const ANY: bool, const FAST: bool>(
         &self,
         coherence: Coherence,
-        rays: &[Row],
+        rays: &[Ray],
         list: &[u32],
-        mut store: impl FnMut(&[u32], &Ray<L>, &Best<L>),
+        mut store: impl FnMut(&[u32], &ray::Ray<L>, &Best<L>),
     ) {
         let trees = self.trees();
         let mut packets = packet::Stack::<L>::new();
         WALKS.with_borrow_mut(|walks| {
             for packet in list.chunks(L::N) {
-                let ray = Ray::<L>::load(rays, packet, &self.extent);
+                let ray = ray::Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
                 match self.way(coherence, &ray) {
                     Way::Together(few) => packet::traverse::<L, ANY, FAST>(
@@ -282,7 +279,7 @@ impl Tracer {
     }
 
     #[inline(always)]
-    fn way<L: Lanes>(&self, coherence: Coherence, ray: &Ray<L>) -> Way {
+    fn way<L: Lanes>(&self, coherence: Coherence, ray: &ray::Ray<L>) -> Way {
         if L::N == 1 {
             return Way::Together(0);
         }

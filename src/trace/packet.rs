@@ -7,11 +7,12 @@ use super::Trees;
 use super::fast;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
+use super::records::{self, HitLanes, RayLanes};
 use super::single::{self, Stored, Walks};
 use super::store::{Ordered, permuted};
 use super::triangle::{barycentrics, covers, hit};
 use crate::scene::NONE;
-use crate::simd::{Lanes, Mask, Row, UintLanes};
+use crate::simd::{Lanes, Mask, UintLanes};
 
 /// Deepest tree that can be traversed; a power of two, so that the stack needs no bounds checks.
 pub const MAX_DEPTH: usize = 128;
@@ -81,22 +82,26 @@ impl<L: Lanes> Best<L> {
 
     /// As the caller's records.
     #[inline(always)]
-    pub fn store(self, ray: &Ray<L>, rays: &[Row], list: &[u32], hits: &mut [Row]) {
+    pub fn store(
+        self,
+        ray: &Ray<L>,
+        rays: &[records::Ray],
+        list: &[u32],
+        hits: &mut [records::Hit],
+    ) {
         let mut t = ray.external_t(self.t);
         if ray.t_shift.gt(L::zero()).any() {
             // The shift rounds; the result must stay below the caller's end.
-            let end = L::load_rows(rays, list)[3];
+            let end = RayLanes::<L>::load(rays, list).t_max;
             t = t.min(L::from_bits(end.to_bits().sub(L::Uint::splat(1))));
         }
         let missed = L::uint_eq(self.prim, L::Uint::splat(NONE));
-        let zero = L::zero();
-        let t = L::select(missed, zero, t);
-        let prim = L::from_bits(self.prim);
-        L::store_rows(
-            [t, self.b1, self.b2, prim, zero, zero, zero, zero],
-            hits,
-            list,
-        );
+        HitLanes {
+            t: L::select(missed, L::zero(), t),
+            b: [self.b1, self.b2],
+            primitive: self.prim,
+        }
+        .store(hits, list);
     }
 }
 

@@ -10,7 +10,8 @@
 //!   meets `0 * inf`.
 
 use super::node::Bounds;
-use crate::simd::{Lanes, Mask, Row, UintLanes, Vec3};
+use super::records::{self, RayLanes};
+use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 
 /// A component of the direction below this fraction of the largest is replaced by it. The angle it stands for is far
 /// below the rounding of the direction.
@@ -81,13 +82,12 @@ pub struct Sheared<L> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// Of rows `[ox, oy, oz, tmax, dx, dy, dz, _]`; lanes that are not in `list` can hit nothing.
+    /// Of records; lanes that are not in `list` can hit nothing.
     #[inline(always)]
-    pub fn load(rays: &[Row], list: &[u32], extent: &Extent) -> Self {
-        let [ox, oy, oz, t_max, dx, dy, dz, _] = L::load_rows(rays, list);
-        let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+    pub fn load(rays: &[records::Ray], list: &[u32], extent: &Extent) -> Self {
+        let ray = RayLanes::<L>::load(rays, list);
         let live = L::Mask::from_bits((1u32 << list.len()) - 1);
-        Self::new(o, d, t_max, live, extent)
+        Self::new(ray.origin, ray.direction, ray.t_max, live, extent)
     }
 
     #[inline(always)]

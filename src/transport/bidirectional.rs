@@ -1,8 +1,8 @@
 //! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997, section 10.1): one camera and one light subpath
 //! a sample, and all strategies of all depths that they make together.
 //!
-//! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's tips are set aside. A strategy `(s, t)` then takes the
-//! tips of its two vertices back, for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's visibility rays
+//! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's endpoints are set aside. A strategy `(s, t)` then takes the
+//! endpoints of its two vertices back, for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's visibility rays
 //! are one full wave. A tip's running sums ([`super::mis`]) are all that a weight needs, here as there, and the weights are the same.
 //!
 //! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample has many raster positions:
@@ -13,7 +13,8 @@ use super::clock::Stage;
 use super::connect::ConnectionSamples;
 use super::evaluate::{is_good, settle};
 use super::list::List;
-use super::paths::{Lists, Paths, Rivals, Side, Tips};
+use super::paths::{Endpoints, Lists, Paths, Rivals, Side};
+use super::records::{Contribution, Outcome};
 use super::samples::Samples;
 use super::walk::Bounce;
 use crate::simd::{Lanes, Row};
@@ -198,12 +199,13 @@ impl BidirectionalLayout {
     /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes beside what all evaluations need; with
     /// [`Paths::parts`] or without.
     pub fn bytes_per_path(max_depth: u32, parts: bool) -> u64 {
-        let row = size_of::<Row>() as u64;
         let depth = u64::from(max_depth);
-        // A tip with its flags and its place in a list, parameter rows of its own, and its primary samples.
-        let vertex = 3 * row + 8 + 2 * row + 7 * size_of::<f32>() as u64;
+        // An endpoint with its flags and its place in a list, parameter rows of its own, and its primary samples.
+        let vertex = Endpoints::BYTES + 7 + 2 * size_of::<Row>() + 7 * size_of::<f32>();
         let parts = if parts { Strategy::most(max_depth) } else { 0 };
-        (2 * depth + 1) * vertex + (depth + parts) * row
+        (2 * depth + 1) * vertex as u64
+            + depth * size_of::<Outcome>() as u64
+            + parts * size_of::<Contribution>() as u64
     }
 
     /// Samples that strategy `(s, t)` reads beside those of its subpaths.
@@ -234,7 +236,7 @@ pub(super) struct Kept {
 /// One vertex of each path.
 #[derive(Default)]
 struct Vertex {
-    tips: Tips,
+    endpoints: Endpoints,
     /// Paths that have it and can be joined there.
     joined: List,
     joins: Vec<bool>,
@@ -252,7 +254,7 @@ impl Kept {
             }
             for vertex in side {
                 if vertex.joins.len() < room {
-                    vertex.tips.resize(room);
+                    vertex.endpoints.resize(room);
                     vertex.joined.reserve(room);
                     vertex.joins.resize(room, false);
                 }
@@ -271,7 +273,7 @@ impl Kept {
 impl Vertex {
     /// The subpaths of `list` have arrived here.
     fn note(&mut self, paths: &Paths, list: &[u32], side: Side) {
-        let kinds = &paths.tips[side as usize].kind;
+        let kinds = &paths.endpoints[side as usize].kind;
         for &path in list {
             let joins = !kinds[path as usize].is_delta();
             self.joins[path as usize] = joins;
@@ -404,7 +406,7 @@ impl World<'_> {
             let bounce = Bounce::at(first + wave * layout.per_bounce);
             self.scatter_queues::<L>(paths, samples, lists, side, bounce);
         }
-        std::mem::swap(&mut paths.tips[side as usize], &mut vertex.tips);
+        std::mem::swap(&mut paths.endpoints[side as usize], &mut vertex.endpoints);
     }
 
     /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as the hits are at hand.
@@ -517,7 +519,7 @@ impl World<'_> {
         let mut exchange = |paths: &mut Paths| {
             for (side, vertex) in [(Side::Camera, &mut of_camera), (Side::Light, &mut of_light)] {
                 if let Some(vertex) = vertex {
-                    std::mem::swap(&mut paths.tips[side as usize], &mut vertex.tips);
+                    std::mem::swap(&mut paths.endpoints[side as usize], &mut vertex.endpoints);
                 }
             }
             if strategy.t == 1 {
@@ -557,13 +559,12 @@ fn settle_parts(layout: &BidirectionalLayout, paths: &mut Paths) {
             1 => &paths.splats[strategy.s as usize - 2],
             _ => &paths.outcome,
         };
-        for (Row(part), whole) in parts.iter_mut().zip(whole) {
-            let [r, g, b, _, ur, ug, ub, _] = *part;
-            if whole.rejected != 0 || !is_good([r, g, b]) {
-                part[..3].fill(0.0);
+        for (part, whole) in parts.iter_mut().zip(whole) {
+            if whole.rejected != 0 || !is_good(part.weighted) {
+                part.weighted = [0.0; 3];
             }
-            if !is_good([ur, ug, ub]) {
-                part[4..7].fill(0.0);
+            if !is_good(part.unweighted) {
+                part.unweighted = [0.0; 3];
             }
         }
     }

@@ -4,12 +4,13 @@ use super::World;
 use super::clock::Stage;
 use super::list::List;
 use super::mis::{self, Partial};
-use super::paths::{Lists, Paths, Side, Tip};
+use super::paths::{Endpoint, Lists, Paths, Side};
+use super::records::*;
 use super::samples::Samples;
 use crate::BARE;
 use crate::geometry::shading_frame;
 use crate::scene::NONE;
-use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::simd::{Lanes, Mask, Vec3};
 use crate::surface::Bsdf;
 
 /// Which dimensions a connection reads.
@@ -17,16 +18,6 @@ use crate::surface::Bsdf;
 pub(super) struct ConnectionSamples {
     pub choice: usize,
     pub point: usize,
-}
-
-impl<L: Lanes> Tip<L> {
-    #[inline(always)]
-    fn partial(&self) -> Partial<L> {
-        Partial {
-            d_vcm: self.d_vcm,
-            d_vc: self.d_vc,
-        }
-    }
 }
 
 impl World<'_> {
@@ -41,27 +32,26 @@ impl World<'_> {
     ) {
         lit.clear();
         for &path in list {
-            let light = paths.tips[0].energy[path as usize].0[7].to_bits();
+            let light = paths.endpoints[0].energy[path as usize].light;
             lit.push_if(path, light != NONE);
         }
         for chunk in lit.chunks(L::N) {
             let mut lights = [0u32; 8];
             for (light, &path) in lights.iter_mut().zip(chunk) {
-                *light = paths.tips[0].energy[path as usize].0[7].to_bits();
+                *light = paths.endpoints[0].energy[path as usize].light;
             }
-            let tip = paths.tips[0].load::<L>(chunk);
-            let cos = tip.wo.dot(tip.ng);
+            let end = paths.endpoints[0].load::<L>(chunk);
+            let cos = end.place.wo.dot(end.frame.ng);
             let lights = &lights[..chunk.len()];
             let mut surface = [L::zero(); 2];
             if self.lights.has_pictures() {
-                let [_, b1, b2, ..] = L::load_rows(&paths.hit, chunk);
-                surface = [b1, b2];
+                surface = HitLanes::<L>::load(&paths.hit, chunk).b;
             }
-            let seen = (self.lights).emitted(&self.geometry, lights, tip.p, cos, surface);
+            let seen = (self.lights).emitted(&self.geometry, lights, end.place.p, cos, surface);
             let direct = seen.direct_pdf * L::splat(paths.rivals.direct);
             let emission = seen.emission_pdf * L::splat(paths.rivals.light);
-            let weight = tip.partial().weight_hit(direct, emission);
-            let all = tip.beta.mul_elem(seen.radiance);
+            let weight = end.partial().weight_hit(direct, emission);
+            let all = end.energy.beta.mul_elem(seen.radiance);
             let rgb = all * (weight * L::splat(factor));
             self.add(paths, chunk, rgb, || all * L::splat(factor));
         }
@@ -70,22 +60,20 @@ impl World<'_> {
     /// `s = 0`: adds what the escaped camera rays of `list` see of the environments, `factor` times.
     pub(super) fn escape<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32) {
         for chunk in list.chunks(L::N) {
-            let ray = L::load_rows(&paths.ray, chunk);
-            let flight = L::load_rows(&paths.flight, chunk);
-            let beta = Vec3::new(flight[0], flight[1], flight[2]);
+            let direction = RayLanes::<L>::load(&paths.ray, chunk).direction;
+            let flight = FlightLanes::<L>::load(&paths.flight, chunk);
             // Densities stay over solid angle: nothing was arrived at.
             let partial = Partial {
-                d_vcm: flight[3],
-                d_vc: flight[4],
+                d_vcm: flight.d_vcm,
+                d_vc: flight.d_vc,
             };
-            let direction = Vec3::new(ray[4], ray[5], ray[6]);
             // Each environment is a path space of its own, with its own densities.
             for &light in &self.lights.infinite {
                 let seen = self.lights.escaped(light, direction);
                 let direct = seen.direct_pdf * L::splat(paths.rivals.direct);
                 let emission = seen.emission_pdf * L::splat(paths.rivals.light);
                 let weight = partial.weight_hit(direct, emission);
-                let all = beta.mul_elem(seen.radiance);
+                let all = flight.beta.mul_elem(seen.radiance);
                 let rgb = all * (weight * L::splat(factor));
                 self.add(paths, chunk, rgb, || all * L::splat(factor));
             }
@@ -177,20 +165,18 @@ impl World<'_> {
         paths.clock.lap(Stage::Occlusion);
         for &path in &*lists.trace {
             let visible = paths.blocked[path as usize] == 0;
-            let value = &paths.value[0][path as usize].0;
+            let added = paths.contribution[path as usize].weighted;
             let rgb = &mut paths.outcome[path as usize].rgb;
             for c in 0..3 {
                 // Not a product: what is blocked may be infinite.
-                rgb[c] += if visible { value[c] } else { 0.0 };
+                rgb[c] += if visible { added[c] } else { 0.0 };
             }
         }
         if !paths.part.is_empty() {
             for &path in &*lists.trace {
-                let visible = paths.blocked[path as usize] == 0;
-                let value = paths.value[0][path as usize].0;
-                let part = &mut paths.part[path as usize].0;
-                for (sum, v) in part.iter_mut().zip(value) {
-                    *sum += if visible { v } else { 0.0 };
+                if paths.blocked[path as usize] == 0 {
+                    let added = paths.contribution[path as usize];
+                    paths.part[path as usize].add(added.weighted, added.unweighted);
                 }
             }
         }
@@ -206,7 +192,8 @@ impl World<'_> {
         joined: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[0].load::<L>(chunk);
+            let place = EndpointPlaceLanes::<L>::load(&paths.endpoints[0].place, chunk);
+            let ng = EndpointFrameLanes::<L>::load(&paths.endpoints[0].frame, chunk).ng;
             let light = if !BARE && self.plan.light_choice {
                 self.lights
                     .choose::<L>(samples.gather(at.choice, chunk), chunk.len())
@@ -218,26 +205,17 @@ impl World<'_> {
                 samples.gather(at.point + 1, chunk),
             ];
             let light = &light[..chunk.len()];
-            let seen = self.lights.sample_direct(&self.geometry, light, tip.p, u);
+            let seen = self.lights.sample_direct(&self.geometry, light, place.p, u);
             let w = seen.to_light;
-            shadow_ray(&mut paths.ray, chunk, tip.offset(w), seen.target);
+            shadow_ray(&mut paths.ray, chunk, place.leave(ng, w), seen.target);
             store_link(&mut paths.link, chunk, w, L::one());
-            let r = seen.radiance;
-            let chance = L::one().or_zero(seen.delta.not());
-            L::store_rows(
-                [
-                    r.x,
-                    r.y,
-                    r.z,
-                    seen.pdf,
-                    seen.emission_ratio,
-                    chance,
-                    L::zero(),
-                    L::zero(),
-                ],
-                &mut paths.end,
-                chunk,
-            );
+            LightEndLanes {
+                radiance: seen.radiance,
+                pdf: seen.pdf,
+                emission_ratio: seen.emission_ratio,
+                by_chance: L::one().or_zero(seen.delta.not()),
+            }
+            .store(&mut paths.light_end, chunk);
             joined.push_where(chunk, seen.valid.bits() & self.emits(light, u));
         }
     }
@@ -251,7 +229,8 @@ impl World<'_> {
         joined: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[1].load::<L>(chunk);
+            let place = EndpointPlaceLanes::<L>::load(&paths.endpoints[1].place, chunk);
+            let ng = EndpointFrameLanes::<L>::load(&paths.endpoints[1].frame, chunk).ng;
             let lens = if !PINHOLE && self.camera.connects_by_choice() {
                 (
                     samples.gather(at.point, chunk),
@@ -260,20 +239,15 @@ impl World<'_> {
             } else {
                 (L::zero(), L::zero())
             };
-            let link = self.camera.connect::<L, PINHOLE>(tip.p, lens);
+            let link = self.camera.connect::<L, PINHOLE>(place.p, lens);
             shadow_ray(
                 &mut paths.ray,
                 chunk,
-                tip.offset(link.to_camera),
+                place.leave(ng, link.to_camera),
                 link.origin,
             );
             store_link(&mut paths.link, chunk, -link.to_camera, L::one());
-            let zero = L::zero();
-            L::store_rows(
-                [zero, zero, zero, link.pdf, zero, zero, zero, zero],
-                &mut paths.end,
-                chunk,
-            );
+            LensEndLanes { pdf: link.pdf }.store(&mut paths.lens_end, chunk);
             for (i, &path) in chunk.iter().enumerate() {
                 paths.outcome[path as usize].raster =
                     [link.raster.0.lane(i), link.raster.1.lane(i)];
@@ -284,12 +258,15 @@ impl World<'_> {
 
     fn link_tips<L: Lanes>(&self, paths: &mut Paths, list: &[u32], joined: &mut List) {
         for chunk in list.chunks(L::N) {
-            let camera = paths.tips[0].load::<L>(chunk);
-            let light = paths.tips[1].load::<L>(chunk);
+            let [camera, light] = [0, 1]
+                .map(|side| EndpointPlaceLanes::<L>::load(&paths.endpoints[side].place, chunk));
+            let [camera_ng, light_ng] = [0, 1]
+                .map(|side| EndpointFrameLanes::<L>::load(&paths.endpoints[side].frame, chunk).ng);
             let v = light.p - camera.p;
             let d2 = v.length2();
             let w = v * (L::one() / d2.sqrt());
-            shadow_ray(&mut paths.ray, chunk, camera.offset(w), light.offset(-w));
+            let (from, to) = (camera.leave(camera_ng, w), light.leave(light_ng, -w));
+            shadow_ray(&mut paths.ray, chunk, from, to);
             store_link(&mut paths.link, chunk, w, d2);
             // Coincident tips have no direction between them and contribute nothing.
             joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
@@ -299,44 +276,37 @@ impl World<'_> {
     /// Values and densities of one side's BSDF along the link.
     fn evaluate<B: Bsdf, L: Lanes>(&self, paths: &mut Paths, list: &[u32], side: Side) {
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[side as usize].load::<L>(chunk);
-            let link = L::load_rows(&paths.link, chunk);
-            let w = Vec3::new(link[0], link[1], link[2]);
+            let end = paths.endpoints[side as usize].load::<L>(chunk);
+            let Endpoint {
+                place,
+                frame,
+                energy,
+            } = &end;
+            let w = LinkLanes::<L>::load(&paths.link, chunk).w;
             let wi = if side == Side::Camera { w } else { -w };
-            let mut params = [0u32; 8];
-            for (i, slot) in params.iter_mut().enumerate().take(chunk.len()) {
-                *slot = tip.params.lane(i).to_bits();
-            }
-            let row = L::load_rows(&paths.params, &params[..chunk.len()]);
-            let frame = shading_frame(tip.ns, tip.tangent);
+            let row = frame.load_params(&paths.params, chunk.len());
+            let local = shading_frame(frame.ns, energy.tangent);
             let value = B::eval(
                 &row,
-                frame.to_local(tip.wo),
-                frame.to_local(wi),
+                local.to_local(place.wo),
+                local.to_local(wi),
                 side.mode(),
             );
-            let wi_ng = wi.dot(tip.ng);
+            let wi_ng = wi.dot(frame.ng);
             let cos = match side {
-                Side::Camera => wi.dot(tip.ns).abs(),
-                Side::Light => mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)),
+                Side::Camera => wi.dot(frame.ns).abs(),
+                Side::Light => {
+                    mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+                }
             };
-            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
-            let f = (value.f * cos).or_zero(agree);
-            let zero = L::zero();
-            L::store_rows(
-                [
-                    f.x,
-                    f.y,
-                    f.z,
-                    value.pdf,
-                    value.pdf_reverse,
-                    wi_ng.abs(),
-                    zero,
-                    zero,
-                ],
-                &mut paths.value[side as usize],
-                chunk,
-            );
+            let agree = mis::sides_agree(place.wo, wi, frame.ng, frame.ns);
+            EndpointValueLanes {
+                beta: energy.beta.mul_elem((value.f * cos).or_zero(agree)),
+                pdf: value.pdf,
+                back: end.partial().back(value.pdf_reverse),
+                cos: wi_ng.abs(),
+            }
+            .store(&mut paths.value[side as usize], chunk);
         }
     }
 
@@ -348,39 +318,28 @@ impl World<'_> {
         live: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[0].load::<L>(chunk);
-            let value = L::load_rows(&paths.value[0], chunk);
-            let end = L::load_rows(&paths.end, chunk);
-            let weight = tip.partial().weight_direct(
-                value[3],
-                value[4],
-                value[5],
-                end[3],
-                end[4] * L::splat(paths.rivals.light),
-                end[5].gt(L::zero()),
+            let value = EndpointValueLanes::<L>::load(&paths.value[0], chunk);
+            let end = LightEndLanes::<L>::load(&paths.light_end, chunk);
+            let weight = value.joint().weight_direct(
+                end.pdf,
+                end.emission_ratio * L::splat(paths.rivals.light),
+                end.by_chance.gt(L::zero()),
             );
-            let scale = weight * L::splat(factor) / end[3];
-            let f = Vec3::new(value[0], value[1], value[2]);
-            let all = tip
-                .beta
-                .mul_elem(f)
-                .mul_elem(Vec3::new(end[0], end[1], end[2]));
-            let unweighted = || all * (L::splat(factor) / end[3]);
+            let scale = weight * L::splat(factor) / end.pdf;
+            let all = value.beta.mul_elem(end.radiance);
+            let unweighted = || all * (L::splat(factor) / end.pdf);
             self.keep(paths, chunk, all * scale, unweighted, live);
         }
     }
 
     fn weigh_lens<L: Lanes>(&self, paths: &mut Paths, list: &[u32], factor: f32, live: &mut List) {
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[1].load::<L>(chunk);
-            let value = L::load_rows(&paths.value[1], chunk);
-            let end = L::load_rows(&paths.end, chunk);
-            let camera = end[3] * value[5] * L::splat(paths.rivals.camera);
-            let weight = tip.partial().weight_camera(camera, value[4]);
-            let f = Vec3::new(value[0], value[1], value[2]);
-            let all = tip.beta.mul_elem(f);
-            let rgb = all * (end[3] * weight * L::splat(factor));
-            let unweighted = || all * (end[3] * L::splat(factor));
+            let value = EndpointValueLanes::<L>::load(&paths.value[1], chunk);
+            let pdf = LensEndLanes::<L>::load(&paths.lens_end, chunk).pdf;
+            let camera = pdf * value.cos * L::splat(paths.rivals.camera);
+            let weight = value.joint().weight_camera(camera);
+            let rgb = value.beta * (pdf * weight * L::splat(factor));
+            let unweighted = || value.beta * (pdf * L::splat(factor));
             self.keep(paths, chunk, rgb, unweighted, live);
         }
     }
@@ -393,35 +352,19 @@ impl World<'_> {
         live: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let tips = [
-                paths.tips[0].load::<L>(chunk),
-                paths.tips[1].load::<L>(chunk),
-            ];
-            let values = [
-                L::load_rows(&paths.value[0], chunk),
-                L::load_rows(&paths.value[1], chunk),
-            ];
-            let inv_d2 = L::one() / L::load_rows(&paths.link, chunk)[3];
-            let side = |i: usize| mis::Side {
-                partial: tips[i].partial(),
-                pdf: values[i][3],
-                pdf_reverse: values[i][4],
-                cos: values[i][5],
-            };
-            let weight = mis::weight_connect(&side(0), &side(1), inv_d2);
-            let f = |i: usize| {
-                let v = &values[i];
-                tips[i].beta.mul_elem(Vec3::new(v[0], v[1], v[2]))
-            };
+            let camera = EndpointValueLanes::<L>::load(&paths.value[0], chunk);
+            let light = EndpointValueLanes::<L>::load(&paths.value[1], chunk);
+            let inv_d2 = L::one() / LinkLanes::<L>::load(&paths.link, chunk).distance2;
+            let weight = mis::weight_connect(&camera.joint(), &light.joint(), inv_d2);
             let last = chunk.len() - 1;
             let factor = L::from_fn(|i| factors[paths.s[chunk[i.min(last)] as usize] as usize]);
-            let all = f(0).mul_elem(f(1));
+            let all = camera.beta.mul_elem(light.beta);
             let rgb = all * (inv_d2 * weight * factor);
             self.keep(paths, chunk, rgb, || all * (inv_d2 * factor), live);
         }
     }
 
-    /// Parks contributions in `value[0]` until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
+    /// Keeps contributions until visibility is known; those that are not zero (also if not finite, so that they are counted) stay
     /// alive. Without their weights they are kept if parts are asked for.
     #[inline(always)]
     fn keep<L: Lanes>(
@@ -441,11 +384,11 @@ impl World<'_> {
             all = self.coloured(paths, list, unweighted());
             unlit &= dark(all);
         }
-        L::store_rows(
-            [rgb.x, rgb.y, rgb.z, zero, all.x, all.y, all.z, zero],
-            &mut paths.value[0],
-            list,
-        );
+        ContributionLanes {
+            weighted: rgb,
+            unweighted: all,
+        }
+        .store(&mut paths.contribution, list);
         live.push_where(list, !unlit);
     }
 
@@ -471,12 +414,7 @@ impl World<'_> {
         }
         let all = self.coloured(paths, list, unweighted());
         for (i, &path) in list.iter().enumerate() {
-            let (v, u) = (rgb.lane(i), all.lane(i));
-            let part = &mut paths.part[path as usize].0;
-            for c in 0..3 {
-                part[c] += v[c];
-                part[4 + c] += u[c];
-            }
+            paths.part[path as usize].add(rgb.lane(i), all.lane(i));
         }
     }
 
@@ -491,23 +429,18 @@ impl World<'_> {
     }
 }
 
-/// From `o` to `target`: `t = 1` is the target.
+/// From `origin` to `target`: `t = 1` is the target.
 #[inline(always)]
-fn shadow_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, target: Vec3<L>) {
-    let d = target - o;
-    L::store_rows(
-        [o.x, o.y, o.z, L::one(), d.x, d.y, d.z, L::zero()],
-        rays,
-        list,
-    );
+fn shadow_ray<L: Lanes>(rays: &mut [Ray], list: &[u32], origin: Vec3<L>, target: Vec3<L>) {
+    RayLanes {
+        origin,
+        t_max: L::one(),
+        direction: target - origin,
+    }
+    .store(rays, list);
 }
 
 #[inline(always)]
-fn store_link<L: Lanes>(links: &mut [Row], list: &[u32], w: Vec3<L>, distance2: L) {
-    let zero = L::zero();
-    L::store_rows(
-        [w.x, w.y, w.z, distance2, zero, zero, zero, zero],
-        links,
-        list,
-    );
+fn store_link<L: Lanes>(links: &mut [Link], list: &[u32], w: Vec3<L>, distance2: L) {
+    LinkLanes { w, distance2 }.store(links, list);
 }

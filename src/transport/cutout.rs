@@ -5,30 +5,33 @@
 
 use super::World;
 use super::list::List;
+use super::records::{Hit, Ray};
 use crate::geometry::{SurfacePoint, Wanted, sampled_barycentrics};
 use crate::scene::NONE;
-use crate::simd::{Lanes, Row, Vec3};
+use crate::simd::{Lanes, Vec3};
 use crate::surface::texture::Place;
 use crate::trace::offset;
 
 /// Workspace of rays on their way through cut-outs.
 #[derive(Default)]
 pub struct Through {
-    rays: Vec<Row>,
+    rays: Vec<Ray>,
+    /// How far along its ray each has come, in units of its direction's length.
+    passed: Vec<f32>,
     left: List,
     next: List,
 }
 
 impl Through {
     /// Room for `n` rays, and for the paths whose rays are on their way and go on; no path is.
-    fn start(&mut self, n: usize) -> (&mut Vec<Row>, &mut List, &mut List) {
+    fn start(&mut self, n: usize) {
         if self.rays.len() < n {
-            self.rays.resize(n, Row::default());
+            self.rays.resize(n, Ray::default());
+            self.passed.resize(n, 0.0);
         }
         self.left.reserve(n);
         self.next.reserve(n);
         self.left.clear();
-        (&mut self.rays, &mut self.left, &mut self.next)
     }
 }
 
@@ -36,25 +39,32 @@ impl World<'_> {
     /// [`Tracer::closest`](crate::trace::Tracer::closest), through cut-outs. Returns how many more rays that took.
     pub fn closest<L: Lanes>(
         &self,
-        rays: &[Row],
+        rays: &[Ray],
         list: &[u32],
-        hits: &mut [Row],
+        hits: &mut [Hit],
         through: &mut Through,
     ) -> u64 {
         self.tracer.closest::<L>(rays, list, hits);
         if !self.plan.cutouts {
             return 0;
         }
-        let (beyond, left, next) = through.start(rays.len());
+        through.start(rays.len());
+        let Through {
+            rays: beyond,
+            passed,
+            left,
+            next,
+        } = through;
         left.extend(list);
         let mut more = 0;
         for _ in 0..self.most_layers() {
             next.clear();
             for &i in &**left {
-                let [_, _, _, t_max, dx, dy, dz, _] = rays[i as usize].0;
-                if let Some([x, y, z]) = self.beyond(&rays[i as usize], &hits[i as usize]) {
-                    let passed = along(&rays[i as usize], [x, y, z]);
-                    beyond[i as usize] = Row([x, y, z, t_max - passed, dx, dy, dz, passed]);
+                let ray = &rays[i as usize];
+                if let Some(origin) = self.beyond(ray, &hits[i as usize]) {
+                    let so_far = along(ray, origin);
+                    passed[i as usize] = so_far;
+                    beyond[i as usize] = Ray::new(origin, ray.t_max - so_far, ray.direction);
                     next.push(i);
                 }
             }
@@ -64,12 +74,12 @@ impl World<'_> {
             more += next.len() as u64;
             self.tracer.closest::<L>(beyond, next, hits);
             for &i in &**next {
-                hits[i as usize].0[0] += beyond[i as usize].0[7];
+                hits[i as usize].t += passed[i as usize];
             }
             std::mem::swap(left, next);
         }
         for &i in &**left {
-            hits[i as usize].0[3] = f32::from_bits(NONE);
+            hits[i as usize].primitive = NONE;
         }
         more
     }
@@ -77,17 +87,23 @@ impl World<'_> {
     /// [`Tracer::occluded`](crate::trace::Tracer::occluded), through cut-outs; `hits` is scratch. Returns how many more rays that took.
     pub fn occluded<L: Lanes>(
         &self,
-        rays: &[Row],
+        rays: &[Ray],
         list: &[u32],
         blocked: &mut [u32],
-        hits: &mut [Row],
+        hits: &mut [Hit],
         through: &mut Through,
     ) -> u64 {
         self.tracer.occluded::<L>(rays, list, blocked);
         if !self.plan.cutouts {
             return 0;
         }
-        let (beyond, left, next) = through.start(rays.len());
+        through.start(rays.len());
+        let Through {
+            rays: beyond,
+            left,
+            next,
+            ..
+        } = through;
         for &i in list {
             beyond[i as usize] = rays[i as usize];
             left.push_if(i, blocked[i as usize] != 0);
@@ -100,14 +116,10 @@ impl World<'_> {
             for &i in &**left {
                 let ray = &mut beyond[i as usize];
                 if let Some(o) = self.beyond(ray, &hits[i as usize]) {
-                    let [x, y, z, t_max, dx, dy, dz, _] = ray.0;
-                    let target = [
-                        dx.mul_add(t_max, x),
-                        dy.mul_add(t_max, y),
-                        dz.mul_add(t_max, z),
-                    ];
-                    let d = [target[0] - o[0], target[1] - o[1], target[2] - o[2]];
-                    *ray = Row([o[0], o[1], o[2], 1.0, d[0], d[1], d[2], 0.0]);
+                    let d = std::array::from_fn(|c| {
+                        ray.direction[c].mul_add(ray.t_max, ray.origin[c]) - o[c]
+                    });
+                    *ray = Ray::new(o, 1.0, d);
                     next.push(i);
                 }
             }
@@ -125,15 +137,15 @@ impl World<'_> {
     }
 
     /// Where a ray goes on, if its hit lies on a part of a shape that is cut out.
-    fn beyond(&self, ray: &Row, hit: &Row) -> Option<[f32; 3]> {
-        let [ox, oy, oz, _, dx, dy, dz, _] = ray.0;
-        let [t, b1, b2, primitive, ..] = hit.0;
-        let primitive = primitive.to_bits();
-        if primitive == NONE || self.geometry.shape_of(primitive).0.alpha == NONE {
+    fn beyond(&self, ray: &Ray, hit: &Hit) -> Option<[f32; 3]> {
+        let Hit {
+            t, b, primitive, ..
+        } = *hit;
+        if hit.is_none() || self.geometry.shape_of(primitive).0.alpha == NONE {
             return None;
         }
-        let d = Vec3::new(dx, dy, dz);
-        let (there, point) = self.is_there(primitive, Vec3::new(ox, oy, oz), d, [t, b1, b2]);
+        let [o, d] = [ray.origin, ray.direction].map(Vec3::splat);
+        let (there, point) = self.is_there(primitive, o, d, [t, b[0], b[1]]);
         (!there).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
     }
 
@@ -197,8 +209,7 @@ impl World<'_> {
 }
 
 /// How far along a ray a point is, in units of its direction's length.
-fn along(ray: &Row, p: [f32; 3]) -> f32 {
-    let [ox, oy, oz, _, dx, dy, dz, _] = ray.0;
-    let d = Vec3::new(dx, dy, dz);
-    (Vec3::splat(p) - Vec3::new(ox, oy, oz)).dot(d) / d.length2()
+fn along(ray: &Ray, p: [f32; 3]) -> f32 {
+    let [p, o, d] = [p, ray.origin, ray.direction].map(Vec3::<f32>::splat);
+    (p - o).dot(d) / d.length2()
 }

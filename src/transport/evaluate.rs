@@ -3,7 +3,8 @@
 use super::World;
 use super::clock::Stage;
 use super::connect::ConnectionSamples;
-use super::paths::{Lists, Outcome, Paths, Rivals, Side};
+use super::paths::{Lists, Paths, Rivals, Side};
+use super::records::Outcome;
 use super::samples::Samples;
 use super::walk::Bounce;
 use crate::plan::{DepthPlan, Plan};
@@ -178,7 +179,7 @@ impl World<'_> {
             let i = path as usize;
             let (s, ends) = (paths.s[i], paths.t[i] == wave + 2);
             // Nothing can be joined to a delta BSDF.
-            let joins = ends & !paths.tips[0].kind[i].is_delta();
+            let joins = ends & !paths.endpoints[0].kind[i].is_delta();
             lists.camera.push_if(path, !ends);
             lists.emission.push_if(path, ends & (s == 0));
             lists.direct.push_if(path, joins & (s == 1));
@@ -218,7 +219,7 @@ impl World<'_> {
         } else {
             // All rays but the visibility ray are spent.
             for &path in &*lists.scratch {
-                let joins = !paths.tips[1].kind[path as usize].is_delta();
+                let joins = !paths.endpoints[1].kind[path as usize].is_delta();
                 let lens = paths.t[path as usize] == 1;
                 lists.lens.push_if(path, joins & lens);
                 lists.general.push_if(path, joins & !lens);
@@ -315,7 +316,7 @@ impl World<'_> {
             lists.camera.extend(&lists.emission);
             lists.direct.clear();
             for &path in &*lists.camera {
-                let joins = !paths.tips[0].kind[path as usize].is_delta();
+                let joins = !paths.endpoints[0].kind[path as usize].is_delta();
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (first, connection) = layout.at(depth);

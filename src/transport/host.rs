@@ -7,7 +7,8 @@
 use super::World;
 use super::bidirectional::BidirectionalLayout;
 use super::evaluate::UnidirectionalLayout;
-use super::paths::{Outcome, Paths};
+use super::paths::Paths;
+use super::records::Outcome;
 use super::samples::Samples;
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;

@@ -13,7 +13,7 @@
 
 use crate::simd::{Lanes, Mask, Vec3};
 
-/// The running sums of a subpath tip.
+/// The running sums of a subpath endpoint.
 #[derive(Clone, Copy, Debug)]
 pub struct Partial<L> {
     pub d_vcm: L,
@@ -60,7 +60,7 @@ impl<L: Lanes> Partial<L> {
 
     /// `dVCM + dVC * pdf_reverse`: all strategies further back than a connection here.
     #[inline(always)]
-    fn back(self, pdf_reverse: L) -> L {
+    pub fn back(self, pdf_reverse: L) -> L {
         self.d_vc.mul_add(pdf_reverse, self.d_vcm)
     }
 
@@ -69,46 +69,40 @@ impl<L: Lanes> Partial<L> {
     pub fn weight_hit(self, direct_pdf: L, emission_pdf: L) -> L {
         weight(direct_pdf * self.d_vcm + emission_pdf * self.d_vc)
     }
-
-    /// `s = 1` (equations 44 and 45). `pdf` and `pdf_reverse` of the BSDF at the camera tip towards the light, `cos` there; `by_chance` is
-    /// false for delta lights.
-    #[inline(always)]
-    pub fn weight_direct(
-        self,
-        pdf: L,
-        pdf_reverse: L,
-        cos: L,
-        light_pdf: L,
-        emission_ratio: L,
-        by_chance: L::Mask,
-    ) -> L {
-        let w_light = (pdf / light_pdf).or_zero(by_chance);
-        let w_camera = emission_ratio * cos * self.back(pdf_reverse);
-        weight(w_light + w_camera)
-    }
-
-    /// `t = 1` (equation 46): a light tip joined to the camera, whose density over area at the tip is `camera_pdf`.
-    #[inline(always)]
-    pub fn weight_camera(self, camera_pdf: L, pdf_reverse: L) -> L {
-        weight(camera_pdf * self.back(pdf_reverse))
-    }
 }
 
-/// A tip's side of a general connection.
-pub struct Side<L> {
-    pub partial: Partial<L>,
-    /// BSDF density towards the other tip, solid angle, and the reverse.
+/// An endpoint that is joined.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint<L> {
+    /// BSDF density towards the other end, solid angle.
     pub pdf: L,
-    pub pdf_reverse: L,
-    /// Absolute cosine towards the other tip.
+    /// All strategies further back, [`Partial::back`] of the reverse density.
+    pub back: L,
+    /// Absolute cosine towards the other end.
     pub cos: L,
 }
 
-/// Camera tip to light tip (equations 40 to 42).
+impl<L: Lanes> Joint<L> {
+    /// `s = 1` (equations 44 and 45): a camera endpoint joined to a point on a light; `by_chance` is false for delta lights.
+    #[inline(always)]
+    pub fn weight_direct(self, light_pdf: L, emission_ratio: L, by_chance: L::Mask) -> L {
+        let w_light = (self.pdf / light_pdf).or_zero(by_chance);
+        let w_camera = emission_ratio * self.cos * self.back;
+        weight(w_light + w_camera)
+    }
+
+    /// `t = 1` (equation 46): a light endpoint joined to the camera, whose density over area at the endpoint is `camera_pdf`.
+    #[inline(always)]
+    pub fn weight_camera(self, camera_pdf: L) -> L {
+        weight(camera_pdf * self.back)
+    }
+}
+
+/// Camera endpoint to light endpoint (equations 40 to 42).
 #[inline(always)]
-pub fn weight_connect<L: Lanes>(camera: &Side<L>, light: &Side<L>, inv_distance2: L) -> L {
-    let w_light = camera.pdf * light.cos * inv_distance2 * light.partial.back(light.pdf_reverse);
-    let w_camera = light.pdf * camera.cos * inv_distance2 * camera.partial.back(camera.pdf_reverse);
+pub fn weight_connect<L: Lanes>(camera: &Joint<L>, light: &Joint<L>, inv_distance2: L) -> L {
+    let w_light = camera.pdf * light.cos * inv_distance2 * light.back;
+    let w_camera = light.pdf * camera.cos * inv_distance2 * camera.back;
     weight(w_light + w_camera)
 }
 

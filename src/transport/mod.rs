@@ -22,13 +22,15 @@ pub mod host;
 mod list;
 pub mod mis;
 pub mod paths;
+pub mod records;
 pub mod samples;
 mod sort;
 pub mod walk;
 pub mod wavelength;
 
 pub use self::host::Host;
-pub use self::paths::{Outcome, Paths};
+pub use self::paths::Paths;
+pub use self::records::Outcome;
 
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};

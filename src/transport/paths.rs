@@ -1,8 +1,7 @@
-//! The workspace of a batch of paths. All records are rows of eight floats ([`Row`]), one per path.
+//! The workspace of a batch of paths: tables of [`records`](super::records), one per path.
 
 use super::bidirectional::Kept;
-use crate::scene::NONE;
-use crate::simd::{Lanes, Row, Vec3};
+use crate::simd::{Lanes, Row, UintLanes, Vec3};
 use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
@@ -10,6 +9,8 @@ use crate::transport::clock::Clock;
 use crate::transport::cutout::Through;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
+use crate::transport::mis::Partial;
+use crate::transport::records::*;
 use crate::transport::sort::Sorter;
 
 /// Which subpath.
@@ -31,52 +32,28 @@ impl Side {
     }
 }
 
-/// The end vertices of one side's subpaths.
+/// The endpoints of one side's subpaths.
 #[derive(Default)]
-pub struct Tips {
-    /// `[p (3), error, wo (3), dVCM]`: position, its error bound, unit direction to the previous vertex.
-    pub place: Vec<Row>,
-    /// `[ng (3), parameter row (bits), ns (3), dVC]`: unit normals.
-    pub frame: Vec<Row>,
-    /// `[beta (3), primitive (bits), tangent (3), light (bits)]`: throughput, and the light that the primitive is, or [`NONE`].
-    pub energy: Vec<Row>,
+pub struct Endpoints {
+    pub place: Vec<EndpointPlace>,
+    pub frame: Vec<EndpointFrame>,
+    pub energy: Vec<EndpointEnergy>,
     /// BSDF kernel.
     pub kind: Vec<Kind>,
 }
 
-impl Tips {
+impl Endpoints {
+    /// Of one endpoint.
+    pub(super) const BYTES: usize = size_of::<EndpointPlace>()
+        + size_of::<EndpointFrame>()
+        + size_of::<EndpointEnergy>()
+        + size_of::<Kind>();
+
     pub(super) fn resize(&mut self, n: usize) {
-        for rows in [&mut self.place, &mut self.frame, &mut self.energy] {
-            rows.resize(n, Row::default());
-        }
+        self.place.resize(n, EndpointPlace::default());
+        self.frame.resize(n, EndpointFrame::default());
+        self.energy.resize(n, EndpointEnergy::default());
         self.kind.resize(n, Kind::Diffuse);
-    }
-}
-
-/// What became of a path: a [`Row`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(32))]
-pub struct Outcome {
-    /// Contribution, linear sRGB: radiance over the density of the path, MIS weight and choice of strategy included. 0 if the path
-    /// carries no light.
-    pub rgb: [f32; 3],
-    /// Raster position it contributes to.
-    pub raster: [f32; 2],
-    /// Light vertices of its strategy.
-    pub s: u32,
-    /// 1 if the contribution was not finite, or negative, and was replaced by 0; else 0.
-    pub rejected: u32,
-    _unused: u32,
-}
-
-impl Outcome {
-    /// A path that carries `rgb` to `raster`.
-    pub fn new(rgb: [f32; 3], raster: [f32; 2]) -> Self {
-        Self {
-            rgb,
-            raster,
-            ..Self::default()
-        }
     }
 }
 
@@ -113,13 +90,11 @@ impl Rivals {
 pub struct Paths {
     /// Paths in the batch.
     pub n: usize,
-    /// Per path `[ox, oy, oz, tmax, dx, dy, dz, 0]`, see [`crate::trace`].
-    pub ray: Vec<Row>,
-    /// Per path `[t, b1, b2, primitive (bits), ..]`.
-    pub hit: Vec<Row>,
-    /// Per path `[beta (3), dVCM, dVC, distant (0 or 1), 0, 0]` of the subpath on its way.
-    pub flight: Vec<Row>,
-    pub tips: [Tips; 2],
+    pub ray: Vec<Ray>,
+    pub hit: Vec<Hit>,
+    pub flight: Vec<Flight>,
+    /// By side.
+    pub endpoints: [Endpoints; 2],
     /// Parameter rows: first those of the materials, then one per slot, path and side for hits that have their own.
     pub params: Vec<Row>,
     materials: usize,
@@ -131,12 +106,14 @@ pub struct Paths {
     pub(super) shares: Vec<(u32, [f32; 3])>,
     /// Wavelengths.
     pub(super) dispersion: Dispersion,
-    /// Connection: `[w (3), distance^2, ..]`, `w` unit from the camera's side to the light's.
-    pub link: Vec<Row>,
-    /// Connection: `[radiance (3), pdf, emission ratio, by chance, ..]` (`s = 1`) or `[.., pdf, ..]` (`t = 1`).
-    pub end: Vec<Row>,
-    /// Connection, per side: `[f cos (3), pdf, pdf reverse, |cos ng|, 0, 0]`.
-    pub value: [Vec<Row>; 2],
+    /// Connections, and their far ends where those are no endpoints.
+    pub link: Vec<Link>,
+    pub light_end: Vec<LightEnd>,
+    pub lens_end: Vec<LensEnd>,
+    /// By side.
+    pub value: [Vec<EndpointValue>; 2],
+    /// What visible connections will add.
+    pub contribution: Vec<Contribution>,
     /// Blocked flags of visibility rays.
     pub blocked: Vec<u32>,
     /// Strategy `(s, t)` per path.
@@ -155,11 +132,10 @@ pub struct Paths {
     /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the camera adds, and where. 0 if nothing;
     /// the raster position then means nothing.
     pub splats: Vec<Vec<Outcome>>,
-    /// By strategy of a bidirectional evaluation that is asked for them, and path: contributions with and without their weight,
-    /// `[weighted (3), 0, unweighted (3), 0]`.
-    pub parts: Vec<Vec<Row>>,
+    /// By strategy of a bidirectional evaluation that is asked for them, and path.
+    pub parts: Vec<Vec<Contribution>>,
     /// Those of the strategy at work; empty if nobody asks.
-    pub(super) part: Vec<Row>,
+    pub(super) part: Vec<Contribution>,
     /// All vertices of both subpaths; only bidirectional evaluations keep them.
     pub(super) kept: Kept,
     /// Which of the parameter rows that each tip has are in use.
@@ -226,7 +202,7 @@ impl Paths {
             ray: Vec::new(),
             hit: Vec::new(),
             flight: Vec::new(),
-            tips: Default::default(),
+            endpoints: Default::default(),
             params: world.materials.rows.clone(),
             materials,
             textured: Vec::new(),
@@ -234,8 +210,10 @@ impl Paths {
             shares: Vec::new(),
             dispersion: Dispersion::default(),
             link: Vec::new(),
-            end: Vec::new(),
+            light_end: Vec::new(),
+            lens_end: Vec::new(),
             value: Default::default(),
+            contribution: Vec::new(),
             blocked: Vec::new(),
             s: Vec::new(),
             t: Vec::new(),
@@ -259,20 +237,18 @@ impl Paths {
     pub fn resize(&mut self, n: usize) {
         self.n = n;
         if self.ray.len() < n {
-            let [camera_value, light_value] = &mut self.value;
-            for rows in [
-                &mut self.ray,
-                &mut self.hit,
-                &mut self.flight,
-                &mut self.link,
-                &mut self.end,
-                camera_value,
-                light_value,
-            ] {
-                rows.resize(n, Row::default());
+            self.ray.resize(n, Ray::default());
+            self.hit.resize(n, Hit::default());
+            self.flight.resize(n, Flight::default());
+            self.link.resize(n, Link::default());
+            self.light_end.resize(n, LightEnd::default());
+            self.lens_end.resize(n, LensEnd::default());
+            for value in &mut self.value {
+                value.resize(n, EndpointValue::default());
             }
-            for tips in &mut self.tips {
-                tips.resize(n);
+            self.contribution.resize(n, Contribution::default());
+            for endpoints in &mut self.endpoints {
+                endpoints.resize(n);
             }
             self.params
                 .resize(self.materials + 2 * n * self.slots, Row::default());
@@ -314,50 +290,55 @@ impl Paths {
     /// True if the ray of `path` hit nothing.
     #[inline(always)]
     pub(super) fn missed(&self, path: u32) -> bool {
-        self.hit[path as usize].0[3].to_bits() == NONE
+        self.hit[path as usize].is_none()
     }
 }
 
-/// A tip loaded for shading.
-pub struct Tip<L: Lanes> {
-    pub p: Vec3<L>,
-    pub error: L,
-    pub wo: Vec3<L>,
-    pub d_vcm: L,
-    pub ng: Vec3<L>,
-    pub ns: Vec3<L>,
-    pub d_vc: L,
-    pub beta: Vec3<L>,
-    pub tangent: Vec3<L>,
-    /// Parameter row (bits).
-    pub params: L,
+/// `N` endpoints.
+pub struct Endpoint<L: Lanes> {
+    pub place: EndpointPlaceLanes<L>,
+    pub frame: EndpointFrameLanes<L>,
+    pub energy: EndpointEnergyLanes<L>,
 }
 
-impl Tips {
+impl Endpoints {
     #[inline(always)]
-    pub fn load<L: Lanes>(&self, list: &[u32]) -> Tip<L> {
-        let a = L::load_rows(&self.place, list);
-        let b = L::load_rows(&self.frame, list);
-        let c = L::load_rows(&self.energy, list);
-        Tip {
-            p: Vec3::new(a[0], a[1], a[2]),
-            error: a[3],
-            wo: Vec3::new(a[4], a[5], a[6]),
-            d_vcm: a[7],
-            ng: Vec3::new(b[0], b[1], b[2]),
-            params: b[3],
-            ns: Vec3::new(b[4], b[5], b[6]),
-            d_vc: b[7],
-            beta: Vec3::new(c[0], c[1], c[2]),
-            tangent: Vec3::new(c[4], c[5], c[6]),
+    pub fn load<L: Lanes>(&self, list: &[u32]) -> Endpoint<L> {
+        Endpoint {
+            place: EndpointPlaceLanes::load(&self.place, list),
+            frame: EndpointFrameLanes::load(&self.frame, list),
+            energy: EndpointEnergyLanes::load(&self.energy, list),
         }
     }
 }
 
-impl<L: Lanes> Tip<L> {
-    /// Where a ray towards `w` starts: off the surface by its error bound.
+impl<L: Lanes> Endpoint<L> {
+    /// The running sums of the subpath.
     #[inline(always)]
-    pub fn offset(&self, w: Vec3<L>) -> Vec3<L> {
-        offset::leave(self.p, self.error, self.ng, w)
+    pub fn partial(&self) -> Partial<L> {
+        Partial {
+            d_vcm: self.place.d_vcm,
+            d_vc: self.frame.d_vc,
+        }
+    }
+}
+
+impl<L: Lanes> EndpointPlaceLanes<L> {
+    /// Where a ray towards `w` starts: off the surface, of geometric normal `ng`, by its error bound.
+    #[inline(always)]
+    pub fn leave(&self, ng: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
+        offset::leave(self.p, self.error, ng, w)
+    }
+}
+
+impl<L: Lanes> EndpointFrameLanes<L> {
+    /// The parameter rows of the BSDFs.
+    #[inline(always)]
+    pub fn load_params(&self, params: &[Row], n: usize) -> [L; Row::WIDTH] {
+        let mut rows = [0u32; 8];
+        for (i, row) in rows.iter_mut().enumerate().take(n) {
+            *row = self.params.lane(i);
+        }
+        L::load_rows(params, &rows[..n])
     }
 }

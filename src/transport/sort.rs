@@ -1,7 +1,7 @@
 //! The order in which a wave is traced: rays that agree in the signs and the main axis of their direction go together, so that a packet of
 //! them can take the tracer's fast path. One counting sort, stable; results do not depend on it.
 
-use crate::simd::Row;
+use super::records::Ray;
 
 /// Signs of the direction by main axis.
 const BUCKETS: usize = 24;
@@ -14,8 +14,8 @@ pub(super) struct Sorter {
 }
 
 impl Sorter {
-    /// Sorts `list`, indices into `rays` (see [`crate::trace`] for their layout).
-    pub fn sort(&mut self, rays: &[Row], list: &[u32]) {
+    /// Sorts `list`, indices into `rays`.
+    pub fn sort(&mut self, rays: &[Ray], list: &[u32]) {
         let mut start = [0u32; BUCKETS];
         self.keys.clear();
         for &path in list {
@@ -44,8 +44,8 @@ impl Sorter {
 }
 
 #[inline(always)]
-fn bucket(ray: &Row) -> u8 {
-    let [_, _, _, _, x, y, z, _] = ray.0;
+fn bucket(ray: &Ray) -> u8 {
+    let [x, y, z] = ray.direction;
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
     let axis = if ax > ay && ax > az {
         0

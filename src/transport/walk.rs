@@ -4,11 +4,12 @@ use super::World;
 use super::clock::Stage;
 use super::list::List;
 use super::mis::{self, Partial};
-use super::paths::{Paths, Side, Tips};
+use super::paths::{Endpoint, Endpoints, Paths, Side};
+use super::records::*;
 use super::samples::Samples;
 use crate::BARE;
 use crate::geometry::{Wanted, shading_frame};
-use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 use crate::surface::Bsdf;
 use crate::surface::bump::{Relief, Tilted};
 use crate::surface::texture::Place;
@@ -88,12 +89,13 @@ impl World<'_> {
             };
             let distant = L::splat(f32::from(u8::from(!PINHOLE && self.camera.is_parallel())));
             store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
-            let (zero, one) = (L::zero(), L::one());
-            L::store_rows(
-                [one, one, one, d_vcm, zero, distant, zero, zero],
-                &mut paths.flight,
-                chunk,
-            );
+            FlightLanes {
+                beta: Vec3::splat([1.0; 3]),
+                d_vcm,
+                d_vc: L::zero(),
+                distant,
+            }
+            .store(&mut paths.flight, chunk);
             for (i, &path) in chunk.iter().enumerate() {
                 paths.outcome[path as usize].raster = [x.lane(i), y.lane(i)];
             }
@@ -126,21 +128,13 @@ impl World<'_> {
                 .sample_emission(&self.geometry, &light[..chunk.len()], u);
             store_ray(&mut paths.ray, chunk, ray.origin, ray.direction);
             let distant = L::one().or_zero(ray.distant);
-            let b = ray.beta;
-            L::store_rows(
-                [
-                    b.x,
-                    b.y,
-                    b.z,
-                    ray.d_vcm,
-                    ray.d_vc,
-                    distant,
-                    L::zero(),
-                    L::zero(),
-                ],
-                &mut paths.flight,
-                chunk,
-            );
+            FlightLanes {
+                beta: ray.beta,
+                d_vcm: ray.d_vcm,
+                d_vc: ray.d_vc,
+                distant,
+            }
+            .store(&mut paths.flight, chunk);
             let emits = self.emits(&light[..chunk.len()], [u[0], u[1]]);
             started.push_where(chunk, ray.valid.bits() & emits);
         }
@@ -177,7 +171,7 @@ impl World<'_> {
         }
         // Texels have been asked for, and have had time to come.
         for &(path, material, uv) in &paths.textured {
-            let place = self.place(&paths.tips[side as usize], path, uv);
+            let place = self.place(&paths.endpoints[side as usize], path, uv);
             let row = paths.own_params(side, path) as usize;
             let nm = paths.dispersion.nm(path as usize);
             paths.params[row] = self.materials.evaluate(material as usize, &place, nm);
@@ -195,14 +189,14 @@ impl World<'_> {
 
     /// Where a path's tip is, as textures see it.
     #[inline(always)]
-    fn place(&self, tips: &Tips, path: u32, uv: [f32; 2]) -> Place {
+    fn place(&self, endpoints: &Endpoints, path: u32, uv: [f32; 2]) -> Place {
         let mut place = Place {
             uv,
             ..Place::default()
         };
         if self.materials.uses_point {
-            place.p.copy_from_slice(&tips.place[path as usize].0[..3]);
-            place.n.copy_from_slice(&tips.frame[path as usize].0[..3]);
+            place.p = endpoints.place[path as usize].p;
+            place.n = endpoints.frame[path as usize].ng;
         }
         place
     }
@@ -219,7 +213,7 @@ impl World<'_> {
         for &(path, material, uv) in &mixed {
             let sample = |at: Bounce| samples.row(at.dimension(paths, path))[path as usize];
             let u = label.map_or(0.0, sample);
-            let place = self.place(&paths.tips[side as usize], path, uv);
+            let place = self.place(&paths.endpoints[side as usize], path, uv);
             let chosen = self.materials.choose(material as usize, &place, u);
             let entry = self.materials.entries[chosen.material as usize];
             let mut row = chosen.material;
@@ -227,9 +221,9 @@ impl World<'_> {
                 row = paths.own_params(side, path);
                 paths.textured.push((path, chosen.material, uv));
             }
-            let tips = &mut paths.tips[side as usize];
-            tips.kind[path as usize] = entry.kind;
-            tips.frame[path as usize].0[3] = f32::from_bits(row);
+            let endpoints = &mut paths.endpoints[side as usize];
+            endpoints.kind[path as usize] = entry.kind;
+            endpoints.frame[path as usize].params = row;
             if label.is_some() {
                 paths.shares.push((path, chosen.share));
             }
@@ -245,9 +239,9 @@ impl World<'_> {
             return;
         }
         for (path, share) in paths.shares.drain(..) {
-            let energy = &mut paths.tips[side as usize].energy[path as usize].0;
+            let energy = &mut paths.endpoints[side as usize].energy[path as usize];
             for c in 0..3 {
-                energy[c] *= share[c];
+                energy.beta[c] *= share[c];
             }
         }
     }
@@ -262,29 +256,26 @@ impl World<'_> {
         side: Side,
     ) {
         for chunk in list.chunks(L::N) {
-            let ray = L::load_rows(&paths.ray, chunk);
-            let hit = L::load_rows(&paths.hit, chunk);
-            let flight = L::load_rows(&paths.flight, chunk);
+            let ray = RayLanes::<L>::load(&paths.ray, chunk);
+            let hit = HitLanes::<L>::load(&paths.hit, chunk);
+            let flight = FlightLanes::<L>::load(&paths.flight, chunk);
             let mut prim = [0u32; 8];
             for (slot, &path) in prim.iter_mut().zip(chunk) {
-                *slot = paths.hit[path as usize].0[3].to_bits();
+                *slot = paths.hit[path as usize].primitive;
             }
-            let origin = Vec3::new(ray[0], ray[1], ray[2]);
-            let direction = Vec3::new(ray[4], ray[5], ray[6]);
-            let [t, b1, b2, ..] = hit;
             let point = self.geometry.surface_point(
                 &prim[..chunk.len()],
-                origin,
-                direction,
-                [t, b1, b2],
+                ray.origin,
+                ray.direction,
+                [hit.t, hit.b[0], hit.b[1]],
                 if MORE { self.wanted } else { Wanted::default() },
             );
-            let distant = flight[5].gt(L::zero());
-            let distance2 = L::select(distant, L::one(), t * t);
-            let cos = direction.dot(point.ng).abs();
+            let distant = flight.distant.gt(L::zero());
+            let distance2 = L::select(distant, L::one(), hit.t * hit.t);
+            let cos = ray.direction.dot(point.ng).abs();
             let partial = Partial {
-                d_vcm: flight[3],
-                d_vc: flight[4],
+                d_vcm: flight.d_vcm,
+                d_vc: flight.d_vc,
             }
             .arrive(distance2, cos);
             let (mut params, mut lights) = ([0u32; 8], [0u32; 8]);
@@ -292,7 +283,7 @@ impl World<'_> {
                 let (shape, light) = self.geometry.shape_of(prim[i]);
                 lights[i] = light;
                 let entry = self.materials.entries[shape.material as usize];
-                paths.tips[side as usize].kind[path as usize] = entry.kind;
+                paths.endpoints[side as usize].kind[path as usize] = entry.kind;
                 params[i] = shape.material;
                 if OWN && !BARE && (entry.per_hit || entry.mixture) {
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
@@ -313,68 +304,52 @@ impl World<'_> {
                     }
                 }
             }
-            let bits = |v: &[u32; 8]| L::from_fn(|i| f32::from_bits(v[i]));
-            let tips = &mut paths.tips[side as usize];
-            let (p, wo) = (point.p, -direction);
-            L::store_rows(
-                [p.x, p.y, p.z, point.error, wo.x, wo.y, wo.z, partial.d_vcm],
-                &mut tips.place,
-                chunk,
-            );
-            let (ng, ns) = (point.ng, point.ns);
-            L::store_rows(
-                [
-                    ng.x,
-                    ng.y,
-                    ng.z,
-                    bits(&params),
-                    ns.x,
-                    ns.y,
-                    ns.z,
-                    partial.d_vc,
-                ],
-                &mut tips.frame,
-                chunk,
-            );
-            let tangent = point.tangent;
-            L::store_rows(
-                [
-                    flight[0],
-                    flight[1],
-                    flight[2],
-                    bits(&prim),
-                    tangent.x,
-                    tangent.y,
-                    tangent.z,
-                    bits(&lights),
-                ],
-                &mut tips.energy,
-                chunk,
-            );
+            let wide = |v: &[u32; 8]| L::Uint::from_fn(|i| v[i]);
+            let endpoints = &mut paths.endpoints[side as usize];
+            EndpointPlaceLanes {
+                p: point.p,
+                error: point.error,
+                wo: -ray.direction,
+                d_vcm: partial.d_vcm,
+            }
+            .store(&mut endpoints.place, chunk);
+            EndpointFrameLanes {
+                ng: point.ng,
+                params: wide(&params),
+                ns: point.ns,
+                d_vc: partial.d_vc,
+            }
+            .store(&mut endpoints.frame, chunk);
+            EndpointEnergyLanes {
+                beta: flight.beta,
+                primitive: wide(&prim),
+                tangent: point.tangent,
+                light: wide(&lights),
+            }
+            .store(&mut endpoints.energy, chunk);
         }
     }
 
     /// Tilts the shading frames of those textured tips that have a bump or normal map.
     fn tilt(&self, paths: &mut Paths, side: Side) {
-        let tips = &mut paths.tips[side as usize];
+        let endpoints = &mut paths.endpoints[side as usize];
         for &(path, material, uv) in &paths.textured {
             if !self.materials.is_bumped(material as usize) {
                 continue;
             }
             let path = path as usize;
-            let [x, y, z, ..] = tips.place[path].0;
-            let [nx, ny, nz, _, sx, sy, sz, _] = tips.frame[path].0;
-            let [_, b1, b2, ..] = paths.hit[path].0;
-            let primitive = tips.energy[path].0[3].to_bits();
+            let energy = &mut endpoints.energy[path];
+            let frame = &mut endpoints.frame[path];
             let place = Place {
                 uv,
-                p: [x, y, z],
-                n: [nx, ny, nz],
+                p: endpoints.place[path].p,
+                n: frame.ng,
             };
+            let b = paths.hit[path].b;
             let (_, ns, tangent) =
-                self.shading_at(material as usize, primitive, [b1, b2], &place, [sx, sy, sz]);
-            tips.frame[path].0[4..7].copy_from_slice(&ns);
-            tips.energy[path].0[4..7].copy_from_slice(&tangent);
+                self.shading_at(material as usize, energy.primitive, b, &place, frame.ns);
+            frame.ns = ns;
+            energy.tangent = tangent;
         }
     }
 
@@ -411,7 +386,7 @@ impl World<'_> {
         for &kind in &self.plan.kinds {
             queues[kind as usize].clear();
         }
-        let kinds = &paths.tips[side as usize].kind;
+        let kinds = &paths.endpoints[side as usize].kind;
         for &path in list {
             queues[kinds[path as usize] as usize].push(path);
         }
@@ -429,12 +404,13 @@ impl World<'_> {
     ) {
         let mode = side.mode();
         for chunk in list.chunks(L::N) {
-            let tip = paths.tips[side as usize].load::<L>(chunk);
-            let mut params = [0u32; 8];
-            for (i, slot) in params.iter_mut().enumerate().take(chunk.len()) {
-                *slot = tip.params.lane(i).to_bits();
-            }
-            let row = L::load_rows(&paths.params, &params[..chunk.len()]);
+            let end = paths.endpoints[side as usize].load::<L>(chunk);
+            let Endpoint {
+                place,
+                frame,
+                energy,
+            } = &end;
+            let row = frame.load_params(&paths.params, chunk.len());
             let mut first = [0usize; 8];
             for (slot, &path) in first.iter_mut().zip(chunk) {
                 *slot = bounce.dimension(paths, path);
@@ -445,44 +421,47 @@ impl World<'_> {
                     *u = samples.gather_each(&first, c, chunk);
                 }
             }
-            let frame = shading_frame(tip.ns, tip.tangent);
-            let sample = B::sample(&row, frame.to_local(tip.wo), u, mode);
-            let wi = frame.to_world(sample.wi).normalize();
-            let wi_ng = wi.dot(tip.ng);
+            let local = shading_frame(frame.ns, energy.tangent);
+            let sample = B::sample(&row, local.to_local(place.wo), u, mode);
+            let wi = local.to_world(sample.wi).normalize();
+            let wi_ng = wi.dot(frame.ng);
             let cos_out = wi_ng.abs();
-            let mut beta = tip.beta.mul_elem(sample.weight);
+            let mut beta = energy.beta.mul_elem(sample.weight);
             if side == Side::Light {
                 // Weight and density are made of the local cosine, which has to cancel: of a grazing direction the dot product is another number.
                 // Where the normals are one, it is the other cosine of the correction that cancels.
-                let shading = wi.dot(tip.ns).abs();
+                let shading = wi.dot(frame.ns).abs();
                 let cos = L::select(shading.eq(cos_out), shading, sample.wi.z.abs());
                 let adjoint =
-                    mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)) / cos;
+                    mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+                        / cos;
                 beta = beta * adjoint.or_zero(cos.gt(L::zero()));
             }
             // Reflection stays on the side it came from, transmission leaves it, in both the true and the shading geometry.
-            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
-            let partial = Partial {
-                d_vcm: tip.d_vcm,
-                d_vc: tip.d_vc,
+            let agree = mis::sides_agree(place.wo, wi, frame.ng, frame.ns);
+            let partial =
+                (end.partial()).scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
+            store_ray(&mut paths.ray, chunk, place.leave(frame.ng, wi), wi);
+            FlightLanes {
+                beta,
+                d_vcm: partial.d_vcm,
+                d_vc: partial.d_vc,
+                distant: L::zero(),
             }
-            .scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
-            store_ray(&mut paths.ray, chunk, tip.offset(wi), wi);
-            let (zero, b) = (L::zero(), beta);
-            L::store_rows(
-                [b.x, b.y, b.z, partial.d_vcm, partial.d_vc, zero, zero, zero],
-                &mut paths.flight,
-                chunk,
-            );
-            let lit = b.x.max(b.y).max(b.z).gt(L::zero());
+            .store(&mut paths.flight, chunk);
+            let lit = beta.x.max(beta.y).max(beta.z).gt(L::zero());
             alive.push_where(chunk, agree.and(lit).bits());
         }
     }
 }
 
-/// Rays without an end: `tmax` infinite.
+/// Rays without an end.
 #[inline(always)]
-fn store_ray<L: Lanes>(rays: &mut [Row], list: &[u32], o: Vec3<L>, d: Vec3<L>) {
-    let far = L::splat(f32::INFINITY);
-    L::store_rows([o.x, o.y, o.z, far, d.x, d.y, d.z, L::zero()], rays, list);
+fn store_ray<L: Lanes>(rays: &mut [Ray], list: &[u32], origin: Vec3<L>, direction: Vec3<L>) {
+    RayLanes {
+        origin,
+        t_max: L::splat(f32::INFINITY),
+        direction,
+    }
+    .store(rays, list);
 }

@@ -7,9 +7,9 @@ use super::COMPARISONS;
 use super::common::stats::Random;
 use super::support::stage::{CAMERA, GREY, lamp, stage};
 use super::support::{BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings};
-use phalanx::scene::{IntegratorKind, LightKind, NONE, Scene, load_str};
-use phalanx::simd::{Lanes, Row, f32x8};
-use phalanx::trace::Tracer;
+use phalanx::scene::{IntegratorKind, LightKind, Scene, load_str};
+use phalanx::simd::{Lanes, f32x8};
+use phalanx::trace::{Hit, Ray, Tracer};
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 use std::fmt::Write;
@@ -59,7 +59,7 @@ fn joined<L: Lanes>(camera: f32, light: f32) -> (Outcome, f64) {
     world.evaluate_multiplexed::<L>(plan, &samples, 8, &mut paths);
     let outcome = paths.outcome[0];
     assert_eq!(outcome.s, 2);
-    let [a, b] = [0, 1].map(|side: usize| paths.tips[side].place[0].0);
+    let [a, b] = [0, 1].map(|side: usize| paths.endpoints[side].place[0].p);
     let distance2: f64 = (0..3).map(|i| f64::from(a[i] - b[i]).powi(2)).sum();
     (outcome, distance2.sqrt())
 }
@@ -135,8 +135,8 @@ fn escapes(rays: u64) -> u64 {
     let mut random = Random(20);
     let n = 1 << 14;
     let list: Vec<u32> = (0..n).collect();
-    let mut queue = vec![Row::default(); n as usize];
-    let mut hits = vec![Row::default(); n as usize];
+    let mut queue = vec![Ray::default(); n as usize];
+    let mut hits = vec![Hit::default(); n as usize];
     let mut escaped = 0;
     for _ in 0..rays.div_ceil(u64::from(n)) {
         for ray in &mut queue {
@@ -157,10 +157,10 @@ fn escapes(rays: u64) -> u64 {
                 let d = std::array::from_fn(|c| a[c] + along * (b[c] - a[c]) - o[c]);
                 [o, d]
             };
-            *ray = Row([o[0], o[1], o[2], f32::INFINITY, d[0], d[1], d[2], 0.0]);
+            *ray = Ray::endless(o, d);
         }
         tracer.closest::<f32x8>(&queue, &list, &mut hits);
-        escaped += hits.iter().filter(|h| h.0[3].to_bits() == NONE).count() as u64;
+        escaped += hits.iter().filter(|h| h.is_none()).count() as u64;
     }
     escaped
 }

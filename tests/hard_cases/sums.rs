@@ -10,7 +10,7 @@ use phalanx::chain::bootstrap::regenerate;
 use phalanx::integrate::Settings;
 use phalanx::scene::{IntegratorKind, LightKind, MaterialKind, Param, Scene};
 use phalanx::transport::World;
-use phalanx::transport::mis::Partial;
+use phalanx::transport::mis::{self, Partial};
 
 // --- Not finite ---
 
@@ -220,10 +220,15 @@ fn weights_saturate() {
                 for d in all {
                     let p = start(a, b).arrive(c, d).scatter(d, c, a, false);
                     for p in [p, start(a, b), start(a, b).scatter(c, d, a, true)] {
+                        let joint = |pdf, pdf_reverse, cos| mis::Joint {
+                            pdf,
+                            back: p.back(pdf_reverse),
+                            cos,
+                        };
                         for w in [
                             p.weight_hit(c, d),
-                            p.weight_direct(a, b, c, d, a, true),
-                            p.weight_camera(c, d),
+                            joint(a, b, c).weight_direct(d, a, true),
+                            joint(a, d, b).weight_camera(c),
                         ] {
                             assert!((0.0..=1.0).contains(&w), "{a} {b} {c} {d}: {w}");
                         }

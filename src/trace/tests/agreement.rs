@@ -6,18 +6,18 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::scenes::*;
 use crate::scene::{NONE, Scene, Sphere};
-use crate::simd::{Lanes, Mask, Row, UintLanes, f32x8};
+use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 use crate::trace::packet::Best;
-use crate::trace::ray::Ray;
+use crate::trace::ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::store::{Builder, permuted};
 use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
-use crate::trace::{Coherence, Size, Tracer};
+use crate::trace::{Coherence, Hit, Ray, Size, Tracer};
 use crate::trace::{build, bvh8, packet, single};
 
 /// Every primitive against one ray, by the same arithmetic but without a tree.
-fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u32) {
-    let ray = Ray::<f32>::load(rays, &[i], &tracer.extent);
+fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Ray], i: u32) -> (Hit, u32) {
+    let ray = ray::Ray::<f32>::load(rays, &[i], &tracer.extent);
     let start = Best::new(&ray);
     let (mut best, mut any) = (start, false);
     let mut record = |mask: bool, t: f32, prim: u32, b: [f32; 2]| {
@@ -48,21 +48,21 @@ fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u3
         record(found.mask, found.t, prim, [0.0; 2]);
         any |= sphere.hit::<f32, true>(&ray, start.t).mask;
     }
-    let mut hits = [Row::default()];
+    let mut hits = [Hit::default()];
     best.store(&ray, &rays[i as usize..], &[0], &mut hits);
     (hits[0], (any && ray.live()) as u32)
 }
 
-fn bits(row: &Row) -> [u32; 8] {
-    row.0.map(f32::to_bits)
+fn bits(hit: &Hit) -> [u32; 8] {
+    bytemuck::cast(*hit)
 }
 
 /// All methods against the oracle, and in shuffled packets.
-fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &mut Random) {
+fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Ray], random: &mut Random) {
     let scene = scene(triangles, spheres);
     let tracer = Tracer::build(&scene);
     let mut list: Vec<u32> = (0..rays.len() as u32).collect();
-    let oracle: Vec<(Row, u32)> = list
+    let oracle: Vec<(Hit, u32)> = list
         .iter()
         .map(|&i| brute_force(&tracer, &scene, rays, i))
         .collect();
@@ -70,10 +70,11 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
     let wide = bvh8::collapse(&halves);
     let halves = Tracer::assemble(&scene, halves, wide, Instant::now());
     for (round, mut tracer) in [tracer, halves].into_iter().enumerate() {
-        let mut hits = vec![Row([7.0; 8]); rays.len()];
+        let unset: Hit = bytemuck::cast([7.0f32; 8]);
+        let mut hits = vec![unset; rays.len()];
         let mut blocked = vec![7; rays.len()];
-        let mut compare = |name: &str, trace: &dyn Fn(&mut [Row], &mut [u32])| {
-            hits.fill(Row([7.0; 8]));
+        let mut compare = |name: &str, trace: &dyn Fn(&mut [Hit], &mut [u32])| {
+            hits.fill(unset);
             blocked.fill(7);
             trace(&mut hits, &mut blocked);
             for (i, (hit, block)) in oracle.iter().enumerate() {
@@ -100,7 +101,7 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
             (Size::Tiny, Coherence::Unknown),
         ] {
             tracer.size = size;
-            let trace = |hits: &mut [Row], blocked: &mut [u32]| {
+            let trace = |hits: &mut [Hit], blocked: &mut [u32]| {
                 tracer.closest_with::<f32x8>(coherence, rays, &list, hits);
                 tracer.occluded_with::<f32x8>(coherence, rays, &list, blocked);
             };
@@ -111,7 +112,7 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
                 let mut walks = single::Walks::new();
                 let mut stack = packet::Stack::new();
                 for packet in list.chunks(8) {
-                    let ray = Ray::<f32x8>::load(rays, packet, &tracer.extent);
+                    let ray = ray::Ray::<f32x8>::load(rays, packet, &tracer.extent);
                     let trees = tracer.trees();
                     let mut best = Best::new(&ray);
                     packet::traverse::<f32x8, false, false>(
@@ -182,10 +183,10 @@ fn coincident_primitives_go_to_the_smaller_index() {
     check(&triangles, vec![], &rays, &mut random);
     let tracer = Tracer::build(&scene(&triangles, vec![]));
     let d = (one[0] + one[1] + one[2]) / 3.0 - Vec3::splat(0.9);
-    let ray = [Row([0.9, 0.9, 0.9, 9.0, d.x, d.y, d.z, 0.0])];
-    let mut hits = [Row::default()];
+    let ray = [Ray::new([0.9; 3], 9.0, d)];
+    let mut hits = [Hit::default()];
     tracer.closest::<f32x8>(&ray, &[0], &mut hits);
-    assert_eq!(hits[0].0[3].to_bits(), 0);
+    assert_eq!(hits[0].primitive, 0);
 }
 
 #[test]
@@ -203,21 +204,21 @@ fn nonsense_rays_hit_nothing() {
         -3e38,
         1.0,
     ];
-    let rays: Vec<Row> = (0..4000)
+    let rays: Vec<Ray> = (0..4000)
         .map(|_| {
-            let mut row = Row(std::array::from_fn(|_| odd[random.below(odd.len())]));
-            row.0[7] = 0.0;
-            row
+            let [ox, oy, oz, t_max, dx, dy, dz, _]: [f32; 8] =
+                std::array::from_fn(|_| odd[random.below(odd.len())]);
+            Ray::new([ox, oy, oz], t_max, [dx, dy, dz])
         })
         .collect();
     let spheres = (0..5).map(|_| random_sphere(&mut random)).collect();
     check(&triangles, spheres, &rays, &mut random);
     let tracer = Tracer::build(&scene(&triangles, vec![]));
     let d = [[0.0; 3], [f32::NAN, 1.0, 1.0], [f32::INFINITY, 0.0, 0.0]];
-    let rays = d.map(|d| Row([0.0, 0.0, 0.0, 9.0, d[0], d[1], d[2], 0.0]));
-    let mut hits = [Row::default(); 3];
+    let rays = d.map(|d| Ray::new([0.0; 3], 9.0, d));
+    let mut hits = [Hit::default(); 3];
     tracer.closest::<f32x8>(&rays, &[0, 1, 2], &mut hits);
-    assert!(hits.iter().all(|h| h.0[3].to_bits() == NONE));
+    assert!(hits.iter().all(|h| h.is_none()));
 }
 
 #[test]
@@ -237,18 +238,17 @@ fn broken_geometry_and_interfaces_are_left_out() {
     assert_eq!(tracer.stats().spheres, 0);
     let rays = rays(&mut random, &triangles, 1000);
     let list: Vec<u32> = (0..1000).filter(|i| i % 16 != 15).collect();
-    let mut hits = vec![Row::default(); 1000];
+    let mut hits = vec![Hit::default(); 1000];
     tracer.closest::<f32x8>(&rays, &list, &mut hits);
     for &i in &list {
-        let prim = hits[i as usize].0[3].to_bits();
+        let prim = hits[i as usize].primitive;
         assert!(prim == NONE || (prim < 50 && prim != 3 && prim != 7));
     }
 }
 
 /// The closest hit in double precision, and the runner-up's distance.
-fn double_precision(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Row) -> [(f64, u32); 2] {
-    let r = ray.0.map(f64::from);
-    let (o, d) = (DVec3::new(r[0], r[1], r[2]), DVec3::new(r[4], r[5], r[6]));
+fn double_precision(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Ray) -> [(f64, u32); 2] {
+    let [o, d] = [ray.origin, ray.direction].map(|v| DVec3::from(v.map(f64::from)));
     let mut all = vec![(f64::INFINITY, NONE); 2];
     for (i, p) in triangles.iter().enumerate() {
         let p = p.map(|p| p.as_dvec3());
@@ -269,7 +269,7 @@ fn double_precision(triangles: &[[Vec3; 3]], spheres: &[Sphere], ray: &Row) -> [
             all.push((t, (triangles.len() + i) as u32));
         }
     }
-    all.retain(|h| h.0 > 0.0 && (h.0 < r[3] || h.1 == NONE));
+    all.retain(|h| h.0 > 0.0 && (h.0 < f64::from(ray.t_max) || h.1 == NONE));
     all.sort_by(|a, b| a.partial_cmp(b).unwrap());
     [all[0], all[1]]
 }
@@ -286,21 +286,21 @@ fn hits_are_right_by_double_precision() {
             })
             .collect();
         let spheres: Vec<Sphere> = (0..10).map(|_| random_sphere(&mut random)).collect();
-        let rays: Vec<Row> = (0..2000)
+        let rays: Vec<Ray> = (0..2000)
             .map(|_| {
                 let (o, d) = (random.cube(), random.direction());
-                Row([o.x, o.y, o.z, 10.0, d.x, d.y, d.z, 0.0])
+                Ray::new(o, 10.0, d)
             })
             .collect();
         let list: Vec<u32> = (0..2000).collect();
         let tracer = Tracer::build(&scene(&triangles, spheres.clone()));
-        let mut hits = vec![Row::default(); rays.len()];
+        let mut hits = vec![Hit::default(); rays.len()];
         let mut blocked = vec![0; rays.len()];
         tracer.closest::<f32x8>(&rays, &list, &mut hits);
         tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
         for (ray, (hit, blocked)) in rays.iter().zip(hits.iter().zip(&blocked)) {
             let [(t, prim), next] = double_precision(&triangles, &spheres, ray);
-            let found = hit.0[3].to_bits();
+            let found = hit.primitive;
             assert_eq!(*blocked, (found != NONE) as u32);
             // Rounding may decide at edges and where two hits are close.
             if prim != found {
@@ -308,14 +308,14 @@ fn hits_are_right_by_double_precision() {
             }
             clear += 1;
             if prim != NONE && next.0 - t > 1e-4 {
-                assert!((hit.0[0] as f64 - t).abs() < 2e-5, "{t} {hit:?} {ray:?}");
+                assert!((f64::from(hit.t) - t).abs() < 2e-5, "{t} {hit:?} {ray:?}");
             }
             if (prim as usize) < triangles.len() {
                 let [a, b, c] = triangles[prim as usize].map(|p| p.as_dvec3());
-                let (b1, b2) = (hit.0[1] as f64, hit.0[2] as f64);
+                let [b1, b2] = hit.b.map(f64::from);
                 let p = a * (1.0 - b1 - b2) + b * b1 + c * b2;
-                let r = ray.0.map(f64::from);
-                let q = DVec3::new(r[0], r[1], r[2]) + DVec3::new(r[4], r[5], r[6]) * t;
+                let [o, d] = [ray.origin, ray.direction].map(|v| DVec3::from(v.map(f64::from)));
+                let q = o + d * t;
                 assert!((p - q).length() < 2e-5, "{p} {q}");
             }
         }
@@ -330,9 +330,9 @@ fn widths_share_every_lane_of_setup() {
     let rays = rays(&mut random, &triangles, 64);
     let tracer = Tracer::build(&scene(&triangles, vec![]));
     for chunk in (0..64u32).collect::<Vec<_>>().chunks(8) {
-        let wide = Ray::<f32x8>::load(&rays, chunk, &tracer.extent);
+        let wide = ray::Ray::<f32x8>::load(&rays, chunk, &tracer.extent);
         for (lane, i) in chunk.iter().enumerate() {
-            let one = Ray::<f32>::load(&rays, &[*i], &tracer.extent);
+            let one = ray::Ray::<f32>::load(&rays, &[*i], &tracer.extent);
             assert_eq!(wide.t_max.lane(lane).to_bits(), one.t_max.to_bits());
             assert_eq!(wide.swap_x.bits() >> lane & 1 == 1, one.swap_x);
             for k in 0..3 {

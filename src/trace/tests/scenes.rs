@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::scene::*;
-use crate::simd::Row;
+use crate::trace::Ray;
 
 /// xorshift64*: plain numbers for test data.
 pub struct Random(pub u64);
@@ -166,7 +166,7 @@ pub fn soup(random: &mut Random, count: usize) -> Vec<[Vec3; 3]> {
 }
 
 /// Rays of all sorts: random, along axes (with zeros of both signs), at vertices and edges, from surfaces, of many lengths.
-pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<Row> {
+pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<Ray> {
     (0..count)
         .map(|i| {
             let mut o = random.cube();
@@ -217,7 +217,7 @@ pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<R
                 }
                 _ => {}
             }
-            Row([o.x, o.y, o.z, t_max, d.x, d.y, d.z, 0.0])
+            Ray::new(o, t_max, d)
         })
         .collect()
 }

@@ -3,10 +3,9 @@
 use glam::Vec3;
 
 use super::scenes::*;
-use crate::scene::NONE;
-use crate::simd::{Row, Vec3 as Lanes3, f32x8};
+use crate::simd::{Vec3 as Lanes3, f32x8};
 use crate::trace::offset::{leave_surface, triangle_point};
-use crate::trace::{Coherence, Tracer};
+use crate::trace::{Coherence, Hit, Ray, Tracer};
 
 /// A closed sphere of `2 * rings * (rings - 1) * 2` triangles.
 fn globe(rings: usize) -> Vec<[Vec3; 3]> {
@@ -45,10 +44,10 @@ fn closed_meshes_do_not_leak() {
     let tracer = Tracer::build(&scene(&triangles, vec![]));
     let count = 1 << 15;
     let list: Vec<u32> = (0..count).collect();
-    let mut hits = vec![Row::default(); count as usize];
+    let mut hits = vec![Hit::default(); count as usize];
     let mut blocked = vec![0; count as usize];
     for round in 0..32 {
-        let rays: Vec<Row> = list
+        let rays: Vec<Ray> = list
             .iter()
             .map(|_| {
                 // Origins of every fourth round are the centre: symmetric, many exact zeros.
@@ -64,7 +63,7 @@ fn closed_meshes_do_not_leak() {
                     _ => c.lerp(a, random.unit()),
                 };
                 let d = at - o;
-                Row([o.x, o.y, o.z, f32::INFINITY, d.x, d.y, d.z, 0.0])
+                Ray::endless(o, d)
             })
             .collect();
         // One method in each half: they agree, and this is enough rays for each.
@@ -72,8 +71,8 @@ fn closed_meshes_do_not_leak() {
         tracer.closest_with::<f32x8>(coherence, &rays, &list, &mut hits);
         tracer.occluded_with::<f32x8>(coherence, &rays, &list, &mut blocked);
         for (i, hit) in hits.iter().enumerate() {
-            assert!(hit.0[3].to_bits() != NONE, "{:?}", rays[i]);
-            assert!((hit.0[0] - 1.0).abs() < 1e-2, "{hit:?} {:?}", rays[i]);
+            assert!(!hit.is_none(), "{:?}", rays[i]);
+            assert!((hit.t - 1.0).abs() < 1e-2, "{hit:?} {:?}", rays[i]);
         }
         assert!(blocked.iter().all(|&b| b == 1));
     }
@@ -93,7 +92,7 @@ fn rays_leaving_a_surface_do_not_meet_it() {
         // Alone in the world, so that nothing else is nearer.
         let tracer = Tracer::build(&scene(&[*p], vec![]));
         let n = (p[1] - p[0]).cross(p[2] - p[0]);
-        let rays: Vec<Row> = (0..64)
+        let rays: Vec<Ray> = (0..64)
             .map(|j| {
                 let (mut u, mut v) = (random.unit(), random.unit());
                 if u + v > 1.0 {
@@ -108,14 +107,14 @@ fn rays_leaving_a_surface_do_not_meet_it() {
                     d = (d - unit * d.dot(unit)).normalize() + unit * 1e-4 * random.unit();
                 }
                 let o = leave_surface(point, error, lift(n), lift(d));
-                Row([o.x, o.y, o.z, f32::INFINITY, d.x, d.y, d.z, 0.0])
+                Ray::endless(o, d)
             })
             .collect();
         let list: Vec<u32> = (0..64).collect();
-        let mut hits = vec![Row::default(); 64];
+        let mut hits = vec![Hit::default(); 64];
         tracer.closest::<f32x8>(&rays, &list, &mut hits);
         for (j, hit) in hits.iter().enumerate() {
-            if hit.0[3].to_bits() != NONE {
+            if !hit.is_none() {
                 if j % 4 == 0 {
                     grazing_met += 1;
                 } else {
@@ -143,7 +142,7 @@ fn the_ends_of_a_segment_do_not_block_it() {
         let tracer = Tracer::build(&scene(pair, vec![]));
         let lift = |p: Vec3| Lanes3::<f32>::new(p.x, p.y, p.z);
         let normal = |p: &[Vec3; 3]| (p[1] - p[0]).cross(p[2] - p[0]);
-        let rays: Vec<Row> = (0..16)
+        let rays: Vec<Ray> = (0..16)
             .map(|_| {
                 let mut on = |p: &[Vec3; 3]| {
                     let u = random.unit();
@@ -153,7 +152,7 @@ fn the_ends_of_a_segment_do_not_block_it() {
                 let o = leave_surface(a, error_a, lift(normal(&pair[0])), b - a);
                 let e = leave_surface(b, error_b, lift(normal(&pair[1])), a - b);
                 let d = e - o;
-                Row([o.x, o.y, o.z, 1.0, d.x, d.y, d.z, 0.0])
+                Ray::new(o, 1.0, d)
             })
             .collect();
         let list: Vec<u32> = (0..16).collect();
@@ -179,7 +178,7 @@ fn spheres_do_not_block_what_leaves_or_reaches_them() {
         };
         let tracer = Tracer::build(&scene(&[], vec![pair[0]]));
         let lift = |p: Vec3| Lanes3::<f32>::new(p.x, p.y, p.z);
-        let rays: Vec<Row> = (0..64)
+        let rays: Vec<Ray> = (0..64)
             .map(|i| {
                 let unit = random.direction();
                 let p = row(&pair[0].to_world, unit);
@@ -195,11 +194,11 @@ fn spheres_do_not_block_what_leaves_or_reaches_them() {
                 let o = leave_surface(lift(p), error, lift(n), lift(d));
                 // Away from the sphere, and from outside to a point just above it.
                 if i % 2 == 0 {
-                    Row([o.x, o.y, o.z, 9.0, d.x, d.y, d.z, 0.0])
+                    Ray::new(o, 9.0, d)
                 } else {
                     let from = lift(p + d);
                     let d = o - from;
-                    Row([from.x, from.y, from.z, 1.0, d.x, d.y, d.z, 0.0])
+                    Ray::new(from, 1.0, d)
                 }
             })
             .collect();
@@ -220,24 +219,24 @@ fn scale_changes_nothing() {
     let list: Vec<u32> = (0..1600).collect();
     let trace = |scale: f32| {
         let scaled: Vec<_> = triangles.iter().map(|t| t.map(|p| p * scale)).collect();
-        let rays: Vec<Row> = rays
+        let rays: Vec<Ray> = rays
             .iter()
             .map(|r| {
-                let s = r.0.map(|x| x * scale);
-                Row([s[0], s[1], s[2], s[3], r.0[4], r.0[5], r.0[6], 0.0])
+                let origin = r.origin.map(|x| x * scale);
+                Ray::new(origin, r.t_max * scale, r.direction)
             })
             .collect();
-        let mut hits = vec![Row::default(); rays.len()];
+        let mut hits = vec![Hit::default(); rays.len()];
         let mut blocked = vec![0; rays.len()];
         let tracer = Tracer::build(&scene(&scaled, vec![]));
         tracer.closest::<f32x8>(&rays, &list, &mut hits);
         tracer.occluded::<f32x8>(&rays, &list, &mut blocked);
         for hit in &mut hits {
-            hit.0[0] /= scale;
+            hit.t /= scale;
         }
         (
             hits.iter()
-                .map(|h| h.0.map(f32::to_bits))
+                .map(|h| bytemuck::cast::<Hit, [u32; 8]>(*h))
                 .collect::<Vec<_>>(),
             blocked,
         )
