@@ -106,9 +106,9 @@ fn every_strategy_is_that_of_multiplexed_paths() {
             let choices = depth.strategies.len() as f32;
             for i in 0..BATCH {
                 let what = format!("{name}, {strategy:?}, path {i}");
-                let truth = &other.outcome[i];
+                let truth = &other.splats.camera[i];
                 assert_eq!(truth.s, strategy.s);
-                let part = paths.parts[index][i];
+                let part = paths.splats.parts[index][i];
                 let weighted = part.weighted;
                 expect_equal(weighted, truth.rgb.map(|v| v / choices), &what);
                 if weighted == [0.0; 3] {
@@ -116,8 +116,8 @@ fn every_strategy_is_that_of_multiplexed_paths() {
                 }
                 lit += 1;
                 let at = match strategy.t {
-                    1 => paths.splats[strategy.s as usize - 2][i],
-                    _ => paths.outcome[i],
+                    1 => paths.splats.light[strategy.s as usize - 2][i],
+                    _ => paths.splats.camera[i],
                 };
                 assert_eq!(at.raster, truth.raster, "{what}");
                 if strategy.t == 1 {
@@ -134,7 +134,7 @@ fn every_strategy_is_that_of_multiplexed_paths() {
                 }
             }
         }
-        for (i, (sum, outcome)) in sums.iter().zip(&paths.outcome).enumerate() {
+        for (i, (sum, outcome)) in sums.iter().zip(&paths.splats.camera).enumerate() {
             expect_equal(*sum, outcome.rgb, &format!("{name}, sum of path {i}"));
         }
         println!(
@@ -178,15 +178,15 @@ fn light_tracing_is_unweighted() {
             }
         }
         world.evaluate_bidirectional::<f32x8>(&short, &own, BATCH, &mut other);
-        assert_eq!(paths.splats.len(), other.splats.len());
+        assert_eq!(paths.splats.light.len(), other.splats.light.len());
         for (index, strategy) in layout.strategies().iter().enumerate() {
             for i in 0..BATCH {
-                let unweighted = paths.parts[index][i].unweighted;
+                let unweighted = paths.splats.parts[index][i].unweighted;
                 if strategy.t == 1 {
-                    let splat = &other.splats[strategy.s as usize - 2][i];
+                    let splat = &other.splats.light[strategy.s as usize - 2][i];
                     expect_equal(splat.rgb, unweighted, name);
                 } else if strategy.depth() == 0 {
-                    expect_equal(other.outcome[i].rgb, unweighted, name);
+                    expect_equal(other.splats.camera[i].rgb, unweighted, name);
                 }
             }
         }
@@ -232,13 +232,13 @@ fn sums_are_what_path_tracing_sees() {
             fill(&mut samples, &mut random);
             world.evaluate_bidirectional::<f32x8>(&layout, &samples, BATCH, &mut paths);
             for i in 0..BATCH {
-                let mut all = vec![paths.outcome[i]];
-                all.extend(paths.splats.iter().map(|splats| splats[i]));
+                let mut all = vec![paths.splats.camera[i]];
+                all.extend(paths.splats.light.iter().map(|splats| splats[i]));
                 add(&mut tiles[0], &world, &all);
             }
             fill(&mut numbers, &mut random);
             world.evaluate_unidirectional::<f32x8>(&plain, &numbers, BATCH, &mut paths);
-            for outcome in &paths.outcome {
+            for outcome in &paths.splats.camera {
                 add(&mut tiles[1], &world, &[*outcome]);
             }
         }

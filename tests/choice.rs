@@ -61,7 +61,7 @@ fn any_choice_has_the_same_mean() {
                         samples.row_mut(d).fill_with(|| random.uniform());
                     }
                     world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
-                    paths.outcome.iter().for_each(|o| mean.add(value(o)));
+                    paths.splats.camera.iter().for_each(|o| mean.add(value(o)));
                 }
                 mean
             });
@@ -94,10 +94,10 @@ fn first_states_keep_their_paths() {
             let before = regenerate::<f32x8>(plan, 11, &indices);
             let after = regenerate::<f32x8>(&other, 11, &indices);
             world.evaluate_multiplexed::<f32x8>(plan, &before, N, &mut paths);
-            let old = paths.outcome.clone();
+            let old = paths.splats.camera.clone();
             world.evaluate_multiplexed::<f32x8>(&other, &after, N, &mut paths);
             for i in 0..N {
-                let (a, b) = (&old[i], &paths.outcome[i]);
+                let (a, b) = (&old[i], &paths.splats.camera[i]);
                 let what = format!("{name}, depth {}, path {i}", plan.depth);
                 assert_eq!((a.s, a.raster), (b.s, b.raster), "{what}");
                 let (p, q) = (plan.choice.factor(a.s), other.choice.factor(a.s));
@@ -365,10 +365,11 @@ fn what_is_left_out_is_in_no_weight() {
                 let u = (i as f32 + 0.5) / plan.strategies.len() as f32;
                 samples.row_mut(plan.layout.strategy).fill(u);
                 world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
-                assert!(paths.outcome.iter().all(|o| o.s == s));
+                assert!(paths.splats.camera.iter().all(|o| o.s == s));
                 let n = plan.strategies.len() as f64;
                 paths
-                    .outcome
+                    .splats
+                    .camera
                     .iter()
                     .map(|o| value(o) / n)
                     .collect::<Vec<f64>>()

@@ -114,7 +114,7 @@ fn constant_index_changes_colours_only() {
             worlds[0].evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths[0]);
             worlds[1].evaluate_multiplexed::<f32x8>(other, &fewer, N, &mut paths[1]);
             for i in 0..N {
-                let (ours, rgb) = (paths[0].outcome[i], paths[1].outcome[i]);
+                let (ours, rgb) = (paths[0].splats.camera[i], paths[1].splats.camera[i]);
                 let w = table.at(samples.row(plan.layout.wavelength)[i]).colour;
                 let coloured: [f32; 3] = std::array::from_fn(|c| rgb.rgb[c] * w[c]);
                 assert_eq!(ours.raster, rgb.raster);
@@ -216,7 +216,7 @@ fn white_light_stays_white() {
         for _ in 0..4 {
             fill(&mut samples, &mut random);
             world.evaluate_unidirectional::<f32x8>(&layout, &samples, N, &mut paths);
-            for o in &paths.outcome {
+            for o in &paths.splats.camera {
                 for c in 0..3 {
                     means[c].add(o.rgb[c].into());
                 }
@@ -369,7 +369,7 @@ fn a_prism_spreads_light_as_snell_says() {
             // Everything from the light: no other strategy sees the screen through the prism.
             samples.row_mut(plan.layout.strategy).fill(0.999);
             world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
-            for o in &paths.outcome {
+            for o in &paths.splats.camera {
                 assert!(o.rgb == [0.0; 3] || o.s == 4);
                 let y =
                     experiment.centre() + HALF_VIEW * (1.0 - 2.0 * f64::from(o.raster[1]) / 64.0);
@@ -540,7 +540,7 @@ fn integrators_agree_on_dispersed_light() {
         for _ in 0..24 {
             fill(&mut samples, &mut random);
             world.evaluate_unidirectional::<f32x8>(&layout, &samples, N, &mut paths);
-            for o in &paths.outcome {
+            for o in &paths.splats.camera {
                 for c in 0..3 {
                     traced[c].add(o.rgb[c].into());
                 }
@@ -553,7 +553,7 @@ fn integrators_agree_on_dispersed_light() {
                 let mut samples = Samples::new(plan.layout.total, N);
                 fill(&mut samples, &mut random);
                 world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
-                for (sum, o) in sum.iter_mut().zip(&paths.outcome) {
+                for (sum, o) in sum.iter_mut().zip(&paths.splats.camera) {
                     for c in 0..3 {
                         sum[c] += f64::from(o.rgb[c]);
                     }

@@ -22,7 +22,7 @@ fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Outcome
     }
     let mut paths = Paths::new(world);
     world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
-    paths.outcome
+    paths.splats.camera
 }
 
 #[test]

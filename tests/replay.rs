@@ -51,7 +51,7 @@ fn walks_are_what_the_renderer_evaluates() {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
             world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
-            for (i, o) in paths.outcome.iter().enumerate() {
+            for (i, o) in paths.splats.camera.iter().enumerate() {
                 let walk = recorder.walk(plan, &samples.column(i));
                 let mine = (
                     walk.rgb.map(f32::to_bits),
@@ -112,7 +112,7 @@ fn scenes_with_two_skies_and_textures() {
             (u.iter().enumerate()).for_each(|(d, u)| samples.row_mut(d)[0] = *u);
             world.evaluate_multiplexed::<f32>(plan, &samples, 1, &mut paths);
             let walk = recorder.walk(plan, &u);
-            assert_eq!(paths.outcome[0].rgb, walk.rgb);
+            assert_eq!(paths.splats.camera[0].rgb, walk.rgb);
             // A camera ray that leaves meets both skies.
             let sky = walk.s == 0 && !walk.meetings.is_empty();
             assert!(!sky || walk.meetings.len() == 2);
@@ -274,7 +274,7 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         let single = |name: &str| about[name].as_f64().unwrap() as f32;
         assert_eq!(single("acceptance"), step.acceptance);
         assert_eq!(single("drawn"), step.drawn);
-        let outcome = paths.outcome[chain];
+        let outcome = paths.splats.camera[chain];
         let proposal = &replayed["proposal"];
         assert_eq!(floats(&proposal["contribution"]), outcome.rgb);
         assert_eq!(floats(&proposal["raster"]), outcome.raster);

@@ -59,7 +59,7 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
             for _ in 0..BATCHES {
                 fill(&mut samples, &mut random);
                 world.evaluate_multiplexed::<f32x8>(plan, &samples, BATCH, &mut paths);
-                for o in &paths.outcome {
+                for o in &paths.splats.camera {
                     add(&mut multiplexed, &world, o.raster, value(o));
                     by_strategy[o.s as usize] += value(o) / (BATCH * BATCHES) as f64;
                 }
@@ -70,8 +70,12 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
                     let shorter = UnidirectionalLayout::new(&world.plan, k - 1);
                     world.evaluate_unidirectional::<f32x8>(&shorter, &numbers, BATCH, &mut other);
                 }
-                for (i, o) in paths.outcome.iter().enumerate() {
-                    let less = if k > 0 { value(&other.outcome[i]) } else { 0.0 };
+                for (i, o) in paths.splats.camera.iter().enumerate() {
+                    let less = if k > 0 {
+                        value(&other.splats.camera[i])
+                    } else {
+                        0.0
+                    };
                     add(&mut traced, &world, o.raster, value(o) - less);
                 }
             }

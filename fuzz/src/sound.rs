@@ -97,7 +97,7 @@ pub fn multiplexed(world: &World, depth: u32, sample: &mut dyn FnMut() -> f32) -
             Width::One => world.evaluate_multiplexed::<f32>(plan, &samples, PATHS, &mut paths),
             Width::Eight => world.evaluate_multiplexed::<f32x8>(plan, &samples, PATHS, &mut paths),
         }
-        paths.outcome
+        paths.splats.camera
     };
     agree(evaluate)
 }
@@ -116,7 +116,7 @@ pub fn unidirectional(world: &World, max_depth: u32, sample: &mut dyn FnMut() ->
                 world.evaluate_unidirectional::<f32x8>(&layout, &samples, PATHS, &mut paths)
             }
         }
-        paths.outcome
+        paths.splats.camera
     };
     agree(evaluate)
 }

@@ -324,7 +324,7 @@ impl Batch {
             independent,
         } = workspace;
         let n = self.len();
-        let rays = paths.rays;
+        let rays = paths.rays.traced;
         let to = in_units(to);
         let also = self.combined.map(|c| Destination {
             layer: c.layer,
@@ -354,7 +354,7 @@ impl Batch {
             film.add(also, independent);
         }
         paths.clock.lap(Stage::Splat);
-        self.counts.rays += paths.rays - rays;
+        self.counts.rays += paths.rays.traced - rays;
     }
 
     /// Splats the large steps of the latest iteration, whatever has become of them.
@@ -428,7 +428,7 @@ impl Batch {
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let first = OutcomeLanes::<L>::load(&paths.outcome, list);
+            let first = OutcomeLanes::<L>::load(&paths.splats.camera, list);
             let mut proposed = target(first.rgb.to_array());
             if splats > 1 {
                 let others = (1..splats).map(|row| {
@@ -476,7 +476,7 @@ impl Batch {
                 states: &self.states,
                 left: &self.left,
                 targets: &self.targets,
-                proposed: &paths.outcome,
+                proposed: &paths.splats.camera,
                 share: &self.share,
                 taken: &self.taken,
                 large: &self.large,

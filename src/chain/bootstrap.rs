@@ -239,13 +239,13 @@ impl Bootstrap {
             }
             let first = chunk * CHUNK;
             let n = (until - first).min(CHUNK) as usize;
-            let rays = paths.rays;
+            let rays = paths.rays.traced;
             fill::<L>(&stream, host, samples, n, |i| first + i as u64);
             world.evaluate_host::<L>(host, samples, n, paths);
             let rejected = paths.rejected(host.splats());
             let values = totals(paths, host.splats());
             let mut by_light_vertices = vec![Moments::default(); room];
-            for (outcome, value) in paths.outcome.iter().zip(&values) {
+            for (outcome, value) in paths.splats.camera.iter().zip(&values) {
                 if let Some(moments) = by_light_vertices.get_mut(outcome.s as usize) {
                     moments.add(*value);
                 }
@@ -255,7 +255,7 @@ impl Bootstrap {
                 strategies: strategies.map(|s| by_light_vertices[*s as usize]).collect(),
                 values,
                 rejected,
-                rays: paths.rays - rays,
+                rays: paths.rays.traced - rays,
             }
         };
         let chunks: Vec<Part> = (self.len() / CHUNK..until.div_ceil(CHUNK))

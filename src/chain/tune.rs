@@ -155,7 +155,7 @@ impl Tuner {
 
     /// Rays traced.
     pub fn rays(&self) -> u64 {
-        self.paths.rays
+        self.paths.rays.traced
     }
 
     /// Goes on for so many steps, or to the end.

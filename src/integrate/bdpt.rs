@@ -24,10 +24,10 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
         },
         collect: &|paths, numbers| {
-            for (films, parts) in films.iter().zip(&paths.parts) {
+            for (films, parts) in films.iter().zip(&paths.splats.parts) {
                 let places = match films.strategy.t {
-                    1 => &paths.splats[films.strategy.s as usize - 2],
-                    _ => &paths.outcome,
+                    1 => &paths.splats.light[films.strategy.s as usize - 2],
+                    _ => &paths.splats.camera,
                 };
                 let at = || parts.iter().zip(places);
                 let weighted = at().map(|(part, at)| (part.weighted, at.raster));

@@ -88,7 +88,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
                 });
                 let begin = done + chunk * batch;
                 let n = (until - begin).min(batch) as usize;
-                let before = paths.rays;
+                let before = paths.rays.traced;
                 grid.fill::<L>(&stream, &mut samples, begin, n);
                 (method.evaluate)(&samples, n, &mut paths);
                 let numbers = Numbers {
@@ -98,7 +98,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
                 };
                 let bad = add(&sums, method, &paths, numbers);
                 (method.collect)(&paths, numbers);
-                let rays = paths.rays - before;
+                let rays = paths.rays.traced - before;
                 lock(&workspaces).push((paths, samples));
                 (rays, bad)
             })
@@ -173,11 +173,13 @@ fn lock<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
 
 /// Adds a batch to the film; how many of its contributions were rejected.
 fn add(sums: &ScatteredFilm, method: &Method, paths: &Paths, numbers: Numbers) -> u64 {
-    sums.add((paths.outcome.iter().enumerate()).map(|(i, o)| numbers.placed(i, o.raster, o.rgb)));
+    sums.add(
+        (paths.splats.camera.iter().enumerate()).map(|(i, o)| numbers.placed(i, o.raster, o.rgb)),
+    );
     let rejected = |outcomes: &[Outcome]| outcomes.iter().map(|o| u64::from(o.rejected)).sum();
-    let mut bad: u64 = rejected(&paths.outcome);
+    let mut bad: u64 = rejected(&paths.splats.camera);
     if method.splats {
-        for splats in &paths.splats {
+        for splats in &paths.splats.light {
             let lit = (splats.iter().enumerate()).filter(|(_, o)| o.rgb != [0.0; 3]);
             sums.splat(lit.map(|(i, o)| numbers.splat(i, o.raster, o.rgb)));
             bad += rejected(splats);

@@ -1,6 +1,7 @@
 //! The tracer's contract: what it is asked, and what it answers. All in internal space.
 
 use crate::simd::record::record;
+use crate::simd::{Lanes, Vec3};
 
 record! {
     /// A ray. It is written by whoever asks ([`Tracer::closest`](super::Tracer::closest)), and read by the tracer.
@@ -41,6 +42,28 @@ impl Ray {
     /// Without an end.
     pub fn endless(origin: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>) -> Self {
         Self::new(origin, f32::INFINITY, direction)
+    }
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// Without an end.
+    #[inline(always)]
+    pub fn endless(origin: Vec3<L>, direction: Vec3<L>) -> Self {
+        Self {
+            origin,
+            t_max: L::splat(f32::INFINITY),
+            direction,
+        }
+    }
+
+    /// Between two points: `t = 1` is the second.
+    #[inline(always)]
+    pub fn between(origin: Vec3<L>, target: Vec3<L>) -> Self {
+        Self {
+            origin,
+            t_max: L::one(),
+            direction: target - origin,
+        }
     }
 }
 

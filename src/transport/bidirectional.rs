@@ -6,17 +6,18 @@
 //! are one full wave. A tip's running sums ([`super::mis`]) are all that a weight needs, here as there, and the weights are the same.
 //!
 //! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample has many raster positions:
-//! [`Paths::splats`]. Without camera subpaths this is light tracing.
+//! [`Splats::light`]. Without camera subpaths this is light tracing.
 
 use super::World;
 use super::clock::Stage;
-use super::connect::ConnectionSamples;
+use super::connect::{Joining, Techniques};
+use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::list::List;
-use super::paths::{Endpoints, Lists, Paths, Rivals, Side};
+use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Outcome};
-use super::samples::Samples;
-use super::walk::Bounce;
+use super::samples::{Bounce, ConnectionSamples, Samples};
+use super::weigh::{Sink, TechniqueMask};
 use crate::simd::{Lanes, Row};
 
 /// A way to make a path: so many vertices from a light, and from the camera.
@@ -58,7 +59,7 @@ pub struct BidirectionalLayout {
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
     camera_labels: usize,
-    rivals: Rivals,
+    mask: TechniqueMask,
     parts: bool,
     pub raster: usize,
     pub lens: usize,
@@ -82,24 +83,24 @@ pub struct BidirectionalLayout {
 impl BidirectionalLayout {
     /// All strategies that can carry light, of all depths that the world is planned for.
     pub fn new(world: &World) -> Self {
-        Self::with(world, Rivals::ALL, |_| true)
+        Self::with(world, TechniqueMask::ALL, |_| true)
     }
 
     /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing competes: weights are 1. Light that reaches
     /// the camera from specular surfaces is out of reach.
     pub fn light_tracing(world: &World) -> Self {
-        Self::with(world, Rivals::NONE, |strategy| {
+        Self::with(world, TechniqueMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
     }
 
-    /// Asks evaluations for [`Paths::parts`], too.
+    /// Asks evaluations for [`Splats::parts`], too.
     pub fn with_parts(mut self) -> Self {
         self.parts = true;
         self
     }
 
-    fn with(world: &World, rivals: Rivals, runs: impl Fn(Strategy) -> bool) -> Self {
+    fn with(world: &World, mask: TechniqueMask, runs: impl Fn(Strategy) -> bool) -> Self {
         let plan = &world.plan;
         let mut strategies = Vec::new();
         let mut seen = Vec::new();
@@ -156,7 +157,7 @@ impl BidirectionalLayout {
             camera_vertices,
             light_vertices,
             camera_labels,
-            rivals,
+            mask,
             parts: false,
             raster,
             lens,
@@ -187,7 +188,7 @@ impl BidirectionalLayout {
         self.total
     }
 
-    /// Raster positions that a path contributes to beside its camera's: lists in [`Paths::splats`].
+    /// Raster positions that a path contributes to beside its camera's: lists in [`Splats::light`].
     pub fn splats(&self) -> usize {
         let joined = self.strategies.iter().filter(|strategy| strategy.t == 1);
         joined
@@ -197,7 +198,7 @@ impl BidirectionalLayout {
     }
 
     /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes beside what all evaluations need; with
-    /// [`Paths::parts`] or without.
+    /// [`Splats::parts`] or without.
     pub fn bytes_per_path(max_depth: u32, parts: bool) -> u64 {
         let depth = u64::from(max_depth);
         // An endpoint with its flags and its place in a list, parameter rows of its own, and its primary samples.
@@ -273,7 +274,7 @@ impl Kept {
 impl Vertex {
     /// The subpaths of `list` have arrived here.
     fn note(&mut self, paths: &Paths, list: &[u32], side: Side) {
-        let kinds = &paths.endpoints[side as usize].kind;
+        let kinds = &paths.subpaths.endpoints[side as usize].kind;
         for &path in list {
             let joins = !kinds[path as usize].is_delta();
             self.joins[path as usize] = joins;
@@ -292,8 +293,8 @@ impl Vertex {
 }
 
 impl World<'_> {
-    /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`. `paths.outcome[i]` is left with what its strategies of `t >= 2`
-    /// add at the camera's raster position, `paths.splats[s - 2][i]` with what its strategy `(s, 1)` adds, and where. Every strategy is a sample
+    /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`. `paths.splats.camera[i]` is left with what its strategies of `t >= 2`
+    /// add at the camera's raster position, `paths.splats.light[s - 2][i]` with what its strategy `(s, 1)` adds, and where. Every strategy is a sample
     /// of its own, with its own weight: their sum over all depths estimates the picture.
     pub fn evaluate_bidirectional<L: Lanes>(
         &self,
@@ -303,11 +304,12 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        paths.reserve_slots(layout.camera_vertices.max(layout.light_vertices));
+        let parameters = &mut paths.subpaths.parameters;
+        parameters.reserve_slots(layout.camera_vertices.max(layout.light_vertices));
         paths.s[..n].fill(0);
-        start_rows(&mut paths.splats, layout.splats(), n);
+        start_rows(&mut paths.splats.light, layout.splats(), n);
         start_rows(
-            &mut paths.parts,
+            &mut paths.splats.parts,
             if layout.parts {
                 layout.strategies.len()
             } else {
@@ -319,25 +321,23 @@ impl World<'_> {
         kept.start(layout, paths.room(), self.plan.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
-        self.start_wavelengths(paths, samples, layout.wavelength, n);
+        self.start_wavelengths(samples, layout.wavelength, n, &mut paths.dispersion);
         self.walk_light::<L>(layout, samples, paths, &mut lists, &mut kept);
         if self.plan.dispersion {
             paths.dispersion.forget();
         }
         self.walk_camera::<L>(layout, samples, paths, &mut lists, &mut kept);
-        paths.rivals = layout.rivals;
         for index in 0..layout.strategies.len() {
-            self.join_strategy::<L>((layout, index), samples, paths, &mut lists, &mut kept);
+            self.join_strategy::<L>((layout, index), samples, paths, &mut lists, &kept);
         }
-        paths.slot = 0;
         paths.lists = lists;
         paths.kept = kept;
-        for (index, splats) in paths.splats.iter_mut().enumerate() {
+        for (index, splats) in paths.splats.light.iter_mut().enumerate() {
             settle(splats);
             splats.iter_mut().for_each(|o| o.s = index as u32 + 2);
         }
-        settle(&mut paths.outcome);
-        settle_parts(layout, paths);
+        settle(&mut paths.splats.camera);
+        settle_parts(layout, &mut paths.splats);
     }
 
     fn walk_light<L: Lanes>(
@@ -353,10 +353,10 @@ impl World<'_> {
         }
         (0..paths.n).for_each(|path| lists.starting.push(path as u32));
         self.start_light::<L>(
-            paths,
             samples,
             &lists.starting,
             (layout.light_choice, layout.emission),
+            (&mut paths.rays.ray, &mut paths.subpaths.flight),
             &mut lists.light,
         );
         lists.starting.clear();
@@ -365,16 +365,20 @@ impl World<'_> {
             if lists.light.is_empty() {
                 break;
             }
-            paths.slot = wave;
-            self.trace::<L>(paths, &lists.light);
+            self.trace::<L>(&mut paths.rays, &lists.light, &mut paths.clock);
             lists.emission.clear();
             for &path in &*lists.light {
-                lists.emission.push_if(path, !paths.missed(path));
+                lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
             let label = Some(Bounce::at(layout.light_label + wave));
-            self.arrive::<L>(paths, &lists.emission, Side::Light, (samples, label));
-            self.weigh_components(paths, Side::Light);
+            self.arrive_on::<L>(
+                paths,
+                &lists.emission,
+                (Side::Light, wave),
+                (samples, label),
+            );
+            self.weigh_components(&mut paths.subpaths, Side::Light);
             self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Light, kept));
         }
         lists.light.clear();
@@ -406,7 +410,10 @@ impl World<'_> {
             let bounce = Bounce::at(first + wave * layout.per_bounce);
             self.scatter_queues::<L>(paths, samples, lists, side, bounce);
         }
-        std::mem::swap(&mut paths.endpoints[side as usize], &mut vertex.endpoints);
+        std::mem::swap(
+            &mut paths.subpaths.endpoints[side as usize],
+            &mut vertex.endpoints,
+        );
     }
 
     /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as the hits are at hand.
@@ -420,48 +427,55 @@ impl World<'_> {
     ) {
         (0..paths.n).for_each(|path| lists.camera.push(path as u32));
         self.start_camera::<L>(
-            paths,
             samples,
             &lists.camera,
             (layout.raster, layout.lens),
             !self.plan.connectable,
+            paths.camera_starts(),
         );
         paths.clock.lap(Stage::Generate);
         for wave in 0..layout.camera_vertices {
             if lists.camera.is_empty() {
                 break;
             }
-            paths.slot = wave;
-            self.trace::<L>(paths, &lists.camera);
+            self.trace::<L>(&mut paths.rays, &lists.camera, &mut paths.clock);
             lists.escaped.clear();
             lists.emission.clear();
             let seen = layout.seen[wave];
             for &path in &*lists.camera {
-                let missed = paths.missed(path);
+                let missed = paths.rays.missed(path);
                 lists.escaped.push_if(path, missed & seen.is_some());
                 lists.emission.push_if(path, !missed);
             }
             paths.clock.lap(Stage::Sort);
             // Lights that are seen directly are seen by no other strategy.
-            paths.rivals = if wave == 0 {
-                Rivals::NONE
+            let mask = if wave == 0 {
+                TechniqueMask::NONE
             } else {
-                layout.rivals
+                layout.mask
             };
             if let Some(index) = seen {
-                swap_part(paths, index);
-                self.escape::<L>(paths, &lists.escaped, 1.0);
+                let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
+                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink);
             }
             paths.clock.lap(Stage::Mis);
             let label =
                 (wave < layout.camera_labels).then(|| Bounce::at(layout.camera_label + wave));
-            self.arrive::<L>(paths, &lists.emission, Side::Camera, (samples, label));
+            self.arrive_on::<L>(
+                paths,
+                &lists.emission,
+                (Side::Camera, wave),
+                (samples, label),
+            );
             if let Some(index) = seen {
-                self.emission::<L>(paths, &lists.emission, &mut lists.scratch, 1.0);
-                swap_part(paths, index);
+                let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
+                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                let (list, lit) = (&lists.emission, &mut lists.scratch);
+                self.emission::<L>(from, list, lit, (mask, 1.0), sink);
             }
             // What a surface emits is no matter of what it is made of.
-            self.weigh_components(paths, Side::Camera);
+            self.weigh_components(&mut paths.subpaths, Side::Camera);
             paths.clock.lap(Stage::Mis);
             self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Camera, kept));
         }
@@ -475,20 +489,20 @@ impl World<'_> {
         samples: &Samples,
         paths: &mut Paths,
         lists: &mut Lists,
-        kept: &mut Kept,
+        kept: &Kept,
     ) {
         let strategy = layout.strategies[index];
         let [light, camera] = strategy.surfaces();
         if strategy.s == 0 {
             return;
         }
-        let [of_camera, of_light] = &mut kept.sides;
-        let mut of_camera = camera.checked_sub(1).map(|i| &mut of_camera[i]);
-        let mut of_light = light.checked_sub(1).map(|i| &mut of_light[i]);
+        let [of_camera, of_light] = &kept.sides;
+        let of_camera = camera.checked_sub(1).map(|i| &of_camera[i]);
+        let of_light = light.checked_sub(1).map(|i| &of_light[i]);
         lists.direct.clear();
         lists.lens.clear();
         lists.general.clear();
-        let list = match (&of_camera, &of_light) {
+        let list = match (of_camera, of_light) {
             (Some(c), Some(l)) => {
                 for &path in &*c.joined {
                     lists.general.push_if(path, l.joins[path as usize]);
@@ -510,29 +524,47 @@ impl World<'_> {
         }
         if self.plan.dispersion {
             for &path in &**list {
-                let met = |vertex: &Option<&mut Vertex>| {
-                    (vertex.as_ref()).is_some_and(|v| v.has_dispersed(path))
-                };
-                paths.dispersion.set(path, met(&of_camera) | met(&of_light));
+                let met = |vertex: Option<&Vertex>| vertex.is_some_and(|v| v.has_dispersed(path));
+                paths.dispersion.set(path, met(of_camera) | met(of_light));
             }
         }
-        let mut exchange = |paths: &mut Paths| {
-            for (side, vertex) in [(Side::Camera, &mut of_camera), (Side::Light, &mut of_light)] {
-                if let Some(vertex) = vertex {
-                    std::mem::swap(&mut paths.endpoints[side as usize], &mut vertex.endpoints);
-                }
-            }
-            if strategy.t == 1 {
-                let splats = &mut paths.splats[strategy.s as usize - 2];
-                std::mem::swap(&mut paths.outcome, splats);
-            }
-            swap_part(paths, index);
+        let none = Endpoints::default();
+        let [of_camera, of_light] =
+            [of_camera, of_light].map(|vertex| vertex.map_or(&none, |v| &v.endpoints));
+        let place = (strategy.t == 1).then(|| strategy.s as usize - 2);
+        let joining = Joining {
+            endpoints: [of_camera, of_light],
+            params: &paths.subpaths.parameters.rows,
+            rays: &mut paths.rays,
+            connections: &mut paths.connections,
+            sink: sink(self, &mut paths.splats, &paths.dispersion, (place, index)),
+            clock: &mut paths.clock,
         };
-        exchange(paths);
+        let techniques = Techniques {
+            mask: layout.mask,
+            // Every strategy runs once a path.
+            factors: &[1.0; 2],
+            s: &paths.s,
+        };
         let at = layout.connection(strategy);
-        // Every strategy runs once a path.
-        self.join::<L>(paths, samples, lists, at, &[1.0; 2]);
-        exchange(paths);
+        self.join::<L>(joining, samples, lists, at, techniques);
+    }
+}
+
+/// Where a strategy adds: to the camera's raster position or to that of a light vertex, and to the part of its index if that is asked for.
+fn sink<'a>(
+    world: &World,
+    splats: &'a mut Splats,
+    dispersion: &'a Dispersion,
+    (light, index): (Option<usize>, usize),
+) -> Sink<'a> {
+    Sink {
+        splats: match light {
+            Some(vertex) => &mut splats.light[vertex],
+            None => &mut splats.camera,
+        },
+        part: splats.parts.get_mut(index).map(|part| &mut part[..]),
+        dispersion: world.plan.dispersion.then_some(dispersion),
     }
 }
 
@@ -545,19 +577,12 @@ fn start_rows<T: Copy + Default>(rows: &mut Vec<Vec<T>>, count: usize, n: usize)
     }
 }
 
-/// Gives a strategy's part to the kernels, or takes it back.
-fn swap_part(paths: &mut Paths, index: usize) {
-    if let Some(part) = paths.parts.get_mut(index) {
-        std::mem::swap(&mut paths.part, part);
-    }
-}
-
 /// Parts are left out with what they are of, and where they are not finite themselves.
-fn settle_parts(layout: &BidirectionalLayout, paths: &mut Paths) {
-    for (strategy, parts) in layout.strategies.iter().zip(&mut paths.parts) {
+fn settle_parts(layout: &BidirectionalLayout, splats: &mut Splats) {
+    for (strategy, parts) in layout.strategies.iter().zip(&mut splats.parts) {
         let whole = match strategy.t {
-            1 => &paths.splats[strategy.s as usize - 2],
-            _ => &paths.outcome,
+            1 => &splats.light[strategy.s as usize - 2],
+            _ => &splats.camera,
         };
         for (part, whole) in parts.iter_mut().zip(whole) {
             if whole.rejected != 0 || !is_good(part.weighted) {

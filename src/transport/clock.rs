@@ -123,6 +123,13 @@ impl Clock {
         }
     }
 
+    /// `items` paths went through `stage`, `width` a time, and it has ended.
+    #[inline]
+    pub fn finish(&mut self, stage: Stage, items: usize, width: usize) {
+        self.count(stage, items, width);
+        self.lap(stage);
+    }
+
     pub fn merge(&mut self, o: &Self) {
         for (a, b) in self.spent.iter_mut().zip(&o.spent) {
             a.merge(b);

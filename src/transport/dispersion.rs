@@ -1,7 +1,7 @@
 //! Wavelengths of a batch of paths, and which paths have met what disperses light. All of it is empty in a scene without dispersion.
 
 use super::World;
-use super::paths::{Paths, Side};
+use super::paths::Side;
 use super::samples::Samples;
 use super::wavelength::{Wavelength, Wavelengths};
 use crate::simd::{Lanes, Vec3};
@@ -13,8 +13,8 @@ pub struct Dispersion {
     wavelength: Vec<Wavelength>,
     /// Some scattering event of the path so far was on a dispersive surface.
     touched: Vec<bool>,
-    /// The tip of each side is on one.
-    tip: [Vec<bool>; 2],
+    /// The endpoint of each side is on one.
+    endpoint: [Vec<bool>; 2],
 }
 
 impl Dispersion {
@@ -24,8 +24,8 @@ impl Dispersion {
         self.touched.resize(n, false);
         self.wavelength.clear();
         (self.wavelength).extend(samples[..n].iter().map(|u| table.at(*u)));
-        for tip in &mut self.tip {
-            tip.resize(n, false);
+        for endpoint in &mut self.endpoint {
+            endpoint.resize(n, false);
         }
     }
 
@@ -35,11 +35,22 @@ impl Dispersion {
         self.wavelength.get(path).map_or(0.0, |w| w.nm)
     }
 
-    /// The tips of the paths in `list` scatter, or are joined.
-    pub fn touch(&mut self, list: &[u32], side: Side) {
-        let tip = &self.tip[side as usize];
+    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all of those are among `textured`.
+    pub fn note(&mut self, list: &[u32], side: Side, textured: impl Iterator<Item = (u32, bool)>) {
+        let endpoint = &mut self.endpoint[side as usize];
         for &path in list {
-            self.touched[path as usize] |= tip[path as usize];
+            endpoint[path as usize] = false;
+        }
+        for (path, dispersive) in textured {
+            endpoint[path as usize] = dispersive;
+        }
+    }
+
+    /// The endpoints of the paths in `list` scatter, or are joined.
+    pub fn touch(&mut self, list: &[u32], side: Side) {
+        let endpoint = &self.endpoint[side as usize];
+        for &path in list {
+            self.touched[path as usize] |= endpoint[path as usize];
         }
     }
 
@@ -48,10 +59,10 @@ impl Dispersion {
         self.touched.fill(false);
     }
 
-    /// Whether a path up to the present tip of a side, which is on its way, has met what disperses light.
+    /// Whether a path up to the present endpoint of a side, which is on its way, has met what disperses light.
     #[inline(always)]
     pub fn has_met(&self, path: u32, side: Side) -> bool {
-        self.touched[path as usize] | self.tip[side as usize][path as usize]
+        self.touched[path as usize] | self.endpoint[side as usize][path as usize]
     }
 
     /// Says of a path whether it has.
@@ -82,25 +93,13 @@ impl World<'_> {
     /// Gives the paths their wavelengths, if the scene calls for them; `dimension` is that of their primary sample.
     pub(super) fn start_wavelengths(
         &self,
-        paths: &mut Paths,
         samples: &Samples,
         dimension: usize,
         n: usize,
+        dispersion: &mut Dispersion,
     ) {
         if let Some(table) = &self.wavelengths {
-            paths.dispersion.start(table, samples.row(dimension), n);
-        }
-    }
-
-    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all of those are in `paths.textured`, components
-    /// of mixtures under the name of the component.
-    pub(super) fn note_dispersive(&self, paths: &mut Paths, list: &[u32], side: Side) {
-        let tip = &mut paths.dispersion.tip[side as usize];
-        for &path in list {
-            tip[path as usize] = false;
-        }
-        for &(path, material, _) in &paths.textured {
-            tip[path as usize] = self.materials.entries[material as usize].dispersive;
+            dispersion.start(table, samples.row(dimension), n);
         }
     }
 }

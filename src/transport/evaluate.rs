@@ -2,11 +2,10 @@
 
 use super::World;
 use super::clock::Stage;
-use super::connect::ConnectionSamples;
-use super::paths::{Lists, Paths, Rivals, Side};
+use super::paths::{Lists, Paths, Side};
 use super::records::Outcome;
-use super::samples::Samples;
-use super::walk::Bounce;
+use super::samples::{Bounce, ConnectionSamples, Label, Samples};
+use super::weigh::{Sink, TechniqueMask};
 use crate::plan::{DepthPlan, Plan};
 use crate::simd::Lanes;
 
@@ -57,7 +56,7 @@ impl UnidirectionalLayout {
 
 impl World<'_> {
     /// Multiplexed evaluation (Hachisuka et al. 2014): path `i` of `n` takes column `i` of `samples`, laid out as `depth.layout`, chooses a
-    /// strategy `(s, t)` with `s + t = depth + 2`, and leaves its contribution in `paths.outcome[i]`.
+    /// strategy `(s, t)` with `s + t = depth + 2`, and leaves its contribution in `paths.splats.camera[i]`.
     ///
     /// A path costs `depth + 1` rays whatever its strategy, so the batch marches in lockstep: wave `w` traces the `w`-th ray of every live
     /// path, camera and light subpaths alike, and the visibility rays go last.
@@ -69,11 +68,10 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        paths.rivals = Rivals::ALL;
         if depth.strategies.is_empty() {
             return;
         }
-        self.start_wavelengths(paths, samples, depth.layout.wavelength, n);
+        self.start_wavelengths(samples, depth.layout.wavelength, n, &mut paths.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         self.choose_strategies(depth, samples, paths, &mut lists);
         paths.clock.lap(Stage::Sort);
@@ -82,19 +80,19 @@ impl World<'_> {
         let alone = depth.strategies.len() == 1;
         let factors = depth.choice.factors();
         self.start_camera::<L>(
-            paths,
             samples,
             &lists.camera,
             (at.raster, at.lens),
             alone || !self.plan.connectable,
+            paths.camera_starts(),
         );
         for wave in 0..=depth.depth {
             // Light subpaths start where the camera's rays are spent.
             self.start_light::<L>(
-                paths,
                 samples,
                 &lists.starting,
                 (at.light_choice, at.emission),
+                (&mut paths.rays.ray, &mut paths.subpaths.flight),
                 &mut lists.light,
             );
             paths.clock.lap(Stage::Generate);
@@ -105,20 +103,22 @@ impl World<'_> {
             if lists.trace.is_empty() {
                 break;
             }
-            self.trace::<L>(paths, &lists.trace);
+            self.trace::<L>(&mut paths.rays, &lists.trace, &mut paths.clock);
             self.advance_camera::<L>(paths, samples, &mut lists, depth, wave);
             self.advance_light::<L>(paths, samples, &mut lists, depth, wave);
         }
-        self.emission::<L>(paths, &lists.emission, &mut lists.scratch, factors[0]);
-        self.escape::<L>(paths, &lists.escaped, factors[0]);
+        let techniques = (TechniqueMask::ALL, factors[0]);
+        self.meet::<L>(paths, &mut lists, techniques);
+        self.escape::<L>(paths, &lists, techniques);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        self.connect::<L>(paths, samples, &mut lists, connection, factors);
+        let techniques = (TechniqueMask::ALL, factors);
+        self.connect::<L>(paths, samples, &mut lists, connection, techniques);
         paths.lists = lists;
-        settle(&mut paths.outcome);
+        settle(&mut paths.splats.camera);
     }
 
     /// The first primary sample of the camera stream chooses among the strategies.
@@ -145,7 +145,7 @@ impl World<'_> {
             let s = paths.s[path];
             let t = depth.depth + 2 - s;
             paths.t[path] = t;
-            paths.outcome[path].s = s;
+            paths.splats.camera[path].s = s;
             lists.camera.push_if(path as u32, t >= 2);
             lists.starting.push_if(path as u32, t < 2);
         }
@@ -163,7 +163,7 @@ impl World<'_> {
         lists.scratch.clear();
         for &path in &*lists.camera {
             let i = path as usize;
-            let missed = paths.missed(path);
+            let missed = paths.rays.missed(path);
             let seen = missed & (paths.t[i] == wave + 2) & (paths.s[i] == 0);
             lists.scratch.push_if(path, !missed);
             lists.escaped.push_if(path, seen);
@@ -172,14 +172,14 @@ impl World<'_> {
         // Only vertices met by chance are so late, and they do not scatter.
         let label =
             (wave < depth.depth).then(|| Bounce::at(depth.layout.camera_label + wave as usize));
-        self.arrive::<L>(paths, &lists.scratch, Side::Camera, (samples, label));
-        self.weigh_components(paths, Side::Camera);
+        self.arrive_on::<L>(paths, &lists.scratch, (Side::Camera, 0), (samples, label));
+        self.weigh_components(&mut paths.subpaths, Side::Camera);
         lists.camera.clear();
         for &path in &*lists.scratch {
             let i = path as usize;
             let (s, ends) = (paths.s[i], paths.t[i] == wave + 2);
             // Nothing can be joined to a delta BSDF.
-            let joins = ends & !paths.endpoints[0].kind[i].is_delta();
+            let joins = ends & !paths.subpaths.endpoints[0].kind[i].is_delta();
             lists.camera.push_if(path, !ends);
             lists.emission.push_if(path, ends & (s == 0));
             lists.direct.push_if(path, joins & (s == 1));
@@ -203,7 +203,7 @@ impl World<'_> {
         }
         lists.scratch.clear();
         for &path in &*lists.light {
-            lists.scratch.push_if(path, !paths.missed(path));
+            lists.scratch.push_if(path, !paths.rays.missed(path));
         }
         paths.clock.lap(Stage::Sort);
         let label = Bounce {
@@ -211,15 +211,16 @@ impl World<'_> {
             per_bounce: 1,
             wave,
         };
-        self.arrive::<L>(paths, &lists.scratch, Side::Light, (samples, Some(label)));
-        self.weigh_components(paths, Side::Light);
+        let label = Some(label);
+        self.arrive_on::<L>(paths, &lists.scratch, (Side::Light, 0), (samples, label));
+        self.weigh_components(&mut paths.subpaths, Side::Light);
         lists.light.clear();
         if wave + 1 < depth.depth {
             lists.light.extend(&lists.scratch);
         } else {
             // All rays but the visibility ray are spent.
             for &path in &*lists.scratch {
-                let joins = !paths.endpoints[1].kind[path as usize].is_delta();
+                let joins = !paths.subpaths.endpoints[1].kind[path as usize].is_delta();
                 let lens = paths.t[path as usize] == 1;
                 lists.lens.push_if(path, joins & lens);
                 lists.general.push_if(path, joins & !lens);
@@ -233,43 +234,8 @@ impl World<'_> {
         self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
     }
 
-    /// Scatters the tips of `lists.camera` or `lists.light` queue by queue; the list is left with the survivors.
-    pub(super) fn scatter_queues<L: Lanes>(
-        &self,
-        paths: &mut Paths,
-        samples: &Samples,
-        lists: &mut Lists,
-        side: Side,
-        bounce: Bounce,
-    ) {
-        let list = match side {
-            Side::Camera => &mut lists.camera,
-            Side::Light => &mut lists.light,
-        };
-        if list.is_empty() {
-            return;
-        }
-        if self.plan.dispersion {
-            paths.dispersion.touch(list, side);
-        }
-        self.queue(paths, list, side, &mut lists.queues);
-        list.clear();
-        paths.clock.lap(Stage::Sort);
-        for &kind in &self.plan.kinds {
-            let queue = &lists.queues[kind as usize];
-            if !queue.is_empty() {
-                paths.clock.count(Stage::Shade, queue.len(), L::N);
-                crate::for_kind!(
-                    kind,
-                    self.scatter::<_, L>(paths, samples, queue, side, bounce, list)
-                );
-            }
-        }
-        paths.clock.lap(Stage::Shade);
-    }
-
     /// Path tracing: camera subpaths of up to `layout.max_depth` scattering events, at every vertex joined to a light (`s = 1`) and, where they
-    /// meet one, seen (`s = 0`), both weighed against each other. Leaves the radiance along the first ray in `paths.outcome[i]`.
+    /// meet one, seen (`s = 0`), both weighed against each other. Leaves the radiance along the first ray in `paths.splats.camera[i]`.
     pub fn evaluate_unidirectional<L: Lanes>(
         &self,
         layout: &UnidirectionalLayout,
@@ -278,36 +244,37 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        paths.rivals = Rivals::UNIDIRECTIONAL;
-        self.start_wavelengths(paths, samples, UnidirectionalLayout::WAVELENGTH, n);
+        let mask = TechniqueMask::UNIDIRECTIONAL;
+        let dimension = UnidirectionalLayout::WAVELENGTH;
+        self.start_wavelengths(samples, dimension, n, &mut paths.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         for path in 0..n {
             lists.camera.push(path as u32);
         }
         let place = (UnidirectionalLayout::RASTER, UnidirectionalLayout::LENS);
-        self.start_camera::<L>(paths, samples, &lists.camera, place, true);
+        self.start_camera::<L>(samples, &lists.camera, place, true, paths.camera_starts());
         paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
             if lists.camera.is_empty() {
                 break;
             }
-            self.trace::<L>(paths, &lists.camera);
+            self.trace::<L>(&mut paths.rays, &lists.camera, &mut paths.clock);
             lists.escaped.clear();
             lists.emission.clear();
             for &path in &*lists.camera {
-                let missed = paths.missed(path);
+                let missed = paths.rays.missed(path);
                 lists.escaped.push_if(path, missed);
                 lists.emission.push_if(path, !missed);
             }
             paths.clock.lap(Stage::Sort);
-            self.escape::<L>(paths, &lists.escaped, 1.0);
+            self.escape::<L>(paths, &lists, (mask, 1.0));
             paths.clock.lap(Stage::Mis);
             let label = layout.label(depth);
-            self.arrive::<L>(paths, &lists.emission, Side::Camera, (samples, label));
-            self.emission::<L>(paths, &lists.emission, &mut lists.scratch, 1.0);
+            self.arrive_on::<L>(paths, &lists.emission, (Side::Camera, 0), (samples, label));
+            self.meet::<L>(paths, &mut lists, (mask, 1.0));
             // What a surface emits is no matter of what it is made of.
-            self.weigh_components(paths, Side::Camera);
+            self.weigh_components(&mut paths.subpaths, Side::Camera);
             paths.clock.lap(Stage::Mis);
             if depth == layout.max_depth {
                 break;
@@ -316,16 +283,62 @@ impl World<'_> {
             lists.camera.extend(&lists.emission);
             lists.direct.clear();
             for &path in &*lists.camera {
-                let joins = !paths.endpoints[0].kind[path as usize].is_delta();
+                let joins = !paths.subpaths.endpoints[0].kind[path as usize].is_delta();
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (first, connection) = layout.at(depth);
-            self.connect::<L>(paths, samples, &mut lists, connection, &[1.0; 2]);
+            let techniques = (mask, &[1.0; 2][..]);
+            self.connect::<L>(paths, samples, &mut lists, connection, techniques);
             let bounce = Bounce::at(first);
             self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }
         paths.lists = lists;
-        settle(&mut paths.outcome);
+        settle(&mut paths.splats.camera);
+    }
+
+    /// The subpaths of `list` have hit surfaces.
+    pub(super) fn arrive_on<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        list: &[u32],
+        at: (Side, usize),
+        (samples, label): (&Samples, Option<Bounce>),
+    ) {
+        let label = Label {
+            samples,
+            at: label,
+            t: &paths.t,
+        };
+        let (subpaths, dispersion) = (&mut paths.subpaths, &mut paths.dispersion);
+        self.arrive::<L>(&paths.rays, list, subpaths, dispersion, at, label);
+        paths.clock.finish(Stage::Surface, list.len(), L::N);
+    }
+
+    /// Camera subpaths in `lists.emission` may have met lights.
+    fn meet<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        lists: &mut Lists,
+        techniques: (TechniqueMask, f32),
+    ) {
+        let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
+        let sink = Sink {
+            splats: &mut paths.splats.camera,
+            part: None,
+            dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+        };
+        self.emission::<L>(from, &lists.emission, &mut lists.scratch, techniques, sink);
+    }
+
+    /// Camera subpaths in `lists.escaped` have left the scene.
+    fn escape<L: Lanes>(&self, paths: &mut Paths, lists: &Lists, techniques: (TechniqueMask, f32)) {
+        let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
+        let sink = Sink {
+            splats: &mut paths.splats.camera,
+            part: None,
+            dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+        };
+        self.environment::<L>(from, &lists.escaped, techniques, sink);
     }
 }
 

@@ -121,8 +121,8 @@ impl Paths {
     #[inline(always)]
     pub fn splat_row(&self, row: usize) -> &[Outcome] {
         match row {
-            0 => &self.outcome,
-            _ => &self.splats[row - 1],
+            0 => &self.splats.camera,
+            _ => &self.splats.light[row - 1],
         }
     }
 

@@ -1,20 +1,22 @@
 //! Light transport over batches of paths: subpaths walked in lockstep, joined, and weighed.
 //!
 //! 1. A [`World`] is a scene prepared for transport: tables that kernels read, and the tracer.
-//! 2. [`Paths`] is the workspace of a batch. Per path it keeps a ray, a hit, a flight record, and the *tip* of each subpath; no other
-//!    vertex, since a multiplexed path connects only its tips ([`mis`] says why that suffices).
-//! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
-//! 4. [`connect`] joins tips with one visibility ray.
-//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
-//!    are joined; it keeps a workspace's tips, vertex by vertex.
-//! 7. [`host`] names the ways of evaluation that chains can march over.
+//! 2. [`Paths`] is the workspace of a batch: tables of [`records`], one per path. Beside a ray, a hit and a flight it keeps the *endpoint* of
+//!    each subpath; no other vertex, since a multiplexed path connects only its endpoints ([`mis`] says why that suffices).
+//! 3. The stages, one a file, say in their signatures what they read and write: `start` makes the first rays, `trace` finds what they hit,
+//!    `arrive` makes endpoints of hits, `scatter` sends them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
+//!    `weigh` weighs what they carry.
+//! 4. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
+//! 5. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
+//!    are joined; it sets endpoints aside, vertex by vertex.
+//! 6. [`host`] names the ways of evaluation that chains can march over.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
+mod arrive;
 pub mod bidirectional;
 pub mod clock;
-pub mod connect;
+mod connect;
 pub mod cutout;
 mod dispersion;
 pub mod evaluate;
@@ -24,9 +26,12 @@ pub mod mis;
 pub mod paths;
 pub mod records;
 pub mod samples;
+mod scatter;
 mod sort;
-pub mod walk;
+mod start;
+mod trace;
 pub mod wavelength;
+mod weigh;
 
 pub use self::host::Host;
 pub use self::paths::Paths;

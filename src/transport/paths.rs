@@ -1,4 +1,4 @@
-//! The workspace of a batch of paths: tables of [`records`](super::records), one per path.
+//! The workspace of a batch of paths: tables of [`records`](super::records), one per path, by what lives together.
 
 use super::bidirectional::Kept;
 use crate::simd::{Lanes, Row, UintLanes, Vec3};
@@ -57,90 +57,121 @@ impl Endpoints {
     }
 }
 
-/// What competes with a strategy in its weight: densities of other strategies enter times these, 0 for those that do not run.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rivals {
-    /// Points sampled on lights (`s = 1`), where a light was met by chance.
-    pub direct: f32,
-    /// Light subpaths.
-    pub light: f32,
-    /// Camera subpaths, where a light subpath is joined to the camera.
-    pub camera: f32,
-}
-
-impl Rivals {
-    pub const ALL: Self = Self {
-        direct: 1.0,
-        light: 1.0,
-        camera: 1.0,
-    };
-    pub const NONE: Self = Self {
-        direct: 0.0,
-        light: 0.0,
-        camera: 0.0,
-    };
-    /// Of camera subpaths that are joined to points on lights alone.
-    pub const UNIDIRECTIONAL: Self = Self {
-        light: 0.0,
-        ..Self::ALL
-    };
-}
-
-/// Workspace for up to a fixed number of paths; grows, never shrinks.
-pub struct Paths {
-    /// Paths in the batch.
-    pub n: usize,
+/// Rays of a wave, and what they met.
+#[derive(Default)]
+pub struct Rays {
     pub ray: Vec<Ray>,
     pub hit: Vec<Hit>,
-    pub flight: Vec<Flight>,
-    /// By side.
-    pub endpoints: [Endpoints; 2],
-    /// Parameter rows: first those of the materials, then one per slot, path and side for hits that have their own.
-    pub params: Vec<Row>,
-    materials: usize,
-    /// Paths whose parameter rows are to be evaluated, with material and texture coordinates; the rest of their place is their tip's.
-    pub(super) textured: Vec<(u32, u32, [f32; 2])>,
-    /// Tips that are of mixtures until a component is chosen: path, material and texture coordinates.
-    pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
-    /// Paths whose tips are of chosen components, and their shares, until they are in the throughputs.
-    pub(super) shares: Vec<(u32, [f32; 3])>,
-    /// Wavelengths.
-    pub(super) dispersion: Dispersion,
-    /// Connections, and their far ends where those are no endpoints.
-    pub link: Vec<Link>,
-    pub light_end: Vec<LightEnd>,
-    pub lens_end: Vec<LensEnd>,
-    /// By side.
-    pub value: [Vec<EndpointValue>; 2],
-    /// What visible connections will add.
-    pub contribution: Vec<Contribution>,
-    /// Blocked flags of visibility rays.
+    /// Whether visibility rays are blocked.
     pub blocked: Vec<u32>,
-    /// Strategy `(s, t)` per path.
-    pub s: Vec<u32>,
-    pub t: Vec<u32>,
-    /// Results.
-    pub outcome: Vec<Outcome>,
     /// Puts waves in the order they are traced.
     pub(super) sorter: Sorter,
     /// Rays on their way through cut-outs.
     pub(super) through: Through,
-    /// Rays traced so far.
-    pub rays: u64,
-    /// What competes in weights.
-    pub(super) rivals: Rivals,
+    /// How many have been traced so far.
+    pub traced: u64,
+}
+
+impl Rays {
+    /// True if the ray of `path` hit nothing.
+    #[inline(always)]
+    pub(super) fn missed(&self, path: u32) -> bool {
+        self.hit[path as usize].is_none()
+    }
+}
+
+/// Subpaths: on their way, and where they are.
+#[derive(Default)]
+pub struct Subpaths {
+    pub flight: Vec<Flight>,
+    /// By side.
+    pub endpoints: [Endpoints; 2],
+    pub parameters: Parameters,
+}
+
+/// Parameter rows of BSDFs.
+#[derive(Default)]
+pub struct Parameters {
+    /// First those of the materials, then one per slot, path and side for hits that have their own.
+    pub rows: Vec<Row>,
+    materials: usize,
+    slots: usize,
+    /// Paths there is room for.
+    room: usize,
+    /// Paths whose rows are to be evaluated, with material and texture coordinates; the rest of their place is their endpoint's.
+    pub(super) textured: Vec<(u32, u32, [f32; 2])>,
+    /// Endpoints that are of mixtures until a component is chosen: path, material and texture coordinates.
+    pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
+    /// Paths whose endpoints are of chosen components, and their shares, until they are in the throughputs.
+    pub(super) shares: Vec<(u32, [f32; 3])>,
+}
+
+impl Parameters {
+    fn resize(&mut self, room: usize) {
+        self.room = room;
+        self.rows
+            .resize(self.materials + 2 * room * self.slots, Row::default());
+        self.textured.reserve(room);
+        self.mixed.reserve(room);
+        self.shares.reserve(room);
+    }
+
+    /// Gives every endpoint so many rows of its own.
+    pub(super) fn reserve_slots(&mut self, slots: usize) {
+        if self.slots < slots {
+            self.slots = slots;
+            self.resize(self.room);
+        }
+    }
+
+    /// The row reserved for an endpoint that has its own.
+    #[inline(always)]
+    pub(super) fn own(&self, slot: usize, side: Side, path: u32) -> u32 {
+        let endpoint = slot * self.room + path as usize;
+        (self.materials + 2 * endpoint + side as usize) as u32
+    }
+}
+
+/// Connections on their way.
+#[derive(Default)]
+pub struct Connections {
+    pub link: Vec<Link>,
+    /// Their far ends, where those are no endpoints.
+    pub light_end: Vec<LightEnd>,
+    pub lens_end: Vec<LensEnd>,
+    /// By side.
+    pub value: [Vec<EndpointValue>; 2],
+    pub contribution: Vec<Contribution>,
+}
+
+/// What became of paths.
+#[derive(Default)]
+pub struct Splats {
+    /// Where the camera looks; of multiplexed paths the only one.
+    pub camera: Vec<Outcome>,
     /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the camera adds, and where. 0 if nothing;
     /// the raster position then means nothing.
-    pub splats: Vec<Vec<Outcome>>,
+    pub light: Vec<Vec<Outcome>>,
     /// By strategy of a bidirectional evaluation that is asked for them, and path.
     pub parts: Vec<Vec<Contribution>>,
-    /// Those of the strategy at work; empty if nobody asks.
-    pub(super) part: Vec<Contribution>,
+}
+
+/// Workspace for up to a fixed number of paths; grows, never shrinks.
+#[derive(Default)]
+pub struct Paths {
+    /// Paths in the batch.
+    pub n: usize,
+    pub rays: Rays,
+    pub subpaths: Subpaths,
+    pub connections: Connections,
+    pub splats: Splats,
+    /// Strategy `(s, t)` per path.
+    pub s: Vec<u32>,
+    pub t: Vec<u32>,
+    /// Wavelengths.
+    pub(super) dispersion: Dispersion,
     /// All vertices of both subpaths; only bidirectional evaluations keep them.
     pub(super) kept: Kept,
-    /// Which of the parameter rows that each tip has are in use.
-    pub(super) slot: usize,
-    slots: usize,
     pub(super) lists: Lists,
     /// Where the time goes.
     pub clock: Clock,
@@ -196,101 +227,71 @@ impl Lists {
 
 impl Paths {
     pub fn new(world: &World) -> Self {
-        let materials = world.materials.rows.len();
-        Self {
-            n: 0,
-            ray: Vec::new(),
-            hit: Vec::new(),
-            flight: Vec::new(),
-            endpoints: Default::default(),
-            params: world.materials.rows.clone(),
-            materials,
-            textured: Vec::new(),
-            mixed: Vec::new(),
-            shares: Vec::new(),
-            dispersion: Dispersion::default(),
-            link: Vec::new(),
-            light_end: Vec::new(),
-            lens_end: Vec::new(),
-            value: Default::default(),
-            contribution: Vec::new(),
-            blocked: Vec::new(),
-            s: Vec::new(),
-            t: Vec::new(),
-            outcome: Vec::new(),
-            sorter: Sorter::default(),
-            through: Through::default(),
-            rays: 0,
-            rivals: Rivals::ALL,
-            splats: Vec::new(),
-            parts: Vec::new(),
-            part: Vec::new(),
-            kept: Kept::default(),
-            slot: 0,
+        let rows = world.materials.rows.clone();
+        let mut paths = Self::default();
+        paths.subpaths.parameters = Parameters {
+            materials: rows.len(),
+            rows,
             slots: 1,
-            lists: Lists::default(),
-            clock: Clock::default(),
-        }
+            ..Parameters::default()
+        };
+        paths
     }
 
-    /// Makes room for `n` paths and clears their outcomes.
+    /// Makes room for `n` paths and clears their splats.
     pub fn resize(&mut self, n: usize) {
         self.n = n;
-        if self.ray.len() < n {
-            self.ray.resize(n, Ray::default());
-            self.hit.resize(n, Hit::default());
-            self.flight.resize(n, Flight::default());
-            self.link.resize(n, Link::default());
-            self.light_end.resize(n, LightEnd::default());
-            self.lens_end.resize(n, LensEnd::default());
-            for value in &mut self.value {
+        if self.room() < n {
+            let Rays {
+                ray, hit, blocked, ..
+            } = &mut self.rays;
+            ray.resize(n, Ray::default());
+            hit.resize(n, Hit::default());
+            blocked.resize(n, 0);
+            let Subpaths {
+                flight,
+                endpoints,
+                parameters,
+            } = &mut self.subpaths;
+            flight.resize(n, Flight::default());
+            endpoints.iter_mut().for_each(|side| side.resize(n));
+            parameters.resize(n);
+            let Connections {
+                link,
+                light_end,
+                lens_end,
+                value,
+                contribution,
+            } = &mut self.connections;
+            link.resize(n, Link::default());
+            light_end.resize(n, LightEnd::default());
+            lens_end.resize(n, LensEnd::default());
+            for value in value {
                 value.resize(n, EndpointValue::default());
             }
-            self.contribution.resize(n, Contribution::default());
-            for endpoints in &mut self.endpoints {
-                endpoints.resize(n);
-            }
-            self.params
-                .resize(self.materials + 2 * n * self.slots, Row::default());
-            self.textured.reserve(n);
-            self.mixed.reserve(n);
-            self.shares.reserve(n);
-            self.blocked.resize(n, 0);
+            contribution.resize(n, Contribution::default());
             self.s.resize(n, 0);
             self.t.resize(n, 0);
         }
-        self.outcome.clear();
-        self.outcome.resize(n, Outcome::default());
+        self.splats.camera.clear();
+        self.splats.camera.resize(n, Outcome::default());
         if self.lists.room < n {
             self.lists.reserve(n);
         }
     }
 
+    /// Where camera subpaths start.
+    pub(super) fn camera_starts(&mut self) -> (&mut [Ray], &mut [Flight], &mut [Outcome]) {
+        (
+            &mut self.rays.ray,
+            &mut self.subpaths.flight,
+            &mut self.splats.camera,
+        )
+    }
+
     /// Paths there is room for.
     pub(super) fn room(&self) -> usize {
-        self.ray.len()
-    }
-
-    /// Gives every tip so many parameter rows of its own.
-    pub(super) fn reserve_slots(&mut self, slots: usize) {
-        if self.slots < slots {
-            self.slots = slots;
-            let rows = self.materials + 2 * self.room() * slots;
-            self.params.resize(rows, Row::default());
-        }
-    }
-
-    /// The parameter row reserved for a tip that has its own.
-    #[inline(always)]
-    pub(super) fn own_params(&self, side: Side, path: u32) -> u32 {
-        let tip = self.slot * self.room() + path as usize;
-        (self.materials + 2 * tip + side as usize) as u32
-    }
-
-    /// True if the ray of `path` hit nothing.
-    #[inline(always)]
-    pub(super) fn missed(&self, path: u32) -> bool {
-        self.hit[path as usize].is_none()
+        self.rays.ray.len()
     }
 }
 

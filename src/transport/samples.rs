@@ -92,3 +92,60 @@ impl Samples {
         })
     }
 }
+
+/// Where the primary samples of a bounce are.
+#[derive(Clone, Copy)]
+pub(super) struct Bounce {
+    /// First dimension.
+    pub first: usize,
+    /// Light subpaths start in different waves: dimensions a path is further for every wave since its start. 0 if all are
+    /// at `first`.
+    pub per_bounce: usize,
+    pub wave: u32,
+}
+
+impl Bounce {
+    /// All paths have theirs at `first`.
+    pub fn at(first: usize) -> Self {
+        Self {
+            first,
+            per_bounce: 0,
+            wave: 0,
+        }
+    }
+
+    /// The first dimension of a path; `t` are the camera vertices of all.
+    #[inline(always)]
+    pub fn dimension(&self, t: &[u32], path: u32) -> usize {
+        if self.per_bounce == 0 {
+            return self.first;
+        }
+        // A light subpath starts when its camera subpath has spent its `t - 1` rays.
+        self.first + (self.wave + 1 - t[path as usize]) as usize * self.per_bounce
+    }
+}
+
+/// The primary samples that choose among the components of mixtures.
+#[derive(Clone, Copy)]
+pub(super) struct Label<'a> {
+    pub samples: &'a Samples,
+    /// `None` where vertices do not scatter.
+    pub at: Option<Bounce>,
+    /// Camera vertices of all paths.
+    pub t: &'a [u32],
+}
+
+impl Label<'_> {
+    /// That of a path.
+    pub fn sample(&self, path: u32) -> Option<f32> {
+        let row = |at: Bounce| self.samples.row(at.dimension(self.t, path));
+        self.at.map(|at| row(at)[path as usize])
+    }
+}
+
+/// Which dimensions a connection reads.
+#[derive(Clone, Copy)]
+pub(super) struct ConnectionSamples {
+    pub choice: usize,
+    pub point: usize,
+}

@@ -57,9 +57,9 @@ fn joined<L: Lanes>(camera: f32, light: f32) -> (Outcome, f64) {
     samples.row_mut(at.emission + 3).fill(0.75);
     let mut paths = Paths::new(&world);
     world.evaluate_multiplexed::<L>(plan, &samples, 8, &mut paths);
-    let outcome = paths.outcome[0];
+    let outcome = paths.splats.camera[0];
     assert_eq!(outcome.s, 2);
-    let [a, b] = [0, 1].map(|side: usize| paths.endpoints[side].place[0].p);
+    let [a, b] = [0, 1].map(|side: usize| paths.subpaths.endpoints[side].place[0].p);
     let distance2: f64 = (0..3).map(|i| f64::from(a[i] - b[i]).powi(2)).sum();
     (outcome, distance2.sqrt())
 }

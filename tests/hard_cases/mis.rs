@@ -45,7 +45,7 @@ fn every_strategy_reports_the_balance_heuristic() {
             let mut lit = vec![0; plan.depth as usize + 2];
             let (mut differ, mut wild) = (0, 0);
             for i in 0..PATHS {
-                let outcome = paths.outcome[i];
+                let outcome = paths.splats.camera[i];
                 assert!(
                     outcome.rejected == 0,
                     "{name}, depth {}, path {i}",
@@ -121,7 +121,7 @@ fn each_strategy_alone_gives_the_whole() {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
             world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
-            for (i, o) in paths.outcome.iter().enumerate() {
+            for (i, o) in paths.splats.camera.iter().enumerate() {
                 let got = o.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0;
                 summed.add(got);
                 for (s, mean) in &mut alone {

@@ -38,8 +38,8 @@ fn both_widths_give_the_same_outcomes() {
             world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut eight);
             for i in 0..n {
                 assert_eq!(
-                    bits(&one.outcome[i]),
-                    bits(&eight.outcome[i]),
+                    bits(&one.splats.camera[i]),
+                    bits(&eight.splats.camera[i]),
                     "{name}, depth {}, path {i}",
                     plan.depth
                 );
@@ -71,7 +71,7 @@ fn extreme_samples_give_numbers() {
                     }
                 }
                 world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
-                for (i, o) in paths.outcome.iter().enumerate() {
+                for (i, o) in paths.splats.camera.iter().enumerate() {
                     assert!(o.rgb.iter().all(|v| v.is_finite() && *v >= 0.0));
                     if o.rejected > 0 {
                         let numbers: Vec<f32> =
@@ -113,7 +113,7 @@ fn long_paths_stay_finite_and_right() {
                     samples.row_mut(d).fill_with(|| random.uniform());
                 }
                 world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
-                for o in &paths.outcome {
+                for o in &paths.splats.camera {
                     assert!(o.rejected == 0 && o.rgb.iter().all(|v| v.is_finite()));
                     mean.add(f64::from(o.rgb[0]));
                     lit[o.s as usize] += usize::from(o.rgb[0] > 0.0);

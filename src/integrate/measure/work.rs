@@ -104,7 +104,7 @@ impl<L: Lanes> Work<L> {
     /// Some turns, timed. In a turn the depth with the most light is visited once, others as often as is due to them.
     pub fn turns(&mut self, bench: &Bench, turns: u64) -> Taken {
         let paths = &self.workspace.paths;
-        let (rays, clock) = (paths.rays, paths.clock.spent);
+        let (rays, clock) = (paths.rays.traced, paths.clock.spent);
         let mut mutations = 0;
         let start = Instant::now();
         for _ in 0..turns {
@@ -121,7 +121,7 @@ impl<L: Lanes> Work<L> {
         Taken {
             seconds,
             mutations,
-            rays: paths.rays - rays,
+            rays: paths.rays.traced - rays,
             spent,
         }
     }

@@ -1,0 +1,103 @@
+//! The first rays of subpaths: from the camera, and from lights.
+
+use super::World;
+use super::list::List;
+use super::records::*;
+use super::samples::Samples;
+use crate::BARE;
+use crate::simd::{Lanes, Mask, Vec3};
+
+impl World<'_> {
+    /// Starts the camera subpaths of `list` at raster positions, which their splats are told; `raster` is the first dimension of the raster
+    /// samples, `lens` of the lens samples. `one_strategy` says that no strategy joins light endpoints to the camera.
+    pub(super) fn start_camera<L: Lanes>(
+        &self,
+        samples: &Samples,
+        list: &[u32],
+        (raster, lens): (usize, usize),
+        one_strategy: bool,
+        started: (&mut [Ray], &mut [Flight], &mut [Outcome]),
+    ) {
+        if self.camera.is_pinhole() {
+            self.start_camera_by::<L, true>(samples, list, (raster, lens), one_strategy, started);
+        } else {
+            self.start_camera_by::<L, false>(samples, list, (raster, lens), one_strategy, started);
+        }
+    }
+
+    fn start_camera_by<L: Lanes, const PINHOLE: bool>(
+        &self,
+        samples: &Samples,
+        list: &[u32],
+        (raster, lens): (usize, usize),
+        one_strategy: bool,
+        (rays, flights, splats): (&mut [Ray], &mut [Flight], &mut [Outcome]),
+    ) {
+        for chunk in list.chunks(L::N) {
+            let u: L = samples.gather(raster, chunk);
+            let v: L = samples.gather(raster + 1, chunk);
+            let lens = if !PINHOLE && self.plan.lens {
+                (samples.gather(lens, chunk), samples.gather(lens + 1, chunk))
+            } else {
+                (L::zero(), L::zero())
+            };
+            let (x, y) = self.camera.region.place(u, v);
+            let ray = self.camera.ray::<L, PINHOLE>(x, y, lens);
+            let d_vcm = if one_strategy {
+                L::zero()
+            } else {
+                L::one() / ray.pdf
+            };
+            let distant = L::splat(f32::from(u8::from(!PINHOLE && self.camera.is_parallel())));
+            RayLanes::endless(ray.origin, ray.direction).store(rays, chunk);
+            FlightLanes {
+                beta: Vec3::splat([1.0; 3]),
+                d_vcm,
+                d_vc: L::zero(),
+                distant,
+            }
+            .store(flights, chunk);
+            for (i, &path) in chunk.iter().enumerate() {
+                splats[path as usize].raster = [x.lane(i), y.lane(i)];
+            }
+        }
+    }
+
+    /// Starts the light subpaths of `list`; those that leave their light are appended to `started`.
+    pub(super) fn start_light<L: Lanes>(
+        &self,
+        samples: &Samples,
+        list: &[u32],
+        (choice, emission): (usize, usize),
+        (rays, flights): (&mut [Ray], &mut [Flight]),
+        started: &mut List,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let light = if !BARE && self.plan.light_choice {
+                self.lights
+                    .choose::<L>(samples.gather(choice, chunk), chunk.len())
+            } else {
+                [0; 8]
+            };
+            // Not by `array::from_fn`, which is not reliably inlined; so below.
+            let mut u = [L::zero(); 4];
+            for (i, u) in u.iter_mut().enumerate() {
+                *u = samples.gather(emission + i, chunk);
+            }
+            let ray = self
+                .lights
+                .sample_emission(&self.geometry, &light[..chunk.len()], u);
+            RayLanes::endless(ray.origin, ray.direction).store(rays, chunk);
+            let distant = L::one().or_zero(ray.distant);
+            FlightLanes {
+                beta: ray.beta,
+                d_vcm: ray.d_vcm,
+                d_vc: ray.d_vc,
+                distant,
+            }
+            .store(flights, chunk);
+            let emits = self.emits(&light[..chunk.len()], [u[0], u[1]]);
+            started.push_where(chunk, ray.valid.bits() & emits);
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Rays are traced: what they hit, or whether anything is in their way.
+
+use super::World;
+use super::clock::{Clock, Stage};
+use super::paths::Rays;
+use crate::simd::Lanes;
+
+impl World<'_> {
+    /// The closest hits of the rays of `list`.
+    pub(super) fn trace<L: Lanes>(&self, rays: &mut Rays, list: &[u32], clock: &mut Clock) {
+        rays.traced += list.len() as u64;
+        rays.sorter.sort(&rays.ray, list);
+        clock.lap(Stage::Sort);
+        let sorted = rays.sorter.sorted();
+        rays.traced += self.closest::<L>(&rays.ray, sorted, &mut rays.hit, &mut rays.through);
+        clock.finish(Stage::Trace, list.len(), L::N);
+    }
+
+    /// Whether the rays of `list` are blocked. Their hits are lost: they have been arrived at.
+    pub(super) fn trace_visibility<L: Lanes>(
+        &self,
+        rays: &mut Rays,
+        list: &[u32],
+        clock: &mut Clock,
+    ) {
+        rays.traced += list.len() as u64;
+        rays.sorter.sort(&rays.ray, list);
+        clock.lap(Stage::Sort);
+        rays.traced += self.occluded::<L>(
+            &rays.ray,
+            rays.sorter.sorted(),
+            &mut rays.blocked,
+            &mut rays.hit,
+            &mut rays.through,
+        );
+        clock.finish(Stage::Occlusion, list.len(), L::N);
+    }
+}
