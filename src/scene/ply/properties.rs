@@ -8,7 +8,7 @@ use super::*;
 
 fn load(bytes: Vec<u8>) -> Result<MeshData, String> {
     let length = bytes.len() as u64;
-    read(Box::new(Cursor::new(bytes)), length)
+    read(Box::new(Cursor::new(bytes)), length, &mut |_| Ok(()))
 }
 
 /// Vertices of any bits, NaN among them, and triangles between them.
