@@ -26,11 +26,12 @@ use crate::formats::file_bytes;
 const DEFLATE_RATIO: u64 = 1032;
 /// Longest header that is read.
 const MAX_HEADER: u64 = 1 << 20;
-/// Longest line of an ASCII file that is read.
-const MAX_LINE: u64 = 1 << 24;
+/// Longest line of an ASCII file, and longest element of a binary one, that is read: polygons do not have a million corners.
+const MAX_LINE: u64 = 1 << 22;
 /// Longest error message passed on.
 const MAX_MESSAGE: usize = 200;
 
+<<<<<<< HEAD
 /// What a file holds, as it stands there: vertices may be anything but missing.
 #[derive(Debug, Default, PartialEq)]
 pub struct PlyMesh {
@@ -56,8 +57,22 @@ impl PlyMesh {
 /// elements and properties are skipped.
 pub fn read_ply(path: &Path) -> Result<PlyMesh, String> {
     let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes));
+=======
+/// Reads the `vertex` and `face` elements. Polygons become fans from their first vertex. Normals and texture coordinates are
+/// read where all their components are there; other elements and properties are skipped.
+pub fn read_ply(path: &Path) -> Result<MeshData, String> {
+    read_ply_within(path, &mut |_| Ok(()))
+}
+
+/// [`read_ply`]; `room` is asked for memory, in bytes, beyond what [`bytes_needed`] foresees.
+pub fn read_ply_within(path: &Path, room: Room) -> Result<MeshData, String> {
+    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
+>>>>>>> w-g
     mesh.map_err(|message| one_line(path, &message))
 }
+
+/// Takes memory, or says that there is none.
+pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 
 /// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {
@@ -94,7 +109,11 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
+<<<<<<< HEAD
 fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
+=======
+fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<MeshData, String> {
+>>>>>>> w-g
     let (header, lines) = read_header(&mut source)?;
     check_counts(&header, bytes)?;
     let mut reader = Lines {
@@ -134,8 +153,13 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
         uvs: has(6..8).then(Vec::new),
         ..Default::default()
     };
+<<<<<<< HEAD
     let mut quads = Vec::new();
     let (mut skipped, mut fans) = (0usize, 0usize);
+=======
+    let mut skipped = 0usize;
+    let mut foreseen = 2 * header.elements["face"].count as u64;
+>>>>>>> w-g
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => each(&mut reader, &header, element, |v: Vertex| {
@@ -150,6 +174,7 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
                 Ok(())
             })?,
             "face" => each(&mut reader, &header, element, |face: Face| {
+<<<<<<< HEAD
                 match *face.0 {
                     [] | [_] | [_, _] => skipped += 1,
                     [a, b, c, d] => quads.push([a, b, c, d]),
@@ -158,6 +183,21 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
                         let edges = rest.windows(2);
                         (mesh.triangles).extend(edges.map(|edge| [first, edge[0], edge[1]]));
                     }
+=======
+                let polygon = face.0;
+                let triangles = (mesh.triangles.len() + polygon.len()) as u64;
+                if triangles > foreseen {
+                    // The table grows by doubling.
+                    room(foreseen.max(triangles) * size_of::<[u32; 3]>() as u64)?;
+                    foreseen += foreseen.max(triangles);
+                }
+                if polygon.len() < 3 {
+                    skipped += 1;
+                }
+                for i in 2..polygon.len() {
+                    mesh.triangles
+                        .push([polygon[0], polygon[i - 1], polygon[i]]);
+>>>>>>> w-g
                 }
                 Ok(())
             })?,
@@ -293,15 +333,18 @@ fn each<E: PropertyAccess>(
     if element.properties.is_empty() && header.encoding != Encoding::Ascii {
         return Ok(());
     }
+    let has_lists =
+        (element.properties.values()).any(|p| matches!(p.data_type, PropertyType::List(..)));
+    let most = if has_lists { MAX_LINE } else { u64::MAX };
     for i in 0..element.count {
-        let source = &mut reader.source;
+        let source = &mut *reader.source;
         let parsed = match header.encoding {
             Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
             Encoding::BinaryLittleEndian => parser
-                .read_little_endian_element(source, element)
+                .read_little_endian_element(&mut source.take(most), element)
                 .map_err(|e| e.to_string()),
             Encoding::BinaryBigEndian => parser
-                .read_big_endian_element(source, element)
+                .read_big_endian_element(&mut source.take(most), element)
                 .map_err(|e| e.to_string()),
         };
         let read = parsed.map_err(|message| {

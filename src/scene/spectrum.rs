@@ -19,6 +19,7 @@ pub use self::glass::{Sellmeier, glass_index};
 pub use self::index::IndexCurve;
 pub use self::response::{FIRST, LAST, responses, spectral_white};
 
+use crate::formats::file_bytes;
 use std::fs;
 use std::path::Path;
 
@@ -38,8 +39,9 @@ pub enum Meaning {
     Index,
 }
 
-/// Largest `.spd` file read; measured spectra have a few thousand lines at most.
-const MAX_SPD_BYTES: u64 = 16 << 20;
+/// Largest `.spd` file read, and longest list of samples; measured spectra have a few thousand lines at most.
+const MAX_SPD_BYTES: u64 = 1 << 20;
+const MAX_SAMPLES: usize = 1 << 18;
 
 /// XYZ to linear sRGB (Rec. 709 primaries, D65 white), rounded as in pbrt-v3.
 const XYZ_TO_RGB: [[f64; 3]; 3] = [
@@ -127,6 +129,10 @@ pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], St
 fn check(lambda_value: &[Sample]) -> Result<(), String> {
     if lambda_value.is_empty() {
         return Err("a spectrum needs at least one pair of wavelength and value".into());
+    }
+    if lambda_value.len() > MAX_SAMPLES {
+        let count = lambda_value.len();
+        return Err(format!("{count} samples are too many for a spectrum"));
     }
     for &(lambda, value) in lambda_value {
         if !(lambda > 0.0 && lambda.is_finite()) {
@@ -278,9 +284,7 @@ pub fn named_index(name: &str) -> Option<IndexCurve> {
 /// Reads pairs of wavelength (nm) and value, separated by any white space; `#` starts a comment.
 pub fn read_spd(path: &Path) -> Result<Vec<Sample>, String> {
     let name = path.display();
-    let size = fs::metadata(path)
-        .map_err(|e| format!("{name}: {e}"))?
-        .len();
+    let size = file_bytes(path).map_err(|e| format!("{name}: {e}"))?;
     if size > MAX_SPD_BYTES {
         return Err(format!("{name}: {size} bytes are too many for a spectrum"));
     }

@@ -70,6 +70,11 @@ enum WorldLightKind {
 }
 
 impl WorldLight {
+    /// Memory that it takes here, and in the table of the scene.
+    pub fn bytes(&self) -> u64 {
+        2 * (size_of::<Self>() + size_of::<Light>() + self.origin.len() + 16) as u64
+    }
+
     /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
     pub fn to_internal(&self, space: &Space) -> Light {
         let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);

@@ -14,6 +14,10 @@ use crate::scene::{Alpha, AlphaTest, Param};
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
 
+/// Memory that subdivision takes for each face it makes: the last level and the one before, and the mesh made of it, of twice as many faces
+/// as vertices.
+const SUBDIVIDED_BYTES: u64 = 64;
+
 pub(super) fn build(
     kind: &str,
     set: &ParamSet,
@@ -25,6 +29,9 @@ pub(super) fn build(
         &["displacement"],
         "displacement is not supported; displace the mesh itself",
     )?;
+    // The numbers become vectors and indices, which become a mesh.
+    let copies = geometry.room_to_make(2 * set.number_bytes());
+    let _copies = copies.map_err(|e| set.error(e))?;
     match kind {
         "trianglemesh" => {
             let mesh = triangle_mesh(set, report)?;
@@ -37,12 +44,17 @@ pub(super) fn build(
             set.accept(&["edgelength"]);
             let path = set.dir.join(name);
             let bytes = ply::bytes_needed(&path).map_err(|e| set.error(e))?;
-            let room = geometry.room_to_read(bytes);
-            room.map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            let no_room = |e: String| set.error(format_args!("{}: {e}", path.display()));
+            let mut room = geometry.room_to_make(bytes).map_err(no_room)?;
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
+<<<<<<< HEAD
             let read = ply::read_ply(&path).map_err(|e| set.error(e))?;
+=======
+            let data = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
+            let data = data.map_err(|e| set.error(e))?;
+>>>>>>> w-g
             geometry.loading().set_file(None);
             match set.dialect {
                 Dialect::V3 => {
@@ -322,6 +334,10 @@ fn subdivision(
             "{faces} faces subdivided {levels} times are more than {MAX_SUBDIVIDED_FACES}; use fewer levels"
         )));
     }
+    let bytes = (faces << (2 * levels)) as u64 * SUBDIVIDED_BYTES;
+    let _room = geometry
+        .room_to_make(bytes)
+        .map_err(|e| set.error(format_args!("{faces} faces subdivided {levels} times: {e}")))?;
     let data =
         shapes::loop_subdivide(levels, &narrow(&positions), &indices).map_err(|e| set.error(e))?;
     add_data(data, set, setting, geometry, false, report)
