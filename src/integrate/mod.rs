@@ -317,7 +317,9 @@ pub fn render(
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     for pixels in parts.chain([&mut render.pixels]) {
-        pixels.iter_mut().flatten().for_each(|v| *v *= scale);
+        // What a picture can hold ends here, so that bright pixels stay numbers.
+        let values = pixels.iter_mut().flatten();
+        values.for_each(|v| *v = (*v * scale).clamp(-f32::MAX, f32::MAX));
     }
     if let Some(variance) = &mut render.variance {
         let values = variance.iter_mut().flatten();

@@ -1,13 +1,14 @@
 //! What a scene file says, as plain tables without behaviour.
 //!
 //! Every table is in *internal space*: the world of the scene file, translated so that the centre of its bounds is the
-//! origin and scaled by a power of two so that its bounding sphere has a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
+//! origin (or the small things, if they are far from it) and scaled by a power of two so that all lies within a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
 //! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
 mod budget;
 pub mod film;
 pub mod image;
+pub mod large;
 mod loading;
 pub mod pbrt;
 pub mod ply;
@@ -20,6 +21,7 @@ use spectrum::IndexCurve;
 use std::sync::Arc;
 
 pub use self::image::Image;
+pub use self::large::Large;
 pub use self::loading::Loading;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
 pub use self::texture::{
@@ -597,6 +599,8 @@ pub struct Scene {
     pub film: Film,
     pub integrator: IntegratorSettings,
     pub space: Space,
+    /// What is kept in `f64` as well; empty in most scenes.
+    pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
     pub bounds: [Vec3; 2],
     /// Things ignored or replaced at load, ready to print, each with file and line.

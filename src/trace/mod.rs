@@ -11,13 +11,16 @@
 
 mod build;
 mod bvh8;
+mod crowd;
 mod fast;
+mod large;
 mod node;
 pub mod offset;
 mod packet;
 mod ray;
 mod single;
 mod sphere;
+mod split;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -32,6 +35,7 @@ use crate::switches::{self, Switch};
 
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
+use self::large::LargeSurface;
 use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
@@ -78,6 +82,7 @@ pub struct Tracer {
     wide: Table<Node8>,
     triangles: Triangles,
     spheres: Vec<LeafSphere>,
+    large: Vec<LargeSurface>,
     extent: Extent,
     size: Size,
     stats: Stats,
@@ -89,6 +94,7 @@ struct Trees<'a> {
     wide: &'a [Node8],
     triangles: View<'a>,
     spheres: &'a [LeafSphere],
+    large: &'a [LargeSurface],
     /// Whether single rays take turns.
     in_turns: bool,
 }
@@ -138,7 +144,7 @@ impl Tracer {
             let wide = bvh8::collapse(&tree);
             (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
         };
-        let (tree, wide) = build::cluster(scene)
+        let (tree, wide) = build::best(scene)
             .and_then(widen)
             .or_else(|| widen(build::halve(scene)))
             .expect("halves are not deep");
@@ -159,6 +165,7 @@ impl Tracer {
             depth: tree.depth,
             bytes: size_of_val(&tree.nodes[..])
                 + size_of_val(&tree.spheres[..])
+                + size_of_val(&tree.large[..])
                 + size_of_val(&wide.nodes[..])
                 + triangles.bytes(),
             build_time: start.elapsed(),
@@ -169,6 +176,7 @@ impl Tracer {
             wide: Table::new(wide.nodes),
             triangles,
             spheres: tree.spheres,
+            large: tree.large,
             extent: tree.extent,
             stats,
         }
@@ -277,6 +285,7 @@ impl Tracer {
             wide: self.wide.entries(),
             triangles: self.triangles.view(),
             spheres: &self.spheres,
+            large: &self.large,
             in_turns: self.size == Size::Large,
         }
     }

@@ -194,6 +194,12 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
             }
         } else if current.child.is_sphere_leaf() {
             for sphere in &trees.spheres[current.child.range()] {
+                if let Some(large) = sphere.as_large() {
+                    let large = &trees.large[large];
+                    let (found, b) = large.hit::<L, ANY>(ray, best.t);
+                    record::<L, ANY>(best, found.mask, found.t, large.primitive(), || b);
+                    continue;
+                }
                 let found = sphere.hit::<L, ANY>(ray, best.t);
                 let zero = L::zero();
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);

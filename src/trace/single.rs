@@ -326,6 +326,15 @@ impl Cursor {
         } else if self.current.is_sphere_leaf() {
             let ray = rays.lane(lane);
             for sphere in &trees.spheres[self.current.range()] {
+                if let Some(large) = sphere.as_large() {
+                    let large = &trees.large[large];
+                    let (found, [b1, b2]) = large.hit::<f32, ANY>(&ray, self.best.t);
+                    if found.mask {
+                        let prim = large.primitive();
+                        record::<ANY>(&mut self.best, found.t, prim, || [b1, b2]);
+                    }
+                    continue;
+                }
                 let found = sphere.hit::<f32, ANY>(&ray, self.best.t);
                 if found.mask {
                     record::<ANY>(&mut self.best, found.t, sphere.index(), || [0.0; 2]);

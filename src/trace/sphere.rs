@@ -7,7 +7,7 @@
 use super::node::Bounds;
 use super::ray::{Ray, permute, slab};
 use super::triangle::Hit;
-use crate::scene::Sphere;
+use crate::scene::{NONE, Sphere};
 use crate::simd::{Lanes, Mask, Vec3};
 
 /// A sphere in leaf order.
@@ -23,6 +23,8 @@ pub struct LeafSphere {
     shift: f32,
     /// Number of triangles plus index of the sphere.
     index: u32,
+    /// Not a sphere but this entry of [`Tree::large`](super::build::Tree::large), unless [`NONE`].
+    large: u32,
 }
 
 /// 2^-24, the rounding of one operation.
@@ -40,8 +42,28 @@ impl LeafSphere {
                 .fold(0.0, f32::max),
             shift: m.iter().map(|r| r[3].abs()).fold(0.0, f32::max),
             index,
+            large: NONE,
         }
     }
+
+    /// The place of a large surface in a leaf.
+    pub fn large(index: u32) -> Self {
+        Self {
+            to_unit: [[0.0; 4]; 3],
+            bounds: [[0.0; 2]; 3],
+            stretch: 0.0,
+            shift: 0.0,
+            index: 0,
+            large: index,
+        }
+    }
+
+    /// The large surface that this stands for, if any.
+    #[inline(always)]
+    pub fn as_large(&self) -> Option<usize> {
+        (self.large != NONE).then_some(self.large as usize)
+    }
+
     #[inline(always)]
     pub fn index(&self) -> u32 {
         self.index

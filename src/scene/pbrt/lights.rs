@@ -75,6 +75,17 @@ impl WorldLight {
         2 * (size_of::<Self>() + size_of::<Light>() + self.origin.len() + 16) as u64
     }
 
+    /// Where it is, if it shines from a point.
+    pub fn position(&self) -> Option<DVec3> {
+        match self.kind {
+            WorldLightKind::Point { p, .. }
+            | WorldLightKind::Spot { p, .. }
+            | WorldLightKind::Goniometric { p, .. }
+            | WorldLightKind::Projection { p, .. } => Some(p),
+            _ => None,
+        }
+    }
+
     /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
     pub fn to_internal(&self, space: &Space) -> Light {
         let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);

@@ -7,11 +7,14 @@
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
 
+mod brightness;
 mod coats;
 mod color;
 mod dialect;
 mod error;
+mod extent;
 mod finish;
+mod flush;
 mod geometry;
 mod lexer;
 mod lights;

@@ -97,6 +97,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
             centre: DVec3::ZERO,
             scale: 1.0,
         },
+        large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         warnings: vec![],
     }
