@@ -55,7 +55,11 @@ impl<'a> LargeSurfaces<'a> {
     }
 
     /// The point of a primitive next to `x`, and its barycentric coordinates; `None` if the primitive is not large.
-    fn nearest(&self, prim: u32, x: impl FnOnce(Option<[DVec3; 3]>) -> DVec3) -> Option<(LargePoint, [f32; 2])> {
+    fn nearest(
+        &self,
+        prim: u32,
+        x: impl FnOnce(Option<[DVec3; 3]>) -> DVec3,
+    ) -> Option<(LargePoint, [f32; 2])> {
         let place = *self.places.get(prim as usize)?;
         if place == NONE {
             return None;

@@ -163,9 +163,7 @@ impl<'a> Geometry<'a> {
         let wanted = wanted.known();
         if wanted.large && !self.large.is_empty() {
             let mut inner = [b1, b2];
-            let found = self
-                .large
-                .hit(prim, [origin, direction], t, &mut inner);
+            let found = self.large.hit(prim, [origin, direction], t, &mut inner);
             let hit = [t, inner[0], inner[1]];
             let mut point = self.small_point(prim, origin, direction, hit, wanted);
             point.correct(&found, wanted);

@@ -358,7 +358,9 @@ impl Effects {
         if !scene.large.is_empty() {
             self.add(Effect::LargeSurfaces, || match scene.large.len() {
                 1 => "one is thousands of times larger than other things".into(),
-                n => format!("{n} are thousands of times larger than other things, or next to such"),
+                n => {
+                    format!("{n} are thousands of times larger than other things, or next to such")
+                }
             });
         }
         let cut = |s: &&Shape| s.alpha != NONE;

@@ -127,7 +127,11 @@ mod tests {
         let row = |f: &dyn Fn(f32) -> Bounds| (0..n).map(|i| f(i as f32)).collect::<Vec<_>>();
         assert!(is_crowded(&row(&|_| cube([1.0, 2.0, 3.0], 0.5))));
         assert!(is_crowded(&row(&|i| cube([0.0; 3], 1.0 + i))));
-        assert!(is_crowded(&row(&|i| [[0.0, i + 1.0], [0.0, i + 1.0], [0.0, 1.0]])));
+        assert!(is_crowded(&row(&|i| [
+            [0.0, i + 1.0],
+            [0.0, i + 1.0],
+            [0.0, 1.0]
+        ])));
     }
 
     #[test]
@@ -138,7 +142,9 @@ mod tests {
         assert!(!is_crowded(&grid));
         let mut state = 1u64;
         let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 40) as f32 / 16_777_216.0
         };
         let soup: Vec<Bounds> = (0..10_000)

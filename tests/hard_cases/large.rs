@@ -30,11 +30,13 @@ fn grounds() -> Vec<(String, String)> {
     ));
     grounds.push((
         "disk off centre".into(),
-        "AttributeBegin\nTranslate 3e5 5e5 0\nShape \"disk\" \"float radius\" 1e6\nAttributeEnd\n".into(),
+        "AttributeBegin\nTranslate 3e5 5e5 0\nShape \"disk\" \"float radius\" 1e6\nAttributeEnd\n"
+            .into(),
     ));
     grounds.push((
         "sphere".into(),
-        "AttributeBegin\nTranslate 0 0 -1e6\nShape \"sphere\" \"float radius\" 1e6\nAttributeEnd\n".into(),
+        "AttributeBegin\nTranslate 0 0 -1e6\nShape \"sphere\" \"float radius\" 1e6\nAttributeEnd\n"
+            .into(),
     ));
     grounds
 }
@@ -152,9 +154,19 @@ fn large_walls_and_ceilings_meet_small_lamps() {
             &(head(24, 24, 3, &camera)
                 + pose
                 + "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\n"
-                + &quad([[-0.2, -0.6, 1.99], [-0.2, -0.2, 1.99], [0.2, -0.2, 1.99], [0.2, -0.6, 1.99]])
+                + &quad([
+                    [-0.2, -0.6, 1.99],
+                    [-0.2, -0.2, 1.99],
+                    [0.2, -0.2, 1.99],
+                    [0.2, -0.6, 1.99],
+                ])
                 + "AttributeEnd\nMaterial \"matte\" \"rgb Kd\" [0.6 0.6 0.6]\n"
-                + &quad([[-1.0, -1.0, 0.3], [1.0, -1.0, 0.3], [1.0, 1.0, 0.3], [-1.0, 1.0, 0.3]])
+                + &quad([
+                    [-1.0, -1.0, 0.3],
+                    [1.0, -1.0, 0.3],
+                    [1.0, 1.0, 0.3],
+                    [-1.0, 1.0, 0.3],
+                ])
                 + "Material \"matte\" \"rgb Kd\" [0 0 0]\n"
                 + &quad([[-s, -s, 2.0], [s, -s, 2.0], [s, s, 2.0], [-s, s, 2.0]])
                 + &quad([[-s, 1.0, -s], [s, 1.0, -s], [s, 1.0, s], [-s, 1.0, s]])
@@ -181,9 +193,7 @@ const ALL: [IntegratorKind; 4] = [
 
 /// Means of a scene by all integrators.
 fn means(scene: &Scene) -> [Estimate; 4] {
-    ALL.map(|kind| {
-        Runs::new(scene, &settings(scene, kind, 96), 12).whole(1)
-    })
+    ALL.map(|kind| Runs::new(scene, &settings(scene, kind, 96), 12).whole(1))
 }
 
 /// A room of three walls and a ceiling at `y = 1`; `lamps` are before the walls or after them.
@@ -194,7 +204,11 @@ fn room(lamps: &str, first: bool, [pose, back]: [&str; 2]) -> Scene {
         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 -1 1 -1 -1 1 1 -1 -1 1 -1]\n\
         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 -1 -1 -1 1 1 -1 1 1 -1 -1]\n\
         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 1 -1 1 1 -1 1 1 1 -1 1 1]\n";
-    let parts = if first { [lamps, walls] } else { [walls, lamps] };
+    let parts = if first {
+        [lamps, walls]
+    } else {
+        [walls, lamps]
+    };
     scene(&(head(8, 8, 4, &camera) + pose + &parts.concat()))
 }
 
@@ -216,7 +230,9 @@ fn square(y: f64, down: bool) -> String {
 #[test]
 fn lamps_in_ceilings_shine() {
     let disk = |y: f64| {
-        format!("AttributeBegin\nTranslate 0 {y} 0\nRotate 90 1 0 0\nShape \"disk\" \"float radius\" .3\nAttributeEnd\n")
+        format!(
+            "AttributeBegin\nTranslate 0 {y} 0\nRotate 90 1 0 0\nShape \"disk\" \"float radius\" .3\nAttributeEnd\n"
+        )
     };
     let shapes: [(&str, &dyn Fn(f64) -> String); 2] =
         [("square", &|y| square(y, true)), ("disk", &disk)];
@@ -253,7 +269,10 @@ fn lamps_in_one_place_have_one_winner() {
         ("down first", down + &up),
         (
             "back to back",
-            lamp(5.0, &square(1.0, true).replace("[0 1 2 0 2 3]", "[0 2 1 0 3 2 0 1 2 0 2 3]")),
+            lamp(
+                5.0,
+                &square(1.0, true).replace("[0 1 2 0 2 3]", "[0 2 1 0 3 2 0 1 2 0 2 3]"),
+            ),
         ),
     ] {
         let scene = room(&lamps, false, POSES[1]);
@@ -296,7 +315,9 @@ fn crowds_are_built_and_traced() {
         scene(
             &(head(4, 4, 2, view)
                 + "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"matte\" \"rgb Kd\" [.5 .5 .5]\n"
-                + &format!("Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{points}]\n")),
+                + &format!(
+                    "Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{points}]\n"
+                )),
         )
     };
     let equal = crowd(&|_| "-1 -1 0 1 -1 0 0 1 0".into());

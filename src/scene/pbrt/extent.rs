@@ -211,10 +211,8 @@ fn centre_of_detail(geometry: &Geometry, eyes: &Eyes, middle: DVec3) -> Option<D
 
 /// The size of the largest primitive.
 fn geometry_size(geometry: &Geometry) -> f64 {
-    let triangles =
-        (geometry.triangles.iter()).map(|t| Bounds::of(corners(geometry, t.v)).size());
-    let spheres =
-        (geometry.spheres.iter()).map(|s| 2.0 * axes(&s.to_world.matrix3).max_element());
+    let triangles = (geometry.triangles.iter()).map(|t| Bounds::of(corners(geometry, t.v)).size());
+    let spheres = (geometry.spheres.iter()).map(|s| 2.0 * axes(&s.to_world.matrix3).max_element());
     triangles.chain(spheres).fold(f64::MIN_POSITIVE, f64::max)
 }
 
@@ -380,7 +378,8 @@ mod tests {
     use super::*;
 
     fn load(shapes: &str) -> Scene {
-        let text = format!("LookAt 3 0 1  0 0 0  0 0 1\nCamera \"perspective\"\nWorldBegin\n{shapes}");
+        let text =
+            format!("LookAt 3 0 1  0 0 0  0 0 1\nCamera \"perspective\"\nWorldBegin\n{shapes}");
         load_str(&text, "test.pbrt", ".".as_ref()).unwrap()
     }
 
@@ -420,7 +419,10 @@ mod tests {
         let scene = load(&(ground(1e6, 9e5) + BALL));
         assert!(scene.space.centre.length() < 10.0, "{:?}", scene.space);
         let reach = scene.bounds.map(|b| b.length());
-        assert!(reach.iter().all(|r| *r <= 1.0) && reach[1] > 0.5, "{reach:?}");
+        assert!(
+            reach.iter().all(|r| *r <= 1.0) && reach[1] > 0.5,
+            "{reach:?}"
+        );
         // In usual scenes it is the middle.
         let scene = load(&(ground(5.0, 4.0) + BALL));
         assert_eq!(scene.space.centre.truncate(), glam::DVec2::splat(4.0));

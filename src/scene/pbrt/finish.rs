@@ -13,7 +13,8 @@ use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle, Vertex,
+    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle,
+    Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
@@ -53,7 +54,11 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     }
 
     // A few lights at points stand for all: what matters is whether something is next to them.
-    let lamps = loader.lights.iter().filter_map(|l| l.position()).take(LAMPS);
+    let lamps = loader
+        .lights
+        .iter()
+        .filter_map(|l| l.position())
+        .take(LAMPS);
     let eyes = Eyes(std::iter::once(camera.position()).chain(lamps).collect());
     let space = space_of(&loader.geometry, &eyes);
     flush::part(

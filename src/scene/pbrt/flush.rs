@@ -122,11 +122,7 @@ fn corners(geometry: &Geometry, triangle: &WorldTriangle) -> [DVec3; 3] {
 }
 
 /// All lamps made of triangles, and those triangles.
-fn collect(
-    geometry: &Geometry,
-    materials: &[Material],
-    space: &Space,
-) -> (Vec<Lamp>, Vec<Facet>) {
+fn collect(geometry: &Geometry, materials: &[Material], space: &Space) -> (Vec<Lamp>, Vec<Facet>) {
     let (mut lamps, mut facets) = (Vec::new(), Vec::new());
     for (index, shape) in geometry.shapes.iter().enumerate() {
         let Some(light) = &shape.light else { continue };
@@ -205,7 +201,10 @@ fn visit(
         return;
     }
     if facets.len() <= LEAF {
-        facets.iter().filter(|f| meets(f.low, f.high)).for_each(each);
+        facets
+            .iter()
+            .filter(|f| meets(f.low, f.high))
+            .for_each(each);
         return;
     }
     let middle = facets.len() / 2;
@@ -224,8 +223,9 @@ fn find(
     tree: &[[DVec3; 2]],
 ) -> BTreeSet<[usize; 2]> {
     let most = lamps.iter().fold(0.0, |most, l| l.step.max(most));
-    let lamp_of: HashMap<usize, usize> =
-        (lamps.iter().enumerate()).map(|(i, l)| (l.shape, i)).collect();
+    let lamp_of: HashMap<usize, usize> = (lamps.iter().enumerate())
+        .map(|(i, l)| (l.shape, i))
+        .collect();
     let mut neighbours = BTreeSet::new();
     let mut pairs = 0;
     for (index, shape) in geometry.shapes.iter().enumerate() {
@@ -277,8 +277,7 @@ fn is_in(facet: &Facet, p: [DVec3; 3], lamp: &mut Lamp) -> bool {
     if !wall.holds(facet.p, tolerance) || !overlap(facet.p, p, own.n, tolerance) {
         return false;
     }
-    let is_known =
-        |plane: &Plane| plane.n.dot(own.n) > 0.999 && plane.holds(facet.p, tolerance);
+    let is_known = |plane: &Plane| plane.n.dot(own.n) > 0.999 && plane.holds(facet.p, tolerance);
     if !lamp.planes.iter().any(is_known) && lamp.planes.len() < MOST_PLANES {
         lamp.planes.push(own);
     }
@@ -330,7 +329,9 @@ fn layers(lamps: &[Lamp], neighbours: &BTreeSet<[usize; 2]>) -> Vec<u32> {
     }
     let mut layers = vec![0; lamps.len()];
     for i in order {
-        let behind = near[i].iter().filter(|&&j| shine_alike(&lamps[i], &lamps[j]));
+        let behind = near[i]
+            .iter()
+            .filter(|&&j| shine_alike(&lamps[i], &lamps[j]));
         let most = behind.map(|&j| layers[j]).max().unwrap_or(0);
         layers[i] = (most + 1).min(MOST_LAYERS);
     }
@@ -340,9 +341,9 @@ fn layers(lamps: &[Lamp], neighbours: &BTreeSet<[usize; 2]>) -> Vec<u32> {
 /// Whether some planes of two lamps are one.
 fn shine_alike(a: &Lamp, b: &Lamp) -> bool {
     let tolerance = a.step.max(b.step);
-    a.planes.iter().any(|x| {
-        (b.planes.iter()).any(|y| x.n.dot(y.n) > 0.0 && x.holds([y.p; 3], tolerance))
-    })
+    a.planes
+        .iter()
+        .any(|x| (b.planes.iter()).any(|y| x.n.dot(y.n) > 0.0 && x.holds([y.p; 3], tolerance)))
 }
 
 /// Moves what lies in the planes of a lamp by `distance`.
@@ -392,7 +393,8 @@ mod tests {
     }
 
     fn load(shapes: &str) -> Scene {
-        let text = format!("LookAt 0 0 -3  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n{shapes}");
+        let text =
+            format!("LookAt 0 0 -3  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n{shapes}");
         load_str(&text, "test.pbrt", ".".as_ref()).unwrap()
     }
 
@@ -413,7 +415,10 @@ mod tests {
         assert_eq!(heights(&scene), [1.0]);
         assert_eq!(scene.warnings.len(), 1);
         let warning = &scene.warnings[0];
-        assert!(warning.starts_with("test.pbrt:5:") && warning.contains("test.pbrt:8"), "{warning}");
+        assert!(
+            warning.starts_with("test.pbrt:5:") && warning.contains("test.pbrt:8"),
+            "{warning}"
+        );
         // To both sides: the camera's.
         let scene = load(&(lamp("\"rgb L\" [1 1 1] \"bool twosided\" \"true\"", 0.0) + WALL));
         assert_eq!(heights(&scene), [-1.0]);
@@ -426,7 +431,10 @@ mod tests {
 
     #[test]
     fn the_brighter_lies_in_front() {
-        let (dim, bright) = (lamp("\"rgb L\" [1 1 1]", 0.0), lamp("\"rgb L\" [2 2 2]", 0.0));
+        let (dim, bright) = (
+            lamp("\"rgb L\" [1 1 1]", 0.0),
+            lamp("\"rgb L\" [2 2 2]", 0.0),
+        );
         let one = load(&(dim.clone() + &bright + WALL));
         assert_eq!(heights(&one), [1.0, 2.0]);
         let other = load(&(WALL.to_string() + &bright + &dim));
@@ -443,11 +451,16 @@ mod tests {
 
     #[test]
     fn a_triangle_is_a_light_once() {
-        let twice = lamp("\"rgb L\" [1 1 1]", 0.0).replace("0 1 2 0 2 3", "0 1 2 0 2 3 1 2 0 0 2 1");
+        let twice =
+            lamp("\"rgb L\" [1 1 1]", 0.0).replace("0 1 2 0 2 3", "0 1 2 0 2 3 1 2 0 0 2 1");
         let scene = load(&twice);
         // Back to back is not twice.
         assert_eq!(scene.lights.len(), 3);
         assert_eq!(heights(&scene), [1.0, -1.0]);
-        assert!(scene.warnings[0].contains("1 triangles that lie on others"), "{:?}", scene.warnings);
+        assert!(
+            scene.warnings[0].contains("1 triangles that lie on others"),
+            "{:?}",
+            scene.warnings
+        );
     }
 }

@@ -19,7 +19,10 @@ fn wide(p: Vec3) -> DVec3 {
 fn enlarge(scene: &mut Scene, triangles: &[[Vec3; 3]], is_large: impl Fn(usize) -> bool) {
     let place = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
     let large: Vec<usize> = (0..triangles.len()).filter(|&i| is_large(i)).collect();
-    let places: HashSet<_> = large.iter().flat_map(|&i| triangles[i].map(place)).collect();
+    let places: HashSet<_> = large
+        .iter()
+        .flat_map(|&i| triangles[i].map(place))
+        .collect();
     for (i, p) in triangles.iter().enumerate() {
         let seam = !is_large(i);
         if !seam || p.iter().any(|p| places.contains(&place(*p))) {
@@ -41,7 +44,11 @@ fn trace_all(tracer: &mut Tracer, rays: &[Row]) -> (Vec<Row>, Vec<u32>) {
     tracer.occluded::<f32>(rays, &list, &mut blocked);
     for size in [Size::Tiny, Size::Small, Size::Large] {
         tracer.size = size;
-        for coherence in [Coherence::Coherent, Coherence::Incoherent, Coherence::Unknown] {
+        for coherence in [
+            Coherence::Coherent,
+            Coherence::Incoherent,
+            Coherence::Unknown,
+        ] {
             let mut other = vec![Row::default(); rays.len()];
             let mut also = vec![7; rays.len()];
             tracer.closest_with::<f32x8>(coherence, rays, &list, &mut other);
@@ -62,7 +69,9 @@ fn meshes_of_both_sorts_do_not_leak() {
     let triangles = globe(24);
     for part in [1, 3, 40] {
         let mut scene = scene(&triangles, vec![]);
-        enlarge(&mut scene, &triangles, |i| i % part == 0 && i / 100 % 2 == 0);
+        enlarge(&mut scene, &triangles, |i| {
+            i % part == 0 && i / 100 % 2 == 0
+        });
         let mut tracer = Tracer::build(&scene);
         let rays: Vec<Row> = (0..1 << 15)
             .map(|i| {
@@ -94,8 +103,16 @@ fn meshes_of_both_sorts_do_not_leak() {
 #[test]
 fn small_distances_are_seen() {
     let ground = [
-        [Vec3::new(-0.7, -0.7, 0.0), Vec3::new(0.7, -0.7, 0.0), Vec3::new(0.7, 0.7, 0.0)],
-        [Vec3::new(-0.7, -0.7, 0.0), Vec3::new(0.7, 0.7, 0.0), Vec3::new(-0.7, 0.7, 0.0)],
+        [
+            Vec3::new(-0.7, -0.7, 0.0),
+            Vec3::new(0.7, -0.7, 0.0),
+            Vec3::new(0.7, 0.7, 0.0),
+        ],
+        [
+            Vec3::new(-0.7, -0.7, 0.0),
+            Vec3::new(0.7, 0.7, 0.0),
+            Vec3::new(-0.7, 0.7, 0.0),
+        ],
     ];
     let mut of_triangles = scene(&ground, vec![]);
     enlarge(&mut of_triangles, &ground, |_| true);
@@ -115,7 +132,10 @@ fn small_distances_are_seen() {
             let (mut rays, mut expected) = (vec![], vec![]);
             for _ in 0..64 {
                 // Within the radius where a sphere falls off less than that.
-                let (x, y) = (random.signed() * 0.1 * height, random.signed() * 0.1 * height);
+                let (x, y) = (
+                    random.signed() * 0.1 * height,
+                    random.signed() * 0.1 * height,
+                );
                 let (dx, dy) = (random.signed(), random.signed());
                 // From above through it; away from it; from above and not as far as it; from below, away.
                 for (z, dz, t_max, meets) in [
