@@ -265,7 +265,9 @@ fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
                 .for_each(|v| *v *= factor);
         };
         values(&mut picture, scale);
-        values(&mut variance, scale * scale);
+        // Not by the square of the scale, which `f32` need not hold.
+        values(&mut variance, scale);
+        values(&mut variance, scale);
         (picture, variance)
     })
 }

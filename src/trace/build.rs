@@ -1,5 +1,5 @@
 //! From scene to tree: obvhs clusters the boxes (PLOC, Meister and Bittner 2017, then reinsertion, 2018), and its tree
-//! is flattened into nodes that hold the boxes of both children.
+//! is flattened into nodes that hold the boxes of both children. `split.rs` makes trees that clustering takes too long for.
 
 use std::time::Duration;
 
@@ -204,8 +204,8 @@ impl<'a> Flattening<'a> {
                 nodes: vec![EMPTY_NODE],
                 triangles: Vec::with_capacity(primitives.len()),
                 spheres: Vec::new(),
+                extent: Extent::new(bounds, !large.is_empty()),
                 large,
-                extent: Extent::new(bounds),
                 depth: 1,
             },
         }
@@ -243,7 +243,7 @@ impl<'a> Flattening<'a> {
                 let from = &bvh.nodes[content + side];
                 let b = from.aabb();
                 let bounds: Bounds = std::array::from_fn(|k| [b.min[k], b.max[k]]);
-                self.tree.nodes[node].bounds[side] = grow(bounds, self.tree.extent.pad);
+                self.tree.nodes[node].bounds[side] = self.tree.extent.grown(bounds);
                 self.tree.nodes[node].link[side].child = if from.is_leaf() {
                     let first = from.first_index as usize;
                     let range = first..first + from.prim_count as usize;
@@ -317,7 +317,7 @@ impl<'a> Flattening<'a> {
             .iter()
             .map(|&i| self.boxes[i as usize])
             .reduce(union)
-            .map_or(NOWHERE, |b| grow(b, self.tree.extent.pad))
+            .map_or(NOWHERE, |b| self.tree.extent.grown(b))
     }
 }
 
@@ -325,7 +325,3 @@ const EMPTY_NODE: Node = Node {
     bounds: [NOWHERE; 2],
     link: [Link::EMPTY; 2],
 };
-
-fn grow(b: Bounds, pad: f32) -> Bounds {
-    b.map(|[min, max]| [min - pad, max + pad])
-}

@@ -5,7 +5,7 @@
 //! point (`geometry/large.rs`), which `f64` sees.
 
 use super::node::Bounds;
-use super::ray::{Ray, permute, slab};
+use super::ray::{PAD, Ray, largest, permute, slab};
 use super::triangle::{Hit, covers};
 use crate::scene::{Large, Scene};
 use crate::simd::{Lanes, Mask};
@@ -96,8 +96,9 @@ impl LargeSurface {
     #[cold]
     #[inline(never)]
     pub fn hit<L: Lanes, const ANY: bool>(&self, ray: &Ray<L>, t_max: L) -> (Hit<L>, [L; 2]) {
-        let low = [0, 1, 2].map(|k| L::splat(self.bounds[k][0]) - ray.pad);
-        let high = [0, 1, 2].map(|k| L::splat(self.bounds[k][1]) + ray.pad);
+        let pad = L::splat(PAD * largest(&self.bounds)) + ray.reach;
+        let low = [0, 1, 2].map(|k| L::splat(self.bounds[k][0]) - pad);
+        let high = [0, 1, 2].map(|k| L::splat(self.bounds[k][1]) + pad);
         let (near, far) = slab(
             &ray.own,
             permute::<L>(low, ray.swap_x, ray.swap_y),

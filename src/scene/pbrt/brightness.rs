@@ -4,17 +4,18 @@ use std::collections::HashMap;
 
 use crate::scene::{LightKind, Rgb, Scene};
 
-/// Light beyond this is scaled down.
-const BRIGHT: f64 = (1u128 << 80) as f64;
-/// By which factor, a power of two; its inverse, squared, is an `f32`.
-const DIM: f32 = 1.0 / (1u64 << 63) as f32;
+/// Light beyond this power of two is scaled down to it: films of samples hold eight million times as much, and sixty binary digits below 1.
+const BRIGHT: i32 = 40;
 
-/// Scales all light down if some of it is so bright, and the picture up again. Both are exact.
+/// Scales all light down if some of it is so bright, and the picture up again, by a power of two.
 pub(super) fn dim(scene: &mut Scene) {
-    if !(brightest(scene) > BRIGHT) {
+    let brightest = brightest(scene);
+    let beyond = brightest.log2().floor() as i32 - BRIGHT;
+    if !(brightest.is_finite() && brightest > 0.0 && beyond > 0) {
         return;
     }
-    let dimmed = |l: &mut Rgb| *l = l.map(|c| c * DIM);
+    let factor = (-f64::from(beyond)).exp2() as f32;
+    let dimmed = |l: &mut Rgb| *l = l.map(|c| c * factor);
     for light in &mut scene.lights {
         match &mut light.kind {
             LightKind::Triangle { l, .. }
@@ -26,11 +27,11 @@ pub(super) fn dim(scene: &mut Scene) {
             | LightKind::Projection { scale, .. }
             | LightKind::InfiniteImage { scale, .. } => dimmed(scale),
             LightKind::ImageTriangle { scale, .. } | LightKind::ImageSphere { scale, .. } => {
-                *scale *= DIM;
+                *scale *= factor;
             }
         }
     }
-    scene.film.scale /= DIM;
+    scene.film.scale = (scene.film.scale / factor).min(f32::MAX);
 }
 
 /// The largest radiance or intensity of any light.
@@ -75,9 +76,9 @@ mod tests {
             };
             (l, scene.film.scale)
         };
-        assert_eq!(load("1e20"), ([1e20, 1.0, 0.0], 1.0));
+        assert_eq!(load("1e12"), ([1e12, 1.0, 0.0], 1.0));
         let (l, scale) = load("3e38");
         assert_eq!([l[0] * scale, l[1] * scale, l[2] * scale], [3e38, 1.0, 0.0]);
-        assert!((scale * scale).is_finite() && l[0] < 1e20);
+        assert!(l[0] < 2f32.powi(41) && l[0] >= 2f32.powi(40));
     }
 }
