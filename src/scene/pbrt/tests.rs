@@ -1040,8 +1040,8 @@ fn directional_lights() {
     assert_eq!(l, [2.0, 4.0, 6.0]);
     let LightKind::Spot {
         axis,
-        cos_total,
-        cos_falloff,
+        versine_total,
+        versine_full,
         falloff,
         ..
     } = s.lights[1].kind
@@ -1049,7 +1049,8 @@ fn directional_lights() {
         panic!("spot")
     };
     near(axis, Vec3::Y);
-    assert!((cos_total - 0.5).abs() < 1e-6 && (cos_falloff - 0.5_f32.sqrt()).abs() < 1e-6);
+    assert!((versine_total - 0.5).abs() < 1e-6);
+    assert!((versine_full - (1.0 - 0.5_f32.sqrt())).abs() < 1e-6);
     assert_eq!(falloff, SpotFalloff::V4);
     assert_eq!(
         s.lights[2].kind,
