@@ -38,6 +38,7 @@
 //! | 33 | hostile files | [`input`] |
 //! | 34 | very large surfaces | [`large`] |
 //! | 36 | lamps in other surfaces | [`large`] |
+//! | 38 | narrow cones | [`lights`] |
 //! | 40 | primitives in one place | [`large`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.

@@ -28,8 +28,12 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let report = &mut loader.report;
     let take = |pending: Option<Pending>| pending.map(|p| (p.kind, p.set, p.ctm));
 
+    let shutter = match &loader.view.camera {
+        Some(camera) => view::shutter_time(&camera.set)?,
+        None => 1.0,
+    };
     let mut film = match take(loader.view.film.take()) {
-        Some((kind, set, _)) => view::film(&kind, &set, report)?,
+        Some((kind, set, _)) => view::film(&kind, &set, shutter, report)?,
         None => view::default_film(),
     };
     film.filter = match take(loader.view.filter.take()) {
@@ -50,8 +54,11 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         None => IntegratorSettings::default(),
     };
     if let Some((kind, set, _)) = take(loader.view.sampler.take()) {
-        integrator.pixel_samples = view::pixel_samples(&kind, &set, report)?;
+        let (samples, seed) = view::sampler(&kind, &set, report)?;
+        integrator.pixel_samples = samples;
+        loader.seed = seed.or(loader.seed);
     }
+    integrator.seed = loader.seed.unwrap_or(0);
 
     // A few lights at points stand for all: what matters is whether something is next to them.
     let lamps = loader

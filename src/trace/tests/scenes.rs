@@ -91,6 +91,9 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
                 kind: FilterKind::Box,
             },
             scale: 1.0,
+            colour: None,
+            chromaticities: None,
+            clamp: None,
         },
         integrator: IntegratorSettings::default(),
         space: Space {
