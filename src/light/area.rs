@@ -1,5 +1,6 @@
 //! Emissive triangles and spheres: Lambertian, of one radiance or of one that an image gives by texture coordinates.
 
+use super::records::BaseLanes;
 use super::{DirectSample, EmissionSample, Emitted, Kind, LightTable, Lot};
 use crate::geometry::{AreaSample, Geometry};
 use crate::simd::{Frame, Lanes, Mask, Vec3, math};
@@ -21,7 +22,7 @@ impl LightTable {
         let d2 = v.length2();
         let w = v * (L::one() / d2.sqrt());
         let cos = -w.dot(point.ng);
-        let two_sided = base[4].gt(L::zero());
+        let two_sided = base.sides_or_falloff.gt(L::zero());
         let lit = cos.gt(L::zero()).or(two_sided.and(cos.lt(L::zero())));
         let abs = cos.abs();
         let sides = L::select(two_sided, L::splat(2.0), L::one());
@@ -30,7 +31,7 @@ impl LightTable {
             to_light: w,
             target: offset::leave(point.p, point.error, point.ng, -w),
             radiance,
-            pdf: base[0] * point.pdf * d2 / abs,
+            pdf: base.choice * point.pdf * d2 / abs,
             // (pA cos / (sides pi)) / (pA d2 / cos) / cos
             emission_ratio: abs * L::splat(FRAC_1_PI) / (sides * d2),
             delta: self.hidden(base),
@@ -47,7 +48,7 @@ impl LightTable {
     ) -> EmissionSample<L> {
         let base = lot.base;
         let point = self.area_point(geometry, lot, [u[0], u[1]]);
-        let two_sided = base[4].gt(L::zero());
+        let two_sided = base.sides_or_falloff.gt(L::zero());
         // Both sides: the first half of a sample is the front, the second the back.
         let half = u[2] * L::splat(2.0);
         let back = two_sided.and(half.ge(L::one()));
@@ -56,7 +57,7 @@ impl LightTable {
         let n = Vec3::select(back, -point.ng, point.ng);
         let direction = Frame::new(n).to_world(local);
         let solid = L::select(two_sided, L::splat(TAU), L::splat(PI));
-        let scale = solid / point.pdf * (L::one() / base[0]);
+        let scale = solid / point.pdf * (L::one() / base.choice);
         let (radiance, shown) = self.shown(lot, point.uv);
         EmissionSample {
             origin: offset::leave(point.p, point.error, n, n),
@@ -72,11 +73,11 @@ impl LightTable {
 
     /// Lanes whose lights no ray meets.
     #[inline(always)]
-    fn hidden<L: Lanes>(&self, base: &[L; 8]) -> L::Mask {
+    fn hidden<L: Lanes>(&self, base: &BaseLanes<L>) -> L::Mask {
         if !self.hides {
             return L::Mask::splat(false);
         }
-        let sides = base[4];
+        let sides = base.sides_or_falloff;
         L::zero().gt(sides).or(sides.gt(L::one()))
     }
 
@@ -97,17 +98,17 @@ impl LightTable {
         cos: L,
         surface: [L; 2],
     ) -> Emitted<L> {
-        let base = L::load_rows(&self.base, light);
+        let base = BaseLanes::<L>::load(&self.base, light);
         let mut triangle = self.mask_of::<L>(Kind::Triangle, light);
         let mut sphere = self.mask_of::<L>(Kind::Sphere, light);
-        let mut colour = Vec3::new(base[1], base[2], base[3]);
+        let mut colour = base.colour;
         if self.has_pictures() {
             for kind in [Kind::ImageTriangle, Kind::ImageSphere] {
                 let Some(lot) = self.lot(kind, light, &base) else {
                     continue;
                 };
                 let mask = lot.mask;
-                let prim = Self::column_bits(base[5], mask, light.len());
+                let prim = Self::column_bits::<L>(base.primitive, mask, light.len());
                 let uv = if kind == Kind::ImageTriangle {
                     triangle = triangle.or(mask);
                     geometry.triangle_uv(&prim[..light.len()], surface[0], surface[1])
@@ -118,15 +119,15 @@ impl LightTable {
                 colour = Vec3::select(mask, self.shown(lot, uv).0, colour);
             }
         }
-        let mut pdf = base[7].or_zero(triangle);
+        let mut pdf = base.inv_area.or_zero(triangle);
         if sphere.any() {
-            let prim = Self::column_bits(base[5], sphere, light.len());
+            let prim = Self::column_bits::<L>(base.primitive, sphere, light.len());
             pdf = L::select(sphere, geometry.sphere_pdf(&prim[..light.len()], p), pdf);
         }
-        let two_sided = base[4].gt(L::zero());
+        let two_sided = base.sides_or_falloff.gt(L::zero());
         let lit = cos.gt(L::zero()).or(two_sided.and(cos.lt(L::zero())));
         let inv_solid = L::select(two_sided, L::splat(0.5 * FRAC_1_PI), L::splat(FRAC_1_PI));
-        let direct = base[0] * pdf;
+        let direct = base.choice * pdf;
         Emitted {
             radiance: colour.or_zero(lit),
             direct_pdf: direct,
@@ -137,11 +138,11 @@ impl LightTable {
     #[inline(always)]
     fn area_point<L: Lanes>(&self, geometry: &Geometry, lot: Lot<L>, u: [L; 2]) -> AreaSample<L> {
         let n = lot.light.len();
-        let prim = Self::column_bits(lot.base[5], lot.mask, n);
+        let prim = Self::column_bits::<L>(lot.base.primitive, lot.mask, n);
         let textured = matches!(lot.kind, Kind::ImageTriangle | Kind::ImageSphere);
         match lot.kind {
             Kind::Triangle | Kind::ImageTriangle => {
-                geometry.sample_triangles(&prim[..n], u[0], u[1], lot.base[7], textured)
+                geometry.sample_triangles(&prim[..n], u[0], u[1], lot.base.inv_area, textured)
             }
             _ => geometry.sample_spheres(&prim[..n], u[0], u[1], textured),
         }
@@ -151,12 +152,12 @@ impl LightTable {
     #[inline(always)]
     fn shown<L: Lanes>(&self, lot: Lot<L>, uv: [L; 2]) -> (Vec3<L>, L::Mask) {
         let base = lot.base;
-        let colour = Vec3::new(base[1], base[2], base[3]);
+        let colour = base.colour;
         if !matches!(lot.kind, Kind::ImageTriangle | Kind::ImageSphere) {
             return (colour, L::Mask::splat(true));
         }
         let n = lot.light.len();
-        let index = Self::column_bits(base[6], lot.mask, n);
+        let index = Self::column_bits::<L>(base.image, lot.mask, n);
         let mut out = [[0.0f32; 3]; 8];
         for i in (0..n).filter(|i| lot.mask.bits() >> i & 1 != 0) {
             out[i] = self.pictures[index[i] as usize].at(uv[0].lane(i), uv[1].lane(i));

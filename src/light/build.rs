@@ -4,10 +4,10 @@ use super::choice::LightChoice;
 use super::environment::Environment;
 use super::picture::Picture;
 use super::projector::Projector;
+use super::records::{Base, Place};
 use super::{Kind, LightTable};
 use crate::geometry::Geometry;
 use crate::scene::{LightKind, Scene, SpotFalloff};
-use crate::simd::Row;
 use std::f32::consts::{PI, TAU};
 
 impl LightTable {
@@ -30,16 +30,16 @@ impl LightTable {
             .map(|light| table.push(scene, geometry, &light.kind))
             .collect();
         table.choice = LightChoice::new(&powers);
-        for (i, row) in table.base.iter_mut().enumerate() {
-            row.0[0] = table.choice.probability(i);
+        for (i, base) in table.base.iter_mut().enumerate() {
+            base.choice = table.choice.probability(i);
         }
         table.present = (Kind::ALL.into_iter())
             .filter(|k| table.kinds.contains(k))
             .collect();
         if table.is_empty() {
             // Kernels read the row of light 0 before they know whether there is one.
-            table.base.push(Row::default());
-            table.place.push(Row::default());
+            table.base.push(Base::default());
+            table.place.push(Place::default());
         }
         table
     }
@@ -47,7 +47,7 @@ impl LightTable {
     /// Appends a light; returns its power (W, internal units), by which lights are chosen.
     fn push(&mut self, scene: &Scene, geometry: &Geometry, light: &LightKind) -> f64 {
         let disk = f64::from(PI * self.radius * self.radius);
-        let mut place = [0.0; 8];
+        let mut place = Place::default();
         let mut extra = 0.0;
         let mut inv_area = 0.0;
         let mut prim = 0;
@@ -109,7 +109,7 @@ impl LightTable {
                 (Kind::ImageSphere, [*scale; 3], factor * mean)
             }
             LightKind::Point { p, i } => {
-                place[..3].copy_from_slice(&p.to_array());
+                place.p = p.to_array();
                 (Kind::Point, *i, f64::from(2.0 * TAU))
             }
             LightKind::Spot {
@@ -120,10 +120,10 @@ impl LightTable {
                 versine_full,
                 falloff,
             } => {
-                place[..3].copy_from_slice(&p.to_array());
-                place[3..6].copy_from_slice(&axis.to_array());
-                place[6] = *versine_total;
-                place[7] = *versine_full;
+                place.p = p.to_array();
+                place.axis = axis.to_array();
+                place.versine_total = *versine_total;
+                place.versine_full = *versine_full;
                 extra = if *falloff == SpotFalloff::V3 {
                     0.0
                 } else {
@@ -139,7 +139,7 @@ impl LightTable {
                 to_light,
                 layout,
             } => {
-                place[..3].copy_from_slice(&p.to_array());
+                place.p = p.to_array();
                 let image = &scene.images[*image as usize];
                 let filtering = layout.filtering();
                 let map = Environment::new(image, *scale, *to_light, *layout, filtering);
@@ -156,7 +156,7 @@ impl LightTable {
                 extent,
                 filtering,
             } => {
-                place[..3].copy_from_slice(&p.to_array());
+                place.p = p.to_array();
                 let image = &scene.images[*image as usize];
                 let projector = Projector::new(image, *scale, *to_light, *extent, *filtering);
                 let flux = projector.flux().map(|c| c as f32);
@@ -165,7 +165,7 @@ impl LightTable {
                 (Kind::Projection, flux, 1.0)
             }
             LightKind::Distant { direction, l } => {
-                place[..3].copy_from_slice(&direction.to_array());
+                place.p = direction.to_array();
                 (Kind::Distant, *l, disk)
             }
             LightKind::InfiniteConstant { l } => {
@@ -193,17 +193,15 @@ impl LightTable {
         if kind.is_environment() {
             self.infinite.push(self.kinds.len() as u32);
         }
-        self.base.push(Row([
-            0.0,
-            colour[0],
-            colour[1],
-            colour[2],
-            extra,
-            f32::from_bits(prim),
-            f32::from_bits(index),
+        self.base.push(Base {
+            choice: 0.0,
+            colour,
+            sides_or_falloff: extra,
+            primitive: prim,
+            image: index,
             inv_area,
-        ]));
-        self.place.push(Row(place));
+        });
+        self.place.push(place);
         self.kinds.push(kind);
         factor * f64::from((colour[0] + colour[1] + colour[2]) / 3.0)
     }

@@ -1,5 +1,6 @@
 //! Lights at infinity: from one direction, or from all around the scene.
 
+use super::records::PlaceLanes;
 use super::{DirectSample, EmissionSample, Emitted, Kind, LightTable, Lot};
 use crate::simd::{Frame, Lanes, Mask, Vec3, math};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -8,13 +9,13 @@ impl LightTable {
     #[inline(always)]
     pub(super) fn direct_distant<L: Lanes>(&self, lot: Lot<L>, p: Vec3<L>) -> DirectSample<L> {
         let base = lot.base;
-        let place = L::load_rows(&self.place, lot.light);
-        let w = -Vec3::new(place[0], place[1], place[2]);
+        let place = PlaceLanes::<L>::load(&self.place, lot.light);
+        let w = -place.p;
         DirectSample {
             to_light: w,
             target: w.mul_add(self.far(), p),
-            radiance: Vec3::new(base[1], base[2], base[3]),
-            pdf: base[0],
+            radiance: base.colour,
+            pdf: base.choice,
             emission_ratio: self.inv_disk(),
             delta: L::Mask::splat(true),
             valid: L::Mask::splat(true),
@@ -33,7 +34,7 @@ impl LightTable {
             to_light: w,
             target: w.mul_add(self.far(), p),
             radiance,
-            pdf: lot.base[0] * pdf,
+            pdf: lot.base.choice * pdf,
             emission_ratio: self.inv_disk(),
             delta: L::Mask::splat(false),
             valid: pdf.gt(L::zero()),
@@ -43,13 +44,13 @@ impl LightTable {
     #[inline(always)]
     pub(super) fn emission_distant<L: Lanes>(&self, lot: Lot<L>, u: [L; 4]) -> EmissionSample<L> {
         let base = lot.base;
-        let inv_choice = L::one() / base[0];
-        let place = L::load_rows(&self.place, lot.light);
-        let direction = Vec3::new(place[0], place[1], place[2]);
+        let inv_choice = L::one() / base.choice;
+        let place = PlaceLanes::<L>::load(&self.place, lot.light);
+        let direction = place.p;
         EmissionSample {
             origin: self.disk_point(direction, u),
             direction,
-            beta: Vec3::new(base[1], base[2], base[3]) * (inv_choice / self.inv_disk()),
+            beta: base.colour * (inv_choice / self.inv_disk()),
             d_vcm: L::one() / self.inv_disk(),
             d_vc: L::zero(),
             distant: L::Mask::splat(true),
@@ -63,7 +64,7 @@ impl LightTable {
         lot: Lot<L>,
         u: [L; 4],
     ) -> EmissionSample<L> {
-        let inv_choice = L::one() / lot.base[0];
+        let inv_choice = L::one() / lot.base.choice;
         let (w, radiance, pdf) = self.environment_sample(lot, [u[2], u[3]]);
         let inv_density = L::one() / (self.inv_disk::<L>() * pdf);
         EmissionSample {
@@ -80,18 +81,15 @@ impl LightTable {
     /// What rays escaping along unit `direction` see of one environment.
     #[inline(always)]
     pub fn escaped<L: Lanes>(&self, light: u32, direction: Vec3<L>) -> Emitted<L> {
-        let base = &self.base[light as usize].0;
+        let base = &self.base[light as usize];
         let (radiance, pdf) = match self.kinds[light as usize] {
             Kind::InfiniteImage => {
-                let map = &self.environments[base[6].to_bits() as usize];
+                let map = &self.environments[base.image as usize];
                 map.radiance_and_pdf(direction)
             }
-            _ => (
-                Vec3::splat([base[1], base[2], base[3]]),
-                L::splat(0.5 / TAU),
-            ),
+            _ => (Vec3::splat(base.colour), L::splat(0.5 / TAU)),
         };
-        let direct = pdf * L::splat(base[0]);
+        let direct = pdf * L::splat(base.choice);
         Emitted {
             radiance,
             direct_pdf: direct,
@@ -105,10 +103,10 @@ impl LightTable {
         let (base, n) = (lot.base, lot.light.len());
         if lot.kind == Kind::InfiniteConstant {
             let w = math::uniform_sphere(u[0], u[1]);
-            let radiance = Vec3::new(base[1], base[2], base[3]);
+            let radiance = base.colour;
             return (w, radiance, L::splat(0.5 / TAU));
         }
-        let index = Self::column_bits(base[6], lot.mask, n);
+        let index = Self::column_bits::<L>(base.image, lot.mask, n);
         let mut out = [[0.0f32; 7]; 8];
         for i in (0..n).filter(|i| lot.mask.bits() >> i & 1 != 0) {
             out[i] = self.environments[index[i] as usize].sample([u[0].lane(i), u[1].lane(i)]);

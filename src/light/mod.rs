@@ -18,14 +18,16 @@ mod environment;
 mod picture;
 mod point;
 mod projector;
+mod records;
 
 pub use self::choice::LightChoice;
 use self::environment::Environment;
 use self::picture::Picture;
 use self::projector::Projector;
+use self::records::{Base, BaseLanes, Place};
 use crate::geometry::Geometry;
 use crate::scene::{NONE, Rgb};
-use crate::simd::{Lanes, Mask, Row, UintLanes, Vec3};
+use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 
 /// The kinds of light kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -101,11 +103,8 @@ impl Kind {
 /// All lights of a scene. There may be none: samples of such a table are not valid, whatever light they are asked of.
 pub struct LightTable {
     kinds: Vec<Kind>,
-    /// `[probability of choice, r, g, b, sides or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
-    /// are indices into one of the tables below. Sides of area lights: 0 for one and 1 for two; -1 and 2 if no ray meets the light.
-    base: Vec<Row>,
-    /// `[position or direction (3), axis (3), one minus the cosine of the whole cone, and of its full part]`.
-    place: Vec<Row>,
+    base: Vec<Base>,
+    place: Vec<Place>,
     environments: Vec<Environment>,
     projectors: Vec<Projector>,
     pictures: Vec<Picture>,
@@ -126,7 +125,7 @@ struct Lot<'a, L: Lanes> {
     /// The light of every lane.
     light: &'a [u32],
     /// Their rows of [`LightTable::base`].
-    base: &'a [L; 8],
+    base: &'a BaseLanes<L>,
     /// Lanes of this kind; what the others get does not matter.
     mask: L::Mask,
 }
@@ -212,13 +211,13 @@ impl LightTable {
 
     /// Rays can meet it by chance.
     pub fn is_met(&self, light: u32) -> bool {
-        let sides = self.base[light as usize].0[4];
+        let sides = self.base[light as usize].sides_or_falloff;
         !self.kind(light).is_delta() && !(self.kind(light).is_area() && is_hidden(sides))
     }
 
     /// The primitive that a light is, or [`NONE`].
     pub fn primitive(&self, geometry: &Geometry, light: u32) -> u32 {
-        let index = self.base[light as usize].0[5].to_bits();
+        let index = self.base[light as usize].primitive;
         match self.kinds.get(light as usize) {
             Some(Kind::Triangle | Kind::ImageTriangle) => index,
             Some(Kind::Sphere | Kind::ImageSphere) => geometry.triangles() + index,
@@ -232,7 +231,7 @@ impl LightTable {
         &self,
         kind: Kind,
         light: &'a [u32],
-        base: &'a [L; 8],
+        base: &'a BaseLanes<L>,
     ) -> Option<Lot<'a, L>> {
         let mask = self.mask_of::<L>(kind, light);
         mask.any().then_some(Lot {
@@ -257,8 +256,8 @@ impl LightTable {
 
     /// Primitive or environment index per lane; 0 in lanes of other kinds, which would be out of range.
     #[inline(always)]
-    fn column_bits<L: Lanes>(column: L, mask: L::Mask, n: usize) -> [u32; 8] {
-        let column = L::uint_select(mask, column.to_bits(), L::Uint::splat(0));
+    fn column_bits<L: Lanes>(column: L::Uint, mask: L::Mask, n: usize) -> [u32; 8] {
+        let column = L::uint_select(mask, column, L::Uint::splat(0));
         let mut bits = [0; 8];
         for (i, slot) in bits.iter_mut().enumerate().take(n) {
             *slot = column.lane(i);
@@ -284,7 +283,7 @@ impl LightTable {
             delta: L::Mask::splat(false),
             valid: L::Mask::splat(false),
         };
-        let base = L::load_rows(&self.base, light);
+        let base = BaseLanes::<L>::load(&self.base, light);
         for &kind in &self.present {
             let kind = if crate::BARE { Kind::Triangle } else { kind };
             let Some(lot) = self.lot(kind, light, &base) else {
@@ -342,7 +341,7 @@ impl LightTable {
             distant: L::Mask::splat(false),
             valid: L::Mask::splat(false),
         };
-        let base = L::load_rows(&self.base, light);
+        let base = BaseLanes::<L>::load(&self.base, light);
         for &kind in &self.present {
             let kind = if crate::BARE { Kind::Triangle } else { kind };
             let Some(lot) = self.lot(kind, light, &base) else {
