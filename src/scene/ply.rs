@@ -281,12 +281,19 @@ fn each<E: PropertyAccess>(
         let source = &mut *reader.source;
         let parsed = match header.encoding {
             Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
-            Encoding::BinaryLittleEndian => parser
-                .read_little_endian_element(&mut source.take(most), element)
-                .map_err(|e| e.to_string()),
-            Encoding::BinaryBigEndian => parser
-                .read_big_endian_element(&mut source.take(most), element)
-                .map_err(|e| e.to_string()),
+            encoding => {
+                let mut source = source.take(most);
+                let read = match encoding {
+                    Encoding::BinaryLittleEndian => {
+                        parser.read_little_endian_element(&mut source, element)
+                    }
+                    _ => parser.read_big_endian_element(&mut source, element),
+                };
+                read.map_err(|e| match source.limit() {
+                    0 => format!("longer than {most} bytes"),
+                    _ => e.to_string(),
+                })
+            }
         };
         let read = parsed.map_err(|message| {
             let place = format!("{} {i} of {}", element.name, element.count);
