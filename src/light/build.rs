@@ -35,6 +35,11 @@ impl LightTable {
         table.present = (Kind::ALL.into_iter())
             .filter(|k| table.kinds.contains(k))
             .collect();
+        if table.is_empty() {
+            // Kernels read the row of light 0 before they know whether there is one.
+            table.base.push(Row::default());
+            table.place.push(Row::default());
+        }
         table
     }
 

@@ -98,7 +98,7 @@ impl Kind {
     }
 }
 
-/// All lights of a scene.
+/// All lights of a scene. There may be none: samples of such a table are not valid, whatever light they are asked of.
 pub struct LightTable {
     kinds: Vec<Kind>,
     /// `[probability of choice, r, g, b, two-sided or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
@@ -174,9 +174,11 @@ pub struct Emitted<L: Lanes> {
 }
 
 impl LightTable {
-    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there.
+    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there; a table without lights stays as it is.
     pub fn try_every_kind(&mut self) {
-        self.present = Kind::ALL.into();
+        if !self.is_empty() {
+            self.present = Kind::ALL.into();
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -209,9 +211,9 @@ impl LightTable {
     /// The primitive that a light is, or [`NONE`].
     pub fn primitive(&self, geometry: &Geometry, light: u32) -> u32 {
         let index = self.base[light as usize].0[5].to_bits();
-        match self.kind(light) {
-            Kind::Triangle | Kind::ImageTriangle => index,
-            Kind::Sphere | Kind::ImageSphere => geometry.triangles() + index,
+        match self.kinds.get(light as usize) {
+            Some(Kind::Triangle | Kind::ImageTriangle) => index,
+            Some(Kind::Sphere | Kind::ImageSphere) => geometry.triangles() + index,
             _ => NONE,
         }
     }
@@ -240,7 +242,7 @@ impl LightTable {
         }
         let mut bits = 0;
         for (i, l) in light.iter().enumerate() {
-            bits |= u32::from(self.kinds[*l as usize] == kind) << i;
+            bits |= u32::from(self.kinds.get(*l as usize) == Some(&kind)) << i;
         }
         L::Mask::from_bits(bits)
     }

@@ -7,8 +7,9 @@ use super::error::{Report, SceneError};
 use super::geometry::{Geometry, Mesh, Setting};
 use super::params::{ParamSet, Type};
 use super::textures::{TextureNames, float_param};
-use crate::scene::shapes::{self, MeshData};
-use crate::scene::{Alpha, AlphaTest, Param, ply, shapes::bilinear_mesh};
+use crate::scene::ply::{self, PlyMesh};
+use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh};
+use crate::scene::{Alpha, AlphaTest, Param};
 
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
@@ -48,10 +49,19 @@ pub(super) fn build(
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
+<<<<<<< HEAD
+            let read = ply::read_ply(&path).map_err(|e| set.error(e))?;
+=======
             let data = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
             let data = data.map_err(|e| set.error(e))?;
+>>>>>>> w-g
             geometry.loading().set_file(None);
-            add_data(data, set, setting, geometry, false, report)
+            match set.dialect {
+                Dialect::V3 => {
+                    add_data(read.into_triangles(), set, setting, geometry, false, report)
+                }
+                Dialect::V4 => with_patches(read, set, setting, geometry, report),
+            }
         }
         "sphere" => sphere(set, setting, geometry),
         "disk" => {
@@ -199,6 +209,45 @@ fn add_data(
     }
     let mesh = Mesh::from_data(data).map_err(|e| set.error(e))?;
     geometry.add_mesh(setting, &mesh, power_of_whole, report)
+}
+
+/// v4: faces of four corners are bilinear patches.
+fn with_patches(
+    read: PlyMesh,
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let PlyMesh { mut mesh, quads } = read;
+    let patches: Vec<_> = quads.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
+    drop(quads);
+    let power = setting.light.as_ref().is_some_and(|l| l.has_power());
+    if patches.is_empty() || !power && (mesh.uvs.is_some() || !setting.needs_uv) {
+        append_patches(&mut mesh, &patches, setting.needs_uv);
+        mesh.drop_degenerate();
+        return add_data(mesh, set, setting, geometry, false, report);
+    }
+    // Each triangle by itself and each patch by itself have their texture coordinates, and the light's power.
+    let (p, n, uv) = (
+        &mesh.positions,
+        mesh.normals.as_deref(),
+        mesh.uvs.as_deref(),
+    );
+    let mut add = |patches: &[[u32; 4]]| {
+        let data = bilinear_mesh(p, n, uv, patches.as_flattened()).map_err(|e| set.error(e))?;
+        add_data(data, set, setting, geometry, power, report)
+    };
+    if power {
+        (patches.iter()).try_for_each(|patch| add(std::slice::from_ref(patch)))?;
+    } else {
+        add(&patches)?;
+    }
+    if mesh.triangles.is_empty() {
+        mesh.positions.clear();
+    }
+    mesh.drop_degenerate();
+    add_data(mesh, set, setting, geometry, false, report)
 }
 
 fn sphere(set: &ParamSet, setting: &Setting, geometry: &mut Geometry) -> Result<(), SceneError> {

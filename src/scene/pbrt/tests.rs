@@ -1,5 +1,7 @@
 //! Whole scenes, from text to tables.
 
+mod quads;
+
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
