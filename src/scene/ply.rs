@@ -31,7 +31,6 @@ const MAX_LINE: u64 = 1 << 22;
 /// Longest error message passed on.
 const MAX_MESSAGE: usize = 200;
 
-<<<<<<< HEAD
 /// What a file holds, as it stands there: vertices may be anything but missing.
 #[derive(Debug, Default, PartialEq)]
 pub struct PlyMesh {
@@ -56,18 +55,12 @@ impl PlyMesh {
 /// Reads the `vertex` and `face` elements. Normals and texture coordinates are read where all their components are there; other
 /// elements and properties are skipped.
 pub fn read_ply(path: &Path) -> Result<PlyMesh, String> {
-    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes));
-=======
-/// Reads the `vertex` and `face` elements. Polygons become fans from their first vertex. Normals and texture coordinates are
-/// read where all their components are there; other elements and properties are skipped.
-pub fn read_ply(path: &Path) -> Result<MeshData, String> {
     read_ply_within(path, &mut |_| Ok(()))
 }
 
 /// [`read_ply`]; `room` is asked for memory, in bytes, beyond what [`bytes_needed`] foresees.
-pub fn read_ply_within(path: &Path, room: Room) -> Result<MeshData, String> {
+pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
     let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
->>>>>>> w-g
     mesh.map_err(|message| one_line(path, &message))
 }
 
@@ -109,11 +102,7 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
-<<<<<<< HEAD
-fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
-=======
-fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<MeshData, String> {
->>>>>>> w-g
+fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh, String> {
     let (header, lines) = read_header(&mut source)?;
     check_counts(&header, bytes)?;
     let mut reader = Lines {
@@ -153,13 +142,9 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<MeshData
         uvs: has(6..8).then(Vec::new),
         ..Default::default()
     };
-<<<<<<< HEAD
     let mut quads = Vec::new();
     let (mut skipped, mut fans) = (0usize, 0usize);
-=======
-    let mut skipped = 0usize;
     let mut foreseen = 2 * header.elements["face"].count as u64;
->>>>>>> w-g
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => each(&mut reader, &header, element, |v: Vertex| {
@@ -174,30 +159,21 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<MeshData
                 Ok(())
             })?,
             "face" => each(&mut reader, &header, element, |face: Face| {
-<<<<<<< HEAD
                 match *face.0 {
                     [] | [_] | [_, _] => skipped += 1,
                     [a, b, c, d] => quads.push([a, b, c, d]),
                     [first, ref rest @ ..] => {
+                        let triangles = (mesh.triangles.len() + rest.len()) as u64;
+                        if triangles > foreseen {
+                            // The table grows by doubling.
+                            let more = foreseen.max(triangles);
+                            room(more * size_of::<[u32; 3]>() as u64)?;
+                            foreseen += more;
+                        }
                         fans += usize::from(rest.len() > 3);
                         let edges = rest.windows(2);
                         (mesh.triangles).extend(edges.map(|edge| [first, edge[0], edge[1]]));
                     }
-=======
-                let polygon = face.0;
-                let triangles = (mesh.triangles.len() + polygon.len()) as u64;
-                if triangles > foreseen {
-                    // The table grows by doubling.
-                    room(foreseen.max(triangles) * size_of::<[u32; 3]>() as u64)?;
-                    foreseen += foreseen.max(triangles);
-                }
-                if polygon.len() < 3 {
-                    skipped += 1;
-                }
-                for i in 2..polygon.len() {
-                    mesh.triangles
-                        .push([polygon[0], polygon[i - 1], polygon[i]]);
->>>>>>> w-g
                 }
                 Ok(())
             })?,

@@ -49,12 +49,8 @@ pub(super) fn build(
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
-<<<<<<< HEAD
-            let read = ply::read_ply(&path).map_err(|e| set.error(e))?;
-=======
-            let data = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
-            let data = data.map_err(|e| set.error(e))?;
->>>>>>> w-g
+            let read = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
+            let read = read.map_err(|e| set.error(e))?;
             geometry.loading().set_file(None);
             match set.dialect {
                 Dialect::V3 => {
