@@ -20,7 +20,7 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::shapes::MeshData;
+use super::shapes::{MeshData, Room};
 use crate::formats::file_bytes;
 
 const DEFLATE_RATIO: u64 = 1032;
@@ -63,9 +63,6 @@ pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
     let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
     mesh.map_err(|message| one_line(path, &message))
 }
-
-/// Takes memory, or says that there is none.
-pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 
 /// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {

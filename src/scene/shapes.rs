@@ -6,9 +6,12 @@ mod bilinear;
 mod disk;
 mod subdivision;
 
-pub use bilinear::{append_patches, bilinear_mesh};
+pub use bilinear::{append_patches, bilinear_mesh, bilinear_mesh_within};
 pub use disk::disk;
 pub use subdivision::loop_subdivide;
+
+/// Takes memory, in bytes, or says that there is none.
+pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -230,7 +230,7 @@ fn arguments(random: &mut Random) -> Vec<String> {
         ] {
             set(flag, Some(value));
         }
-        set("-o", Some(random.of(&["a.exr", "a.png", "a.pfm"])));
+        set("-o", Some(*random.of(&["a.exr", "a.png", "a.pfm"])));
         for _ in 0..random.below(4) {
             let (flag, values) = random.of(&FLAGS);
             set(flag, (!values.is_empty()).then(|| *random.of(values)));

@@ -124,7 +124,7 @@ const WORLD: &str = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
 
 /// Text is read as it is needed, however long it is.
 #[test]
-fn text() {
+fn long_texts() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_gz(&folder.join("blank.pbrt.gz"), WORLD, " ", 400 << 20, "");
@@ -162,7 +162,7 @@ fn parameters() {
     };
     list("strings.pbrt", "string a", "\"\" ", 20_000_000).refused(OVER);
     list("floats.pbrt", "float a", "1 ", 40_000_000).refused(OVER);
-    list("bools.pbrt", "bool a", "true ", 120_000_000).refused(OVER);
+    list("bools.pbrt", "bool a", "true ", 70_000_000).refused(OVER);
     list("spectrum.pbrt", "spectrum L", "1 ", 40_000_000).refused(OVER);
     list("points.pbrt", "point3 P", "0 0 0 ", 4_000_000).refused(OVER);
     let spectrum = "WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" [";
@@ -275,6 +275,12 @@ fn meshes() {
             );
         }
     }
+    // Patches that are cut up as finely as they ever are.
+    let patch = "WorldBegin\nShape \"bilinearmesh\" \"point3 P\" [0 0 0  9 0 0  0 9 0  9 9 9] \"integer indices\" [";
+    let patches = patch.to_owned() + &"0 1 2 3 ".repeat(3000) + "]\n";
+    fs::write(folder.join("patches.pbrt"), patches).unwrap();
+    render(folder, "patches.pbrt").refused(OVER);
+
     fs::write(
         folder.join("mesh.pbrt"),
         "WorldBegin\nShape \"plymesh\" \"string filename\" \"mesh.ply\"\n",
@@ -399,6 +405,22 @@ fn pictures() {
     let spectrum = "Material \"diffuse\" \"spectrum reflectance\" \"a.spd\"\nShape \"sphere\"\n";
     fs::write(folder.join("spectrum.pbrt"), WORLD.to_owned() + spectrum).unwrap();
     render(folder, "spectrum.pbrt").refused("too many for a spectrum");
+}
+
+/// Lights that each have a copy of one image.
+#[test]
+fn lights_with_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut sky = b"PF\n1000 1000\n-1\n".to_vec();
+    sky.resize(sky.len() + 12_000_000, 0x3f);
+    fs::write(folder.join("sky.pfm"), sky).unwrap();
+    for kind in ["infinite", "goniometric", "projection"] {
+        let light = format!("LightSource \"{kind}\" \"string filename\" \"sky.pfm\"\n");
+        let scene = "WorldBegin\nShape \"sphere\"\n".to_owned() + &light.repeat(30);
+        fs::write(folder.join("lights.pbrt"), scene).unwrap();
+        render(folder, "lights.pbrt").refused("lights 4");
+    }
 }
 
 /// Files within files.

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{MAX_TRIANGLES, MeshData};
+use super::{MAX_TRIANGLES, MeshData, Room};
 
 /// A grid follows a curved patch to this fraction of its size.
 const TOLERANCE: f64 = 1e-4;
@@ -166,13 +166,33 @@ fn most_cells(patches: usize) -> f64 {
         .floor()
 }
 
-/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
-/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it.
+/// Memory of a cell of a grid, roughly: a vertex and two triangles, and copies of them as meshes are added to a scene.
+const CELL_BYTES: u64 = 128;
+
+impl Patch {
+    fn bytes(&self) -> u64 {
+        u64::from(self.cells).pow(2) * CELL_BYTES
+    }
+}
+
+/// [`bilinear_mesh_within`] any memory.
 pub fn bilinear_mesh(
     p: &[[f32; 3]],
     n: Option<&[[f32; 3]]>,
     uv: Option<&[[f32; 2]]>,
     indices: &[u32],
+) -> Result<MeshData, String> {
+    bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
+}
+
+/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
+/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it. `room` is asked for memory.
+pub fn bilinear_mesh_within(
+    p: &[[f32; 3]],
+    n: Option<&[[f32; 3]]>,
+    uv: Option<&[[f32; 2]]>,
+    indices: &[u32],
+    room: Room,
 ) -> Result<MeshData, String> {
     let (patches, rest) = indices.as_chunks::<4>();
     if !rest.is_empty() {
@@ -217,6 +237,7 @@ pub fn bilinear_mesh(
                 patches.len()
             ));
         }
+        room(patch.bytes())?;
         flat &= patch.flat;
         append(&mut mesh, &patch);
     }
@@ -228,8 +249,13 @@ pub fn bilinear_mesh(
 }
 
 /// Adds patches over the vertices of `mesh` to it: p00, p10, p01, p11, in range. Where two triangles show all that is to be seen of a
-/// patch, they share its vertices. If texture coordinates matter the mesh has them.
-pub fn append_patches(mesh: &mut MeshData, patches: &[[u32; 4]], textured: bool) {
+/// patch, they share its vertices. If texture coordinates matter the mesh has them. `room` is asked for memory.
+pub fn append_patches(
+    mesh: &mut MeshData,
+    patches: &[[u32; 4]],
+    textured: bool,
+    room: Room,
+) -> Result<(), String> {
     let most_cells = most_cells(patches.len());
     let given = mesh.positions.len();
     let has_normals = mesh.normals.is_some();
@@ -246,11 +272,13 @@ pub fn append_patches(mesh: &mut MeshData, patches: &[[u32; 4]], textured: bool)
             mesh.triangles.extend([[a, b, d], [a, d, c]]);
             continue;
         }
+        room(patch.bytes())?;
         // Zero stands for no normal.
         let normals = mesh.normals.get_or_insert_default();
         normals.resize(mesh.positions.len(), [0.0; 3]);
         append(mesh, &patch);
     }
+    Ok(())
 }
 
 /// Adds a patch as a grid with vertices of its own.
