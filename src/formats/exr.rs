@@ -5,6 +5,7 @@ use std::io::{Read, Seek, Write};
 use std::path::Path;
 
 use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::*;
 
 use super::{Picture, check_size, file_bytes};
@@ -36,7 +37,12 @@ pub fn write(
         }
     }
     let mut layer_attributes = LayerAttributes::default().with_position(position);
+    let mut chromaticities = None;
     for (name, value) in attributes {
+        if let AttributeValue::Chromaticities(value) = value {
+            chromaticities = Some(value);
+            continue;
+        }
         if let Some(name) =
             Text::new_or_none(&name).filter(|n| (1..=255).contains(&n.as_slice().len()))
         {
@@ -46,7 +52,8 @@ pub fn write(
     let size = (picture.width as usize, picture.height as usize);
     let channels = AnyChannels::sort(channels);
     let layer = Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels);
-    let window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
+    let mut window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
+    window.chromaticities = chromaticities;
     let image = Image::empty(window).with_layer(layer);
     image.write().to_buffered(out).map_err(|e| e.to_string())
 }
@@ -62,6 +69,16 @@ pub fn text(value: &str) -> AttributeValue {
         .map(|c| if c.is_ascii() { c } else { '?' })
         .collect();
     AttributeValue::Text(Text::new_or_none(latin).unwrap_or_default())
+}
+
+/// Chromaticities `x y` of red, green, blue and white as an attribute.
+pub fn chromaticities([rx, ry, gx, gy, bx, by, wx, wy]: [f32; 8]) -> AttributeValue {
+    AttributeValue::Chromaticities(Chromaticities {
+        red: Vec2(rx, ry),
+        green: Vec2(gx, gy),
+        blue: Vec2(bx, by),
+        white: Vec2(wx, wy),
+    })
 }
 
 /// Longest header that is read, all attributes of all layers: the reader keeps them.

@@ -36,6 +36,10 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
+//! | 34 | very large surfaces | [`large`] |
+//! | 36 | lamps in other surfaces | [`large`] |
+//! | 38 | narrow cones | [`lights`] |
+//! | 40 | primitives in one place | [`large`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
@@ -45,6 +49,7 @@ mod chains;
 mod common;
 mod geometry;
 mod input;
+mod large;
 mod lights;
 mod mis;
 mod scale;

@@ -19,7 +19,7 @@ use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, NAME_BYTES, Tables};
-use super::{coats, materials, transform};
+use super::{coats, materials, options, transform};
 use crate::scene::budget::{Budget, Charge};
 use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
 
@@ -73,7 +73,7 @@ pub(super) struct Loader {
     open_object: Option<Object>,
     instance_bytes: usize,
     default_material: Option<u32>,
-    clear_material: Option<u32>,
+    bare_materials: Vec<(MaterialKind, u32)>,
     /// Of each material in the table, whether it depends on texture coordinates.
     needs_uv: Vec<bool>,
     /// Materials that could not be made, to be mentioned if nothing ever uses them.
@@ -83,6 +83,8 @@ pub(super) struct Loader {
     pub lights: Vec<WorldLight>,
     pub tables: Tables,
     pub report: Report,
+    /// Of the random numbers, by `Option`.
+    pub seed: Option<u64>,
     budget: Rc<Budget>,
 }
 
@@ -99,7 +101,7 @@ impl Loader {
             open_object: None,
             instance_bytes: 0,
             default_material: None,
-            clear_material: None,
+            bare_materials: Vec::new(),
             needs_uv: Vec::new(),
             failed_materials: Vec::new(),
             view: View::default(),
@@ -107,6 +109,7 @@ impl Loader {
             lights: Vec::new(),
             tables: Tables::new(Rc::clone(&budget)),
             report: Report::default(),
+            seed: None,
             budget,
         }
     }
@@ -500,25 +503,10 @@ impl Loader {
                         "\"{name}\" is unknown; use srgb, dci-p3, rec2020 or aces2065-1"
                     )));
                 };
-                if self.section == Section::Options && space != ColorSpace::Srgb {
-                    self.report
-                        .warn_at(site, "the picture is written in linear sRGB all the same");
-                }
                 self.states.current.color_space = space;
                 Ok(())
             }
-            "Option" => {
-                let set = self.params(site.clone())?;
-                set.accept(&[
-                    "rendercoordsys",
-                    "seed",
-                    "wavefront",
-                    "disablewavelengthjitter",
-                    "msereferenceout",
-                ]);
-                set.finish(&mut self.report);
-                Ok(())
-            }
+            "Option" => self.global_option(site),
             _ => {
                 let (target, mut set) = self.kind_and_params(site, "")?;
                 if !["shape", "light", "material", "medium", "texture"].contains(&target.as_str()) {
@@ -534,6 +522,22 @@ impl Loader {
                 Ok(())
             }
         }
+    }
+
+    /// `Option "name" value`; also `"type name"`, and with brackets.
+    fn global_option(&mut self, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "the name of an option")?;
+        let mut token = self.argument(site, "the value of an option")?;
+        if token.kind == TokenKind::Open {
+            token = self.argument(site, "the value of an option")?;
+            let close = self.argument(site, "']'")?;
+            if close.kind != TokenKind::Close {
+                return Err(site.error(format_args!("expected ']', found {}", close.shown())));
+            }
+        }
+        let seed = options::set(&name, &token, site, &mut self.report)?;
+        self.seed = seed.or(self.seed);
+        Ok(())
     }
 
     fn medium(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
@@ -743,22 +747,19 @@ impl Loader {
         Ok(index)
     }
 
-    /// What rays pass straight through, yet meet.
-    fn clear_material(&mut self) -> Result<u32, SceneError> {
-        if let Some(index) = self.clear_material {
+    /// A material of emissive shapes alone: what rays pass straight through, yet meet, or what they do not meet.
+    fn bare_material(&mut self, kind: MaterialKind) -> Result<u32, SceneError> {
+        let known = self.bare_materials.iter().find(|(k, _)| *k == kind);
+        if let Some(&(_, index)) = known {
             return Ok(index);
         }
-        let kind = MaterialKind::ThinDielectric {
-            eta: Param::Constant([1.0; 3]),
-            dispersion: None,
-        };
         let index = self.push_material(Material {
             name: "none".to_owned(),
             origin: "emissive shapes".to_owned(),
-            kind,
+            kind: kind.clone(),
             bump: None,
         })?;
-        self.clear_material = Some(index);
+        self.bare_materials.push((kind, index));
         Ok(index)
     }
 
@@ -872,21 +873,21 @@ impl Loader {
         let (visible, alpha) = match cut {
             Cut::Nothing => (true, None),
             Cut::Partly(alpha) => (true, Some(alpha)),
-            Cut::Everything => (false, None),
+            // It still shines.
+            Cut::Everything => (light.is_some(), None),
         };
-        if !visible && light.is_some() {
-            return Err(set.error(
-                "area lights that are cut out entirely (alpha 0), and so invisible, are not supported; use a point light, or an \
-                 alpha of 1",
-            ));
-        }
-        if light.is_some() && interface {
+        if light.is_some() && cut == Cut::Everything {
+            material = self.bare_material(MaterialKind::Interface)?;
+        } else if light.is_some() && interface {
             // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
             self.report.warn_at(
                 &set.site,
                 "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
             );
-            material = self.clear_material()?;
+            material = self.bare_material(MaterialKind::ThinDielectric {
+                eta: Param::Constant([1.0; 3]),
+                dispersion: None,
+            })?;
         }
         let textures = self.tables.textures();
         let textured = |alpha: Alpha| alpha.value.uses_uv(textures);

@@ -7,18 +7,23 @@
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
 
+mod brightness;
 mod coats;
 mod color;
 mod dialect;
 mod error;
+mod extent;
 mod finish;
+mod flush;
 mod geometry;
 mod lexer;
 mod lights;
 mod loader;
 mod materials;
 mod mixtures;
+mod options;
 mod params;
+mod sensor;
 mod shape;
 mod state;
 mod stream;

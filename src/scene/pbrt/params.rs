@@ -123,6 +123,8 @@ pub(super) struct ParamSet {
     pub dialect: Dialect,
     /// Folder that file names are relative to.
     pub dir: Rc<Path>,
+    /// The `ColorSpace` in force at the directive.
+    pub color_space: ColorSpace,
     params: Vec<Rc<Param>>,
 }
 
@@ -138,6 +140,7 @@ impl ParamSet {
             site,
             dialect,
             dir,
+            color_space: ColorSpace::default(),
             params: Vec::new(),
         }
     }
@@ -152,6 +155,7 @@ impl ParamSet {
         report: &mut Report,
     ) -> Result<Self, SceneError> {
         let mut set = Self::empty(site, dialect, dir);
+        set.color_space = color_space;
         while stream.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
             let Some(declaration) = stream.next_token()? else {
                 break;
