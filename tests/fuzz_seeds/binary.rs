@@ -351,6 +351,8 @@ fn mutated_scenes_end_well() {
             let name = kept.join(format!("{:016x}", hasher.finish()));
             fs::write(name.with_extension("pbrt"), &text).unwrap();
             fs::write(name.with_extension("txt"), arguments.join(" ")).unwrap();
+            let fault: Vec<&str> = fault.lines().take(4).collect();
+            let fault = fault.join("\n    ");
             println!("{}: {}\n    {fault}", name.display(), arguments.join(" "));
         }
     }
