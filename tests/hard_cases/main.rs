@@ -36,6 +36,7 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
@@ -43,6 +44,8 @@ mod bsdf;
 mod chains;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../support/dialect.rs"]
+mod dialect;
 mod geometry;
 mod input;
 mod lights;

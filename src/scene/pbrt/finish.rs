@@ -2,13 +2,15 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+use super::dialect::Dialect;
 use super::error::SceneError;
 use super::geometry::{Geometry, WorldShape};
 use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle, Vertex,
+    IntegratorSettings, Light, LightKind, NONE, Scene, Shape, Sides, Space, Sphere, Triangle,
+    Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
@@ -75,6 +77,10 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         film,
         integrator,
         space,
+        sides: match loader.dialect {
+            Dialect::V3 => Sides::Geometric,
+            Dialect::V4 => Sides::Shading,
+        },
         bounds: [Vec3::ZERO; 2],
         warnings: Vec::new(),
     };

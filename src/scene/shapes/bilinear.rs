@@ -39,6 +39,11 @@ impl Corners {
         (d - a).length().max((c - b).length())
     }
 
+    /// Length of the longest corner.
+    fn reach(&self) -> f64 {
+        self.0.iter().fold(0.0, |most, c| most.max(c.length()))
+    }
+
     /// `(s, t)` with `p11 = p00 + s (p10 - p00) + t (p01 - p00)` if the corners are coplanar and convex: (1, 1) for a
     /// parallelogram.
     fn planar(&self) -> Option<(f64, f64)> {
@@ -116,7 +121,7 @@ pub fn bilinear_mesh(
         }));
 
         let affine = position.planar().is_some_and(|st| {
-            texture.follows(st, texture.extent()) && normal.is_none_or(|n| n.follows(st, 1.0))
+            texture.follows(st, texture.extent()) && normal.is_none_or(|n| n.follows(st, n.reach()))
         });
         let cells = if affine {
             1
@@ -158,8 +163,7 @@ fn append(
     for row in 0..=cells {
         for column in 0..=cells {
             let (u, v) = (column as f64 / cells as f64, row as f64 / cells as f64);
-            let shading =
-                normal.map_or_else(|| position.normal(u, v), |n| n.at(u, v).normalize_or_zero());
+            let shading = normal.map_or_else(|| position.normal(u, v), |n| n.at(u, v));
             mesh.positions.push(position.at(u, v).as_vec3().into());
             normals.push(shading.as_vec3().into());
             uvs.push(texture.at(u, v).truncate().as_vec2().into());
