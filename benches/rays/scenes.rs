@@ -182,6 +182,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             centre: DVec3::ZERO,
             scale: 1.0,
         },
+        large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         warnings: vec![],
     }

@@ -165,7 +165,11 @@ fn write_files(
         full: [film.width, film.height],
         pixels: render.pixels,
     };
-    let attributes = attributes(&input.name, settings, &render.stats);
+    let mut attributes = attributes(&input.name, settings, &render.stats);
+    attributes.extend(film.chromaticities.map(|c| Attribute {
+        name: "chromaticities".into(),
+        value: AttributeValue::Chromaticities(c),
+    }));
     let exposure = args.exposure.unwrap_or(0.0);
     let errors = (render.variance.as_ref().filter(|_| args.error_layers))
         .map(|variance| integrate::standard_errors(variance, render.width as usize));

@@ -335,11 +335,14 @@ impl Recorder<'_> {
             (
                 _,
                 LightKind::Spot {
-                    p, axis, cos_total, ..
+                    p,
+                    axis,
+                    versine_total,
+                    ..
                 },
             ) => {
-                let z = 1.0 - u[2] * (1.0 - f64::from(*cos_total));
-                let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+                let drop = u[2] * f64::from(*versine_total);
+                let (z, r) = (1.0 - drop, (drop * (2.0 - drop)).max(0.0).sqrt());
                 let (sin, cos) = (TAU * u[3]).sin_cos();
                 let direction = around(unit(wide(axis.to_array())), [r * cos, r * sin, z]);
                 Some(((wide(p.to_array()), direction), end))

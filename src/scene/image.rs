@@ -1,10 +1,12 @@
 //! Pictures as textures and lights use them: linear, `f32`, row 0 on top.
 
+mod png;
+
 use std::fs::{self, File};
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::formats::{Picture, check_size, exr, file_bytes, pfm, srgb};
 
@@ -92,11 +94,19 @@ pub fn bytes_needed(path: &Path) -> Result<u64, String> {
             let decoded = samples.saturating_mul(size_of::<f32>() as u64);
             texels.saturating_mul(texel).saturating_add(decoded)
         }),
-        Some("pfm") => Ok(bytes.saturating_mul(2)),
-        _ => decoder(path).map(|decoder| {
-            let (width, height) = decoder.dimensions();
-            let decoded = decoder.total_bytes().saturating_mul(2);
-            (texels(width.into(), height.into()).saturating_mul(texel)).saturating_add(decoded)
+        // Grey is three times as long in memory.
+        Some("pfm") => {
+            begins_with(path, b"Pf").map(|grey| bytes.saturating_mul(if grey { 4 } else { 2 }))
+        }
+        _ => size_of_other(path).map(|(width, height, decoded)| {
+            // A JPEG file is read whole, and what it holds besides the picture is copied.
+            let file = match begins_with(path, b"\xff\xd8") {
+                Ok(true) => bytes.saturating_mul(2),
+                _ => 0,
+            };
+            (texels(width.into(), height.into()).saturating_mul(texel))
+                .saturating_add(decoded.saturating_mul(2))
+                .saturating_add(file)
         }),
     });
     needed.map_err(|e| one_line(&path.display().to_string(), &e))
@@ -108,13 +118,57 @@ fn one_line(name: &str, message: &str) -> String {
     format!("{name}: {}", words.join(" "))
 }
 
-fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
+fn begins_with(path: &Path, magic: &[u8; 2]) -> Result<bool, String> {
+    let mut bytes = [0; 2];
+    let mut file = File::open(path).map_err(|e| e.to_string())?;
+    Ok(file.read_exact(&mut bytes).is_ok() && bytes == *magic)
+}
+
+/// Width, height and bytes of the decoded picture, by the header.
+fn size_of_other(path: &Path) -> Result<(u32, u32, u64), String> {
+    let reader = reader(path)?;
+    if reader.format() == Some(ImageFormat::Png) {
+        return png::size(path);
+    }
+    let decoder = decoder(reader)?;
+    let (width, height) = decoder.dimensions();
+    Ok((width, height, decoder.total_bytes()))
+}
+
+type Reader = ImageReader<BufReader<File>>;
+
+/// Knows the format, by content or extension.
+fn reader(path: &Path) -> Result<Reader, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     let mut reader = ImageReader::new(BufReader::new(file));
-    if let Ok(format) = image::ImageFormat::from_path(path) {
+    if let Ok(format) = ImageFormat::from_path(path) {
         reader.set_format(format);
     }
-    let mut reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
+    let reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
+    if reader.format() == Some(ImageFormat::Hdr) {
+        check_hdr_header(path)?;
+    }
+    Ok(reader)
+}
+
+/// Longest header of an HDR file: the decoder keeps every line of it.
+const MAX_HDR_HEADER: usize = 1 << 16;
+
+fn check_hdr_header(path: &Path) -> Result<(), String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let mut start = Vec::new();
+    let read = file.take(MAX_HDR_HEADER as u64).read_to_end(&mut start);
+    read.map_err(|e| e.to_string())?;
+    let blank = start.windows(2).position(|two| two == b"\n\n");
+    // The size of the picture is in the line after the blank one.
+    let whole = blank.is_some_and(|at| start[at + 2..].contains(&b'\n'));
+    if !whole && start.len() == MAX_HDR_HEADER {
+        return Err(format!("its header is longer than {MAX_HDR_HEADER} bytes"));
+    }
+    Ok(())
+}
+
+fn decoder(mut reader: Reader) -> Result<impl ImageDecoder, String> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
@@ -124,10 +178,16 @@ fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
 
 fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
     let file_bytes = file_bytes(path)?;
-    let decoder = decoder(path)?;
-    let (width, height) = decoder.dimensions();
-    check_size(width as u64, height as u64, file_bytes)?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let reader = reader(path)?;
+    let decoded = if reader.format() == Some(ImageFormat::Png) {
+        png::read(path, file_bytes)?
+    } else {
+        let decoder = decoder(reader)?;
+        let (width, height) = decoder.dimensions();
+        check_size(width as u64, height as u64, file_bytes)?;
+        DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?
+    };
+    let (width, height) = (decoded.width(), decoded.height());
     let pixels = linear(decoded, encoding);
     Ok(Picture {
         width,

@@ -6,7 +6,7 @@ mod bilinear;
 mod disk;
 mod subdivision;
 
-pub use bilinear::bilinear_mesh;
+pub use bilinear::{append_patches, bilinear_mesh};
 pub use disk::disk;
 pub use subdivision::loop_subdivide;
 

@@ -36,7 +36,11 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
+//! | 34 | very large surfaces | [`large`] |
+//! | 36 | lamps in other surfaces | [`large`] |
 //! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
+//! | 38 | narrow cones | [`lights`] |
+//! | 40 | primitives in one place | [`large`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
@@ -48,6 +52,7 @@ mod common;
 mod dialect;
 mod geometry;
 mod input;
+mod large;
 mod lights;
 mod mis;
 mod scale;

@@ -48,6 +48,19 @@ pub(super) enum Built {
     Mixture(Vec<Part>),
 }
 
+/// Memory of an index over the wavelengths, roughly.
+const CURVE_BYTES: usize = 2048;
+
+impl Built {
+    /// Memory that it takes besides its own size, roughly.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::One(kind) => kind.dispersion().map_or(0, |_| CURVE_BYTES),
+            Self::Mixture(parts) => parts.len() * (size_of::<Part>() + CURVE_BYTES / 8),
+        }
+    }
+}
+
 /// A part of a mixture, as [`Component`](crate::scene::Component).
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Part {

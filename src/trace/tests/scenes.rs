@@ -91,6 +91,9 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
                 kind: FilterKind::Box,
             },
             scale: 1.0,
+            colour: None,
+            chromaticities: None,
+            clamp: None,
         },
         integrator: IntegratorSettings::default(),
         sides: Sides::Geometric,
@@ -98,6 +101,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
             centre: DVec3::ZERO,
             scale: 1.0,
         },
+        large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         warnings: vec![],
     }
