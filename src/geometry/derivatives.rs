@@ -49,8 +49,7 @@ impl Geometry<'_> {
         };
         let (dpdu, dpdv) = along(across(p));
         let n = normals[0] * (1.0 - b1 - b2) + normals[1] * b1 + normals[2] * b2;
-        // The same bound as for points on surfaces.
-        let smooth = n.length_squared() > 1e-12;
+        let smooth = n.length_squared() > 0.0;
         let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
         if smooth {
             let (by_u, by_v) = along(across(normals));

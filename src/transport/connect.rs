@@ -7,9 +7,9 @@ use super::mis;
 use super::paths::{Connections, Endpoint, Endpoints, Lists, Paths, Rays, Side};
 use super::records::*;
 use super::samples::{ConnectionSamples, Samples};
+use super::sides;
 use super::weigh::{self, Sink, TechniqueMask};
 use crate::BARE;
-use crate::geometry::shading_frame;
 use crate::simd::{Lanes, Mask, Row};
 use crate::surface::Bsdf;
 
@@ -248,13 +248,9 @@ impl World<'_> {
             let w = LinkLanes::<L>::load(links, chunk).w;
             let wi = if side == Side::Camera { w } else { -w };
             let row = frame.load_params(params, chunk.len());
-            let local = shading_frame(frame.ns, energy.tangent);
-            let value = B::eval(
-                &row,
-                local.to_local(place.wo),
-                local.to_local(wi),
-                side.mode(),
-            );
+            let directions = [place.wo, wi];
+            let normals = end.normals();
+            let value = sides::eval::<B, L>(self.sides, &row, &normals, directions, side.mode());
             let wi_ng = wi.dot(frame.ng);
             let cos = match side {
                 Side::Camera => wi.dot(frame.ns).abs(),
@@ -262,9 +258,8 @@ impl World<'_> {
                     mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
                 }
             };
-            let agree = mis::sides_agree(place.wo, wi, frame.ng, frame.ns);
             EndpointValueLanes {
-                beta: energy.beta.mul_elem((value.f * cos).or_zero(agree)),
+                beta: energy.beta.mul_elem(value.f * cos),
                 pdf: value.pdf,
                 back: end.partial().back(value.pdf_reverse),
                 cos: wi_ng.abs(),

@@ -6,10 +6,11 @@
 //! 3. The stages, one a file, say in their signatures what they read and write: `start` makes the first rays, `trace` finds what they hit,
 //!    `arrive` makes endpoints of hits, `scatter` sends them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
 //!    `weigh` weighs what they carry.
-//! 4. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
-//! 5. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
+//! 4. [`sides`] says what shading normals make of reflection and transmission.
+//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
+//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
 //!    are joined; it sets endpoints aside, vertex by vertex.
-//! 6. [`host`] names the ways of evaluation that chains can march over.
+//! 7. [`host`] names the ways of evaluation that chains can march over.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -27,6 +28,7 @@ pub mod paths;
 pub mod records;
 pub mod samples;
 mod scatter;
+pub mod sides;
 mod sort;
 mod start;
 mod trace;
@@ -40,8 +42,8 @@ pub use self::records::Outcome;
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
-use crate::plan::{Effects, Forced, Plan};
-use crate::scene::Scene;
+use crate::plan::{Effect, Effects, Forced, Plan};
+use crate::scene::{Scene, Sides};
 use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
@@ -59,6 +61,8 @@ pub struct World<'a> {
     pub wavelengths: Option<Wavelengths>,
     /// What hit points must compute.
     pub wanted: Wanted,
+    /// What tells reflections from transmissions, if there are shading normals at all.
+    pub sides: Option<Sides>,
 }
 
 impl<'a> World<'a> {
@@ -74,6 +78,8 @@ impl<'a> World<'a> {
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
         let mut effects = Effects::of(scene, &materials, &lights);
+        let tilted = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
+        let sides = tilted.then_some(scene.sides);
         effects.force(forced);
         let on = |group| forced.contains(&group) || forced.contains(&Forced::All);
         if on(Forced::Textures) {
@@ -88,6 +94,7 @@ impl<'a> World<'a> {
             wavelengths: plan.dispersion.then(Wavelengths::new),
             plan,
             wanted,
+            sides,
             tracer: Tracer::build(scene),
             cutouts: Cutouts::new(scene),
             geometry,

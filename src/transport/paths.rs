@@ -11,6 +11,7 @@ use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
 use crate::transport::mis::Partial;
 use crate::transport::records::*;
+use crate::transport::sides::Normals;
 use crate::transport::sort::Sorter;
 
 /// Which subpath.
@@ -314,6 +315,15 @@ impl Endpoints {
 }
 
 impl<L: Lanes> Endpoint<L> {
+    #[inline(always)]
+    pub fn normals(&self) -> Normals<L> {
+        Normals {
+            ng: self.frame.ng,
+            ns: self.frame.ns,
+            tangent: self.energy.tangent,
+        }
+    }
+
     /// The running sums of the subpath.
     #[inline(always)]
     pub fn partial(&self) -> Partial<L> {

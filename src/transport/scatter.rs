@@ -7,7 +7,7 @@ use super::mis;
 use super::paths::{Endpoint, Endpoints, Lists, Paths, Side};
 use super::records::*;
 use super::samples::{Bounce, Samples};
-use crate::geometry::shading_frame;
+use super::sides::{self, Sampled};
 use crate::simd::{Lanes, Mask, Row};
 use crate::surface::{Bsdf, Kind};
 
@@ -57,9 +57,8 @@ impl World<'_> {
                     *u = samples.gather_each(&first, c, chunk);
                 }
             }
-            let local = shading_frame(frame.ns, energy.tangent);
-            let sample = B::sample(&row, local.to_local(place.wo), u, mode);
-            let wi = local.to_world(sample.wi).normalize();
+            let Sampled { wi, sample, valid } =
+                sides::sample::<B, L>(self.sides, &row, &end.normals(), place.wo, u, mode);
             let wi_ng = wi.dot(frame.ng);
             let cos_out = wi_ng.abs();
             let mut beta = energy.beta.mul_elem(sample.weight);
@@ -73,8 +72,6 @@ impl World<'_> {
                         / cos;
                 beta = beta * adjoint.or_zero(cos.gt(L::zero()));
             }
-            // Reflection stays on the side it came from, transmission leaves it, in both the true and the shading geometry.
-            let agree = mis::sides_agree(place.wo, wi, frame.ng, frame.ns);
             let partial =
                 (end.partial()).scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
             RayLanes::endless(place.leave(frame.ng, wi), wi).store(rays, chunk);
@@ -86,7 +83,7 @@ impl World<'_> {
             }
             .store(flights, chunk);
             let lit = beta.x.max(beta.y).max(beta.z).gt(L::zero());
-            alive.push_where(chunk, agree.and(lit).bits());
+            alive.push_where(chunk, valid.and(lit).bits());
         }
     }
 
