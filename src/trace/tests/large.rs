@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3};
 
 use super::scenes::*;
 use super::surfaces::globe;
+use crate::scene::Scene;
 use crate::scene::large::{LargeSphere, LargeTriangle};
-use crate::scene::{NONE, Scene};
-use crate::simd::{Row, f32x8};
-use crate::trace::{Coherence, Size, Tracer};
+use crate::simd::f32x8;
+use crate::trace::{Coherence, Hit, Ray, Size, Tracer};
 
 fn wide(p: Vec3) -> DVec3 {
     p.as_dvec3()
@@ -36,9 +36,9 @@ fn enlarge(scene: &mut Scene, triangles: &[[Vec3; 3]], is_large: impl Fn(usize) 
 }
 
 /// All ways to trace rays; fails where they differ.
-fn trace_all(tracer: &mut Tracer, rays: &[Row]) -> (Vec<Row>, Vec<u32>) {
+fn trace_all(tracer: &mut Tracer, rays: &[Ray]) -> (Vec<Hit>, Vec<u32>) {
     let list: Vec<u32> = (0..rays.len() as u32).collect();
-    let mut hits = vec![Row::default(); rays.len()];
+    let mut hits = vec![Hit::default(); rays.len()];
     let mut blocked = vec![7; rays.len()];
     tracer.closest::<f32>(rays, &list, &mut hits);
     tracer.occluded::<f32>(rays, &list, &mut blocked);
@@ -49,12 +49,12 @@ fn trace_all(tracer: &mut Tracer, rays: &[Row]) -> (Vec<Row>, Vec<u32>) {
             Coherence::Incoherent,
             Coherence::Unknown,
         ] {
-            let mut other = vec![Row::default(); rays.len()];
+            let mut other = vec![Hit::default(); rays.len()];
             let mut also = vec![7; rays.len()];
             tracer.closest_with::<f32x8>(coherence, rays, &list, &mut other);
             tracer.occluded_with::<f32x8>(coherence, rays, &list, &mut also);
             for i in 0..rays.len() {
-                let bits = |r: &Row| r.0.map(f32::to_bits);
+                let bits = |hit: &Hit| bytemuck::cast::<Hit, [u32; 8]>(*hit);
                 assert_eq!(bits(&hits[i]), bits(&other[i]), "{:?}", rays[i]);
                 assert_eq!(blocked[i], also[i], "{:?}", rays[i]);
             }
@@ -73,7 +73,7 @@ fn meshes_of_both_sorts_do_not_leak() {
             i % part == 0 && i / 100 % 2 == 0
         });
         let mut tracer = Tracer::build(&scene);
-        let rays: Vec<Row> = (0..1 << 15)
+        let rays: Vec<Ray> = (0..1 << 15)
             .map(|i| {
                 let o = match i % 4 {
                     0 => Vec3::ZERO,
@@ -87,13 +87,13 @@ fn meshes_of_both_sorts_do_not_leak() {
                     _ => c.lerp(a, random.unit()),
                 };
                 let d = at - o;
-                Row([o.x, o.y, o.z, f32::INFINITY, d.x, d.y, d.z, 0.0])
+                Ray::endless(o, d)
             })
             .collect();
         let (hits, blocked) = trace_all(&mut tracer, &rays);
         for (hit, ray) in hits.iter().zip(&rays) {
-            assert!(hit.0[3].to_bits() != NONE, "{ray:?}");
-            assert!((hit.0[0] - 1.0).abs() < 1e-2, "{hit:?} {ray:?}");
+            assert!(!hit.is_none(), "{ray:?}");
+            assert!((hit.t - 1.0).abs() < 1e-2, "{hit:?} {ray:?}");
         }
         assert!(blocked.iter().all(|&b| b == 1));
     }
@@ -143,17 +143,17 @@ fn small_distances_are_seen() {
                     (height, 1.0, f32::INFINITY, false),
                     (height, -1.0, 0.5 * height, false),
                 ] {
-                    rays.push(Row([x, y, z, t_max, dx, dy, dz, 0.0]));
+                    rays.push(Ray::new([x, y, z], t_max, [dx, dy, dz]));
                     expected.push(meets);
                 }
             }
             let (hits, blocked) = trace_all(&mut tracer, &rays);
             for i in 0..rays.len() {
-                let is_hit = hits[i].0[3].to_bits() != NONE;
+                let is_hit = !hits[i].is_none();
                 assert_eq!(is_hit, expected[i], "{:?} {:?}", rays[i], hits[i]);
                 assert_eq!(blocked[i] == 1, expected[i], "{:?}", rays[i]);
                 if is_hit {
-                    let t = hits[i].0[0];
+                    let t = hits[i].t;
                     assert!((t / height - 1.0).abs() < 0.1, "{t} {:?}", rays[i]);
                 }
             }
