@@ -143,6 +143,8 @@ pub struct RenderArgs {
 
     /// Render for SECONDS, bootstrap included
     ///
+    /// They count from when the scene is loaded; neither loading nor the building of its tree is cut short, but Ctrl-C ends both at once.
+    ///
     /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
     /// ends the render.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]

@@ -98,15 +98,9 @@ pub fn bytes_needed(path: &Path) -> Result<u64, String> {
         Some("pfm") => {
             begins_with(path, b"Pf").map(|grey| bytes.saturating_mul(if grey { 4 } else { 2 }))
         }
-        _ => size_of_other(path).map(|(width, height, decoded)| {
-            // A JPEG file is read whole, and what it holds besides the picture is copied.
-            let file = match begins_with(path, b"\xff\xd8") {
-                Ok(true) => bytes.saturating_mul(2),
-                _ => 0,
-            };
-            (texels(width.into(), height.into()).saturating_mul(texel))
-                .saturating_add(decoded.saturating_mul(2))
-                .saturating_add(file)
+        _ => size_of_other(path, bytes).map(|(width, height, decoded)| {
+            let decoded = decoded.saturating_mul(2);
+            (texels(width.into(), height.into()).saturating_mul(texel)).saturating_add(decoded)
         }),
     });
     needed.map_err(|e| one_line(&path.display().to_string(), &e))
@@ -124,15 +118,58 @@ fn begins_with(path: &Path, magic: &[u8; 2]) -> Result<bool, String> {
     Ok(file.read_exact(&mut bytes).is_ok() && bytes == *magic)
 }
 
-/// Width, height and bytes of the decoded picture, by the header.
-fn size_of_other(path: &Path) -> Result<(u32, u32, u64), String> {
+/// Width, height and bytes of the decoded picture, by the header of a file of so many bytes.
+fn size_of_other(path: &Path, file_bytes: u64) -> Result<(u32, u32, u64), String> {
     let reader = reader(path)?;
-    if reader.format() == Some(ImageFormat::Png) {
-        return png::size(path);
+    match reader.format() {
+        Some(ImageFormat::Png) => return png::size(path),
+        Some(ImageFormat::Jpeg) => {
+            // The decoder reads the file whole, and copies what it holds besides the picture.
+            let (width, height) = jpeg_size(path)?;
+            let pixels = u64::from(width) * u64::from(height);
+            return Ok((width, height, 3 * pixels + file_bytes));
+        }
+        _ => {}
     }
     let decoder = decoder(reader)?;
     let (width, height) = decoder.dimensions();
     Ok((width, height, decoder.total_bytes()))
+}
+
+/// Width and height of a JPEG file, from its frame header; 0 if there is none, as the decoder will say.
+fn jpeg_size(path: &Path) -> Result<(u32, u32), String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let mut file = BufReader::new(file);
+    Ok(jpeg_frame(&mut file).unwrap_or_default())
+}
+
+/// Walks the segments after the first marker: a marker, the length of the rest, the rest (ITU-T T.81, annex B).
+fn jpeg_frame(file: &mut BufReader<File>) -> std::io::Result<(u32, u32)> {
+    file.seek_relative(2)?;
+    loop {
+        let mut marker = [0; 2];
+        file.read_exact(&mut marker)?;
+        if marker == [0xff; 2] {
+            // Markers may be preceded by any number of such bytes.
+            file.seek_relative(-1)?;
+            continue;
+        }
+        let mut length = [0; 2];
+        file.read_exact(&mut length)?;
+        let frame = matches!(marker[1], 0xc0..=0xcf) && !matches!(marker[1], 0xc4 | 0xc8 | 0xcc);
+        if frame {
+            let mut size = [0; 5];
+            file.read_exact(&mut size)?;
+            let [_, h1, h0, w1, w0] = size;
+            let of = |high, low| u16::from_be_bytes([high, low]).into();
+            return Ok((of(w1, w0), of(h1, h0)));
+        }
+        let rest = i64::from(u16::from_be_bytes(length)) - 2;
+        if marker[0] != 0xff || rest < 0 {
+            return Ok((0, 0));
+        }
+        file.seek_relative(rest)?;
+    }
 }
 
 type Reader = ImageReader<BufReader<File>>;

@@ -20,7 +20,7 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::shapes::MeshData;
+use super::shapes::{MeshData, Room};
 use crate::formats::file_bytes;
 
 const DEFLATE_RATIO: u64 = 1032;
@@ -63,9 +63,6 @@ pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
     let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
     mesh.map_err(|message| one_line(path, &message))
 }
-
-/// Takes memory, or says that there is none.
-pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 
 /// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {
@@ -159,17 +156,17 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh,
                 Ok(())
             })?,
             "face" => each(&mut reader, &header, element, |face: Face| {
-                let polygon = &face.0;
-                let triangles = (mesh.triangles.len() + polygon.len()) as u64;
-                if triangles > foreseen {
-                    // The table grows by doubling.
-                    room(foreseen.max(triangles) * size_of::<[u32; 3]>() as u64)?;
-                    foreseen += foreseen.max(triangles);
-                }
-                match **polygon {
+                match *face.0 {
                     [] | [_] | [_, _] => skipped += 1,
                     [a, b, c, d] => quads.push([a, b, c, d]),
                     [first, ref rest @ ..] => {
+                        let triangles = (mesh.triangles.len() + rest.len()) as u64;
+                        if triangles > foreseen {
+                            // The table grows by doubling.
+                            let more = foreseen.max(triangles);
+                            room(more * size_of::<[u32; 3]>() as u64)?;
+                            foreseen += more;
+                        }
                         fans += usize::from(rest.len() > 3);
                         let edges = rest.windows(2);
                         (mesh.triangles).extend(edges.map(|edge| [first, edge[0], edge[1]]));
@@ -316,12 +313,19 @@ fn each<E: PropertyAccess>(
         let source = &mut *reader.source;
         let parsed = match header.encoding {
             Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
-            Encoding::BinaryLittleEndian => parser
-                .read_little_endian_element(&mut source.take(most), element)
-                .map_err(|e| e.to_string()),
-            Encoding::BinaryBigEndian => parser
-                .read_big_endian_element(&mut source.take(most), element)
-                .map_err(|e| e.to_string()),
+            encoding => {
+                let mut source = source.take(most);
+                let read = match encoding {
+                    Encoding::BinaryLittleEndian => {
+                        parser.read_little_endian_element(&mut source, element)
+                    }
+                    _ => parser.read_big_endian_element(&mut source, element),
+                };
+                read.map_err(|e| match source.limit() {
+                    0 => format!("longer than {most} bytes"),
+                    _ => e.to_string(),
+                })
+            }
         };
         let read = parsed.map_err(|message| {
             let place = format!("{} {i} of {}", element.name, element.count);

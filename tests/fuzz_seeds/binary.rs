@@ -230,7 +230,7 @@ fn arguments(random: &mut Random) -> Vec<String> {
         ] {
             set(flag, Some(value));
         }
-        set("-o", Some(random.of(&["a.exr", "a.png", "a.pfm"])));
+        set("-o", Some(*random.of(&["a.exr", "a.png", "a.pfm"])));
         for _ in 0..random.below(4) {
             let (flag, values) = random.of(&FLAGS);
             set(flag, (!values.is_empty()).then(|| *random.of(values)));
@@ -351,6 +351,8 @@ fn mutated_scenes_end_well() {
             let name = kept.join(format!("{:016x}", hasher.finish()));
             fs::write(name.with_extension("pbrt"), &text).unwrap();
             fs::write(name.with_extension("txt"), arguments.join(" ")).unwrap();
+            let fault: Vec<&str> = fault.lines().take(4).collect();
+            let fault = fault.join("\n    ");
             println!("{}: {}\n    {fault}", name.display(), arguments.join(" "));
         }
     }

@@ -337,9 +337,11 @@ impl ParamSet {
 
     /// Adds defaults from an `Attribute` directive, which need not all be used.
     pub fn add_defaults(&mut self, defaults: &Self) -> Result<(), SceneError> {
+        // No two defaults have the same name.
+        let own = self.params.len();
         for param in &defaults.params {
             param.used.set(true);
-            if !self.params.iter().any(|p| p.name == param.name) {
+            if !self.params[..own].iter().any(|p| p.name == param.name) {
                 if self.params.len() == MAX_PARAMS {
                     return Err(self.error_at(param, "is one of too many"));
                 }

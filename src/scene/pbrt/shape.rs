@@ -8,7 +8,7 @@ use super::geometry::{Geometry, Mesh, Setting};
 use super::params::{ParamSet, Type};
 use super::textures::{TextureNames, float_param};
 use crate::scene::ply::{self, PlyMesh};
-use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh};
+use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh_within};
 use crate::scene::{Alpha, AlphaTest, Param};
 
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
@@ -220,7 +220,9 @@ fn with_patches(
     drop(quads);
     let power = setting.light.as_ref().is_some_and(|l| l.has_power());
     if patches.is_empty() || !power && (mesh.uvs.is_some() || !setting.needs_uv) {
-        append_patches(&mut mesh, &patches, setting.needs_uv);
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        append_patches(&mut mesh, &patches, setting.needs_uv, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         mesh.drop_degenerate();
         return add_data(mesh, set, setting, geometry, false, report);
     }
@@ -231,7 +233,10 @@ fn with_patches(
         mesh.uvs.as_deref(),
     );
     let mut add = |patches: &[[u32; 4]]| {
-        let data = bilinear_mesh(p, n, uv, patches.as_flattened()).map_err(|e| set.error(e))?;
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let corners = patches.as_flattened();
+        let data = bilinear_mesh_within(p, n, uv, corners, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         add_data(data, set, setting, geometry, power, report)
     };
     if power {
@@ -293,8 +298,10 @@ fn bilinear(
     let n = normals.as_deref().map(narrow);
     let uv: Option<Vec<[f32; 2]>> = uvs.map(|t| t.iter().map(|t| t.as_vec2().to_array()).collect());
     let mut add = |indices: &[u32], power_of_whole: bool| {
-        let data =
-            bilinear_mesh(&p, n.as_deref(), uv.as_deref(), indices).map_err(|e| set.error(e))?;
+        let (n, uv) = (n.as_deref(), uv.as_deref());
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let data = bilinear_mesh_within(&p, n, uv, indices, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         add_data(data, set, setting, geometry, power_of_whole, report)
     };
     if setting.light.as_ref().is_some_and(|l| l.has_power()) {
