@@ -385,7 +385,7 @@ impl Effects {
             let kind = table.kind(i as u32);
             let why = || format!("light, {}", light.origin);
             self.add(Effect::Light(kind), why);
-            if !kind.is_delta() {
+            if table.is_met(i as u32) {
                 self.add(Effect::ChanceHits, why);
             }
         }

@@ -38,6 +38,8 @@
 //! | 33 | hostile files | [`input`] |
 //! | 34 | very large surfaces | [`large`] |
 //! | 36 | lamps in other surfaces | [`large`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
+//! | 38 | narrow cones | [`lights`] |
 //! | 40 | primitives in one place | [`large`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
@@ -46,6 +48,8 @@ mod bsdf;
 mod chains;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../support/dialect.rs"]
+mod dialect;
 mod geometry;
 mod input;
 mod large;

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use glam::{DAffine3, Vec3};
 
 use super::brightness;
+use super::dialect::Dialect;
 use super::error::SceneError;
 use super::extent::{Eyes, large_of, space_of};
 use super::flush;
@@ -13,8 +14,8 @@ use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle,
-    Vertex,
+    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Sides, Space, Sphere,
+    Triangle, Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: products of its inverse would leave `f32`. On a ground of 1e7 it
@@ -29,8 +30,12 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let report = &mut loader.report;
     let take = |pending: Option<Pending>| pending.map(|p| (p.kind, p.set, p.ctm));
 
+    let shutter = match &loader.view.camera {
+        Some(camera) => view::shutter_time(&camera.set)?,
+        None => 1.0,
+    };
     let mut film = match take(loader.view.film.take()) {
-        Some((kind, set, _)) => view::film(&kind, &set, report)?,
+        Some((kind, set, _)) => view::film(&kind, &set, shutter, report)?,
         None => view::default_film(),
     };
     film.filter = match take(loader.view.filter.take()) {
@@ -51,8 +56,11 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         None => IntegratorSettings::default(),
     };
     if let Some((kind, set, _)) = take(loader.view.sampler.take()) {
-        integrator.pixel_samples = view::pixel_samples(&kind, &set, report)?;
+        let (samples, seed) = view::sampler(&kind, &set, report)?;
+        integrator.pixel_samples = samples;
+        loader.seed = seed.or(loader.seed);
     }
+    integrator.seed = loader.seed.unwrap_or(0);
 
     // A few lights at points stand for all: what matters is whether something is next to them.
     let lamps = loader
@@ -99,6 +107,10 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         film,
         integrator,
         space,
+        sides: match loader.dialect {
+            Dialect::V3 => Sides::Geometric,
+            Dialect::V4 => Sides::Shading,
+        },
         large: Large::default(),
         bounds: [Vec3::ZERO; 2],
         warnings: Vec::new(),
