@@ -234,9 +234,12 @@ impl<'a> Geometry<'a> {
         let ng = unit_cross(e1, e2);
         let mut ns = ng;
         if wanted.normals {
+            // Interpolated as they are, normalised after. They may be of any length: its square must stay a number.
             let smooth = blend(normal(&a), normal(&b), normal(&c));
+            let tiny = L::splat(f32::MIN_POSITIVE);
+            let smooth = smooth * (L::one() / smooth.max_abs().max(tiny));
             let length2 = smooth.length2();
-            let has_normal = length2.gt(L::splat(1e-12));
+            let has_normal = length2.gt(L::zero());
             ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
         }
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());

@@ -40,7 +40,8 @@ pub type Rgb = [f32; 3];
 pub struct Vertex {
     /// Position, internal space.
     pub p: [f32; 3],
-    /// Unit shading normal, or zero where the mesh has none (the geometric normal then serves).
+    /// Shading normal of any length, interpolated before it is normalised, or zero where the mesh has none (the geometric
+    /// normal then serves).
     pub n: [f32; 3],
     /// Texture coordinates.
     pub uv: [f32; 2],
@@ -183,6 +184,13 @@ pub enum MaterialKind {
         alphas: [f32; 2],
         coat: Coat,
     },
+    /// Either of the two where a roughness or the conductor is looked up in textures. `interface` is the roughness of the coat; if that varies, the
+    /// alphas in `coat` mean nothing, and it counts as rough. If the coat is smooth, the base alone.
+    TexturedCoat {
+        base: CoatedBase,
+        interface: Roughness,
+        coat: Coat,
+    },
     /// What a smooth coat reflects; `eta` is inside over outside.
     Coat { eta: f32 },
     /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
@@ -203,6 +211,17 @@ pub struct Coat {
     pub thickness: f32,
     /// Events that a path between the layers may have; every other one is at the base.
     pub max_depth: u32,
+}
+
+/// What is under a coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CoatedBase {
+    Diffuse(Param),
+    /// Its index is relative to the outside.
+    Conductor {
+        fresnel: ConductorFresnel,
+        roughness: Roughness,
+    },
 }
 
 /// Alpha below which an interface counts as smooth (pbrt-v4, `EffectivelySmooth`).
@@ -479,6 +498,14 @@ pub enum Clamp {
 }
 
 impl Clamp {
+    /// The same for light that is so much brighter.
+    pub fn scaled(self, factor: f32) -> Self {
+        match self {
+            Clamp::Luminance(most) => Clamp::Luminance(most * factor),
+            Clamp::Xyz(most) => Clamp::Xyz(most * factor),
+        }
+    }
+
     /// What is left of a sample.
     pub fn of(self, colour: Rgb) -> Rgb {
         let [r, g, b] = colour;
@@ -632,6 +659,15 @@ pub struct Space {
     pub scale: f64,
 }
 
+/// What decides whether two directions are on one side of a surface, where its shading normal is not its true one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The true normal, as in pbrt-v3.
+    Geometric,
+    /// The shading normal, as in pbrt-v4.
+    Shading,
+}
+
 /// Everything a scene file says.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -648,6 +684,8 @@ pub struct Scene {
     pub film: Film,
     pub integrator: IntegratorSettings,
     pub space: Space,
+    /// Of surfaces with shading normals.
+    pub sides: Sides,
     /// What is kept in `f64` as well; empty in most scenes.
     pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.

@@ -38,6 +38,7 @@
 //! | 33 | hostile files | [`input`] |
 //! | 34 | very large surfaces | [`large`] |
 //! | 36 | lamps in other surfaces | [`large`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
 //! | 38 | narrow cones | [`lights`] |
 //! | 40 | primitives in one place | [`large`] |
 //!
@@ -47,6 +48,8 @@ mod bsdf;
 mod chains;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../support/dialect.rs"]
+mod dialect;
 mod geometry;
 mod input;
 mod large;

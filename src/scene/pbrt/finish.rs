@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use glam::{DAffine3, Vec3};
 
 use super::brightness;
+use super::dialect::Dialect;
 use super::error::SceneError;
 use super::extent::{Eyes, large_of, space_of};
 use super::flush;
@@ -13,8 +14,8 @@ use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle,
-    Vertex,
+    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Sides, Space, Sphere,
+    Triangle, Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
@@ -105,6 +106,10 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         film,
         integrator,
         space,
+        sides: match loader.dialect {
+            Dialect::V3 => Sides::Geometric,
+            Dialect::V4 => Sides::Shading,
+        },
         large: Large::default(),
         bounds: [Vec3::ZERO; 2],
         warnings: Vec::new(),

@@ -26,7 +26,7 @@ fn is_placeable(p: DVec3) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldVertex {
     pub p: DVec3,
-    /// Unit or zero.
+    /// Of any length; zero if there is none. Lengths count relative to those of the same mesh.
     pub n: Vec3,
     pub uv: Vec2,
 }
@@ -262,13 +262,15 @@ impl Geometry {
         self.room_for(&setting.site, mesh.triangles.len(), vertex_count, 1)?;
         self.room_for_lights(setting, mesh.triangles.len())?;
 
-        let normals_by = normal_matrix(&setting.ctm) * if setting.reverse { -1.0 } else { 1.0 };
+        let facing = if setting.reverse { -1.0 } else { 1.0 };
+        let given = mesh.normals.as_deref().unwrap_or_default();
+        let normals = NormalMap::of(normal_matrix(&setting.ctm) * facing, given);
         let vertex = |i: usize| WorldVertex {
             p: setting.ctm.transform_point3(mesh.positions[i]),
             n: mesh
                 .normals
                 .as_ref()
-                .map_or(Vec3::ZERO, |n| unit_or_zero(normals_by, n[i])),
+                .map_or(Vec3::ZERO, |n| normals.apply(n[i])),
             uv: mesh.uvs.as_ref().map_or(Vec2::ZERO, |t| {
                 // What `f32` does not hold is infinite, too.
                 let uv = t[i].as_vec2();
@@ -341,7 +343,7 @@ impl Geometry {
     ) -> Result<(), SceneError> {
         let shapes = object.shapes.len();
         self.room_for(site, object.primitives(), object.vertices.len(), shapes)?;
-        let normals_by = normal_matrix(by);
+        let normals = NormalMap::of(normal_matrix(by), &[]);
         let mirrored = swaps_handedness(by);
         let base = self.vertices.len() as u32;
         let first_triangle = self.triangles.len() as u32;
@@ -353,7 +355,7 @@ impl Geometry {
             }
             self.vertices.push(WorldVertex {
                 p,
-                n: unit_or_zero(normals_by, v.n.as_dvec3()),
+                n: normals.apply(v.n.as_dvec3()),
                 uv: v.uv,
             });
         }
@@ -410,11 +412,42 @@ impl WorldSphere {
     }
 }
 
-fn unit_or_zero(by: DMat3, n: DVec3) -> Vec3 {
-    let n = by * n;
-    // Scaled first, so that neither tiny nor huge normals lose their direction.
-    (n / n.abs().max_element())
-        .try_normalize()
-        .unwrap_or(DVec3::ZERO)
-        .as_vec3()
+/// What vertex normals of a mesh are transformed by. Between vertices they are interpolated as long as they are, so that all
+/// keep their proportions; one factor brings them to where `f32` holds them.
+struct NormalMap {
+    /// Largest entry about 1.
+    by: DMat3,
+    /// Brings the longest normal to about 1.
+    scale: f64,
+}
+
+impl NormalMap {
+    /// `normals` may be left out if the longest is about 1.
+    fn of(by: DMat3, normals: &[DVec3]) -> Self {
+        let entries = by.to_cols_array();
+        let largest = |a: f64, b: f64| if b.is_finite() { a.max(b.abs()) } else { a };
+        Self {
+            by: by * to_about_one(entries.into_iter().fold(0.0, largest)),
+            scale: to_about_one(
+                (normals.iter())
+                    .flat_map(|n| n.to_array())
+                    .fold(0.0, largest),
+            ),
+        }
+    }
+
+    /// Zero if it is not a number.
+    fn apply(&self, n: DVec3) -> Vec3 {
+        let n = (self.by * (n * self.scale)).as_vec3();
+        if n.is_finite() { n } else { Vec3::ZERO }
+    }
+}
+
+/// The power of two that brings `x > 0` to about 1; exact, so that normals of length 1 keep their bits. 1 for 0.
+fn to_about_one(x: f64) -> f64 {
+    if x > 0.0 {
+        (-x.log2().round()).clamp(-1000.0, 1000.0).exp2()
+    } else {
+        1.0
+    }
 }

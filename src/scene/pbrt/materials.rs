@@ -13,7 +13,8 @@ use super::textures::{
 use crate::scene::image::Encoding;
 use crate::scene::spectrum::{self, IndexCurve};
 use crate::scene::{
-    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture, Weight,
+    Bump, CoatedBase, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
+    Weight,
 };
 use std::rc::Rc;
 use std::sync::Arc;
@@ -459,6 +460,21 @@ pub(super) fn needs_uv(
         }
         MaterialKind::CoatedConductor { alphas, coat, .. } => {
             alphas[0] != alphas[1] || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::TexturedCoat {
+            base, interface, ..
+        } => {
+            let base = match base {
+                CoatedBase::Diffuse(reflectance) => textured(reflectance),
+                CoatedBase::Conductor { fresnel, roughness } => {
+                    anisotropic(roughness)
+                        || match fresnel {
+                            ConductorFresnel::EtaK { eta, k } => textured(eta) || textured(k),
+                            ConductorFresnel::Reflectance(r) => textured(r),
+                        }
+                }
+            };
+            base || anisotropic(interface)
         }
         MaterialKind::Coat { .. } => false,
         MaterialKind::Mixture { components } => components.iter().any(|c| {

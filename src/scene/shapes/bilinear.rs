@@ -43,6 +43,11 @@ impl Corners {
         (d - a).length().max((c - b).length())
     }
 
+    /// Length of the longest corner.
+    fn reach(&self) -> f64 {
+        self.0.iter().fold(0.0, |most, c| most.max(c.length()))
+    }
+
     /// Twice the area, along the normal, of the quadrilateral's outline.
     fn outline(&self) -> DVec3 {
         let [a, b, c, d] = self.0;
@@ -145,7 +150,7 @@ impl Vertices<'_> {
             follow(&texture, texture.extent());
         }
         if let Some(normal) = &normal {
-            follow(normal, 1.0);
+            follow(normal, normal.reach());
         }
         Patch {
             flat: flat || normal.is_some(),
@@ -288,10 +293,8 @@ fn append(mesh: &mut MeshData, patch: &Patch) {
     for row in 0..=cells {
         for column in 0..=cells {
             let (u, v) = (column as f64 / cells as f64, row as f64 / cells as f64);
-            let shading = (patch.normal).map_or_else(
-                || patch.position.normal(u, v),
-                |n| n.at(u, v).normalize_or_zero(),
-            );
+            let shading =
+                (patch.normal).map_or_else(|| patch.position.normal(u, v), |n| n.at(u, v));
             let position = patch.position.at(u, v);
             mesh.positions.push(position.as_vec3().into());
             if let Some(normals) = &mut mesh.normals {

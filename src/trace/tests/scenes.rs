@@ -96,6 +96,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
             clamp: None,
         },
         integrator: IntegratorSettings::default(),
+        sides: Sides::Geometric,
         space: Space {
             centre: DVec3::ZERO,
             scale: 1.0,
