@@ -65,7 +65,7 @@ pub struct Settings {
     pub target_error: Option<f64>,
     /// Estimate the picture's error. It costs a few per cent of time and memory.
     pub estimate_error: bool,
-    /// Return the squared standard error of every pixel, too.
+    /// Return the standard error of every pixel, too.
     pub error_layers: bool,
     /// Return a picture of each strategy, too (bidirectional path tracing).
     pub strategies: bool,
@@ -249,9 +249,9 @@ pub struct Render {
     pub stats: Stats,
     /// Things the user should know, a sentence each.
     pub warnings: Vec<String>,
-    /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` unless
-    /// [`Settings::error_layers`] asks for them.
-    pub variance: Option<Vec<[f32; 3]>>,
+    /// Standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate, but their mean square is
+    /// right. `None` unless [`Settings::error_layers`] asks for them.
+    pub deviation: Option<Vec<[f32; 3]>>,
     /// By depth, then by light vertices; none unless [`Settings::strategies`] asks for them.
     pub strategies: Vec<StrategyPictures>,
     pub ended_by: EndedBy,
@@ -316,13 +316,14 @@ pub fn render(
     });
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
-    for pixels in parts.chain([&mut render.pixels]) {
-        pixels.iter_mut().flatten().for_each(|v| *v *= scale);
-    }
-    if let Some(variance) = &mut render.variance {
-        let values = variance.iter_mut().flatten();
-        // Not by the square of the scale, which `f32` need not hold.
-        values.for_each(|v| *v = *v * scale * scale);
+    let errors = render.deviation.iter_mut();
+    let beyond = bring_to_scale(&mut render.pixels, scale);
+    (parts.chain(errors)).for_each(|pixels| _ = bring_to_scale(pixels, scale));
+    if beyond > 0 {
+        render.warnings.push(format!(
+            "{beyond} values of the picture are beyond what a 32-bit float holds and were set to the largest, {:.1e}",
+            f32::MAX
+        ));
     }
     render.stats.relative_error = render.stats.relmse.map(f64::sqrt);
     if let Some(tiles) = &mut render.stats.tiles {
@@ -356,6 +357,19 @@ pub fn render(
     Ok(render)
 }
 
+/// Multiplies pixels by the film's scale. Values beyond `f32` are set to its largest number; returns how many.
+fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32) -> u64 {
+    let mut beyond = 0;
+    for v in pixels.iter_mut().flatten() {
+        *v *= scale;
+        if v.is_infinite() {
+            *v = f32::MAX.copysign(*v);
+            beyond += 1;
+        }
+    }
+    beyond
+}
+
 /// Every integrator, by name.
 fn integrate<L: Lanes>(run: &Run) -> Render {
     match run.settings.integrator {
@@ -365,6 +379,14 @@ fn integrate<L: Lanes>(run: &Run) -> Render {
         IntegratorKind::Lt => lt::render::<L>(run),
         IntegratorKind::Bdpt => bdpt::render::<L>(run),
     }
+}
+
+/// Why a picture is black, of which `searched` have found no light.
+fn black_reason(run: &Run, searched: &str) -> String {
+    if run.world.lights.is_empty() {
+        return "the scene has no lights: the picture is black".into();
+    }
+    format!("{searched} carries light to the camera: the picture is black")
 }
 
 /// Mean radiance below which the epsilon of relative errors rules the picture.

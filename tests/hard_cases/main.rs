@@ -36,6 +36,8 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
+//! | 34 | brightness | [`sums`] |
+//! | 35 | skies of one value | [`sums`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
