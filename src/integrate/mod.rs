@@ -96,12 +96,12 @@ impl Width {
 }
 
 impl Settings {
-    /// What the scene file asks for, at 8 lanes, on all cores, with seed 0.
+    /// What the scene file asks for, at 8 lanes, on all cores.
     pub fn of(scene: &Scene) -> Self {
         let i = &scene.integrator;
         Self {
             integrator: i.kind,
-            seed: 0,
+            seed: i.seed,
             threads: 0,
             lanes: Width::Eight,
             max_depth: i.max_depth,
@@ -316,9 +316,17 @@ pub fn render(
     });
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
-    let errors = render.deviation.iter_mut();
-    let beyond = bring_to_scale(&mut render.pixels, scale);
-    (parts.chain(errors)).for_each(|pixels| _ = bring_to_scale(pixels, scale));
+    let colour = scene.film.colour.as_ref();
+    let beyond = bring_to_scale(&mut render.pixels, scale, colour);
+    parts.for_each(|pixels| _ = bring_to_scale(pixels, scale, colour));
+    if let Some(deviation) = &mut render.deviation {
+        _ = bring_to_scale(deviation, scale, None);
+        if let Some(m) = colour {
+            deviation
+                .iter_mut()
+                .for_each(|d| *d = mixed_deviation(m, *d));
+        }
+    }
     if beyond > 0 {
         render.warnings.push(format!(
             "{beyond} values of the picture are beyond what a 32-bit float holds and were set to the largest, {:.1e}",
@@ -357,15 +365,20 @@ pub fn render(
     Ok(render)
 }
 
-/// Multiplies pixels by the film's scale. Values beyond `f32` are set to its largest number; returns how many.
-fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32) -> u64 {
+/// Multiplies pixels by the film's scale and its matrix of colours. Values beyond `f32` are set to its largest number, so that bright pixels
+/// stay numbers; returns how many.
+fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32, colour: Option<&[[f32; 3]; 3]>) -> u64 {
+    const MOST: f64 = f32::MAX as f64;
     let mut beyond = 0;
-    for v in pixels.iter_mut().flatten() {
-        *v *= scale;
-        if v.is_infinite() {
-            *v = f32::MAX.copysign(*v);
-            beyond += 1;
+    for pixel in pixels {
+        let mut values = pixel.map(|v| f64::from(v).clamp(-MOST, MOST) * f64::from(scale));
+        if let Some(m) = colour {
+            values = m.map(|row| dot(row.map(f64::from), values));
         }
+        *pixel = values.map(|v| {
+            beyond += u64::from(v.abs() > MOST);
+            v.clamp(-MOST, MOST) as f32
+        });
     }
     beyond
 }
@@ -515,4 +528,20 @@ pub fn peak_rss_bytes() -> u64 {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
     let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
     kib.unwrap_or(0) * 1024
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Standard errors of channels that a matrix mixes. How they vary together is not known: the larger of what it is for channels that do so
+/// fully, as noise mostly does, and not at all.
+fn mixed_deviation(matrix: &[[f32; 3]; 3], deviation: [f32; 3]) -> [f32; 3] {
+    let deviation = deviation.map(f64::from);
+    matrix.map(|row| {
+        let row = row.map(f64::from);
+        let together = dot(row, deviation).abs();
+        let apart = dot(row.map(|v| v * v), deviation.map(|d| d * d)).sqrt();
+        together.max(apart).min(f32::MAX.into()) as f32
+    })
 }

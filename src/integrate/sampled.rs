@@ -4,6 +4,7 @@ use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
 use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, ScatteredFilm};
+use crate::scene::Clamp;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::samples::Samples;
@@ -97,6 +98,9 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
                 let before = paths.rays;
                 grid.fill::<L>(&stream, &mut samples, begin, n);
                 (method.evaluate)(&samples, n, &mut paths);
+                if let Some(clamp) = film.clamp {
+                    clamp_all(clamp, &mut paths);
+                }
                 let numbers = Numbers {
                     begin,
                     per_pass,
@@ -192,6 +196,14 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
 /// A thread that panicked while it held the lock has left the list whole.
 fn lock<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
     list.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Cuts what a batch brings down to what the scene allows.
+fn clamp_all(clamp: Clamp, paths: &mut Paths) {
+    let own = paths.outcome.iter_mut();
+    for outcome in own.chain(paths.splats.iter_mut().flatten()) {
+        outcome.rgb = clamp.of(outcome.rgb);
+    }
 }
 
 /// Adds a batch to the film; how many of its contributions were rejected.

@@ -13,7 +13,7 @@ mod area;
 mod build;
 mod choice;
 mod distant;
-mod distribution;
+pub(crate) mod distribution;
 mod environment;
 mod picture;
 mod point;
@@ -101,10 +101,10 @@ impl Kind {
 /// All lights of a scene. There may be none: samples of such a table are not valid, whatever light they are asked of.
 pub struct LightTable {
     kinds: Vec<Kind>,
-    /// `[probability of choice, r, g, b, two-sided or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
-    /// are indices into one of the tables below.
+    /// `[probability of choice, r, g, b, sides or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
+    /// are indices into one of the tables below. Sides of area lights: 0 for one and 1 for two; -1 and 2 if no ray meets the light.
     base: Vec<Row>,
-    /// `[position or direction (3), axis (3), cos total, cos falloff]`.
+    /// `[position or direction (3), axis (3), one minus the cosine of the whole cone, and of its full part]`.
     place: Vec<Row>,
     environments: Vec<Environment>,
     projectors: Vec<Projector>,
@@ -113,6 +113,8 @@ pub struct LightTable {
     pub infinite: Vec<u32>,
     choice: LightChoice,
     present: Vec<Kind>,
+    /// Some area lights are met by no ray.
+    hides: bool,
     /// Radius of the ball that distant lights shine on.
     radius: f32,
 }
@@ -206,6 +208,12 @@ impl LightTable {
             *light = self.choice.sample(u.lane(i));
         }
         chosen
+    }
+
+    /// Rays can meet it by chance.
+    pub fn is_met(&self, light: u32) -> bool {
+        let sides = self.base[light as usize].0[4];
+        !self.kind(light).is_delta() && !(self.kind(light).is_area() && is_hidden(sides))
     }
 
     /// The primitive that a light is, or [`NONE`].
@@ -373,6 +381,11 @@ impl LightTable {
             Kind::InfiniteConstant | Kind::InfiniteImage => self.emission_environment(lot, u),
         }
     }
+}
+
+/// An area light that no ray meets, by what its row of [`LightTable::base`] says of its sides.
+fn is_hidden(sides: f32) -> bool {
+    sides < 0.0 || sides > 1.0
 }
 
 /// Mean of the channels, the measure of power here and of a path's contribution in the chains.

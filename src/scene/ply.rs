@@ -20,21 +20,47 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::shapes::MeshData;
+use super::shapes::{MeshData, Room};
 use crate::formats::file_bytes;
 
 const DEFLATE_RATIO: u64 = 1032;
 /// Longest header that is read.
 const MAX_HEADER: u64 = 1 << 20;
-/// Longest line of an ASCII file that is read.
-const MAX_LINE: u64 = 1 << 24;
+/// Longest line of an ASCII file, and longest element of a binary one, that is read: polygons do not have a million corners.
+const MAX_LINE: u64 = 1 << 22;
 /// Longest error message passed on.
 const MAX_MESSAGE: usize = 200;
 
-/// Reads the `vertex` and `face` elements. Polygons become fans from their first vertex. Normals and texture coordinates are
-/// read where all their components are there; other elements and properties are skipped.
-pub fn read_ply(path: &Path) -> Result<MeshData, String> {
-    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes));
+/// What a file holds, as it stands there: vertices may be anything but missing.
+#[derive(Debug, Default, PartialEq)]
+pub struct PlyMesh {
+    /// The triangles, and fans for polygons of more than four corners.
+    pub mesh: MeshData,
+    /// Faces of four corners, in the order of the file: around the face.
+    pub quads: Vec<[u32; 4]>,
+}
+
+impl PlyMesh {
+    /// With each quad as the two triangles that pbrt-v3 makes of it; where there are no texture coordinates, they depend on which
+    /// corner comes first.
+    pub fn into_triangles(mut self) -> MeshData {
+        let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [d, a, c]];
+        let triangles = self.quads.into_iter().flat_map(halves);
+        self.mesh.triangles.extend(triangles);
+        self.mesh.drop_degenerate();
+        self.mesh
+    }
+}
+
+/// Reads the `vertex` and `face` elements. Normals and texture coordinates are read where all their components are there; other
+/// elements and properties are skipped.
+pub fn read_ply(path: &Path) -> Result<PlyMesh, String> {
+    read_ply_within(path, &mut |_| Ok(()))
+}
+
+/// [`read_ply`]; `room` is asked for memory, in bytes, beyond what [`bytes_needed`] foresees.
+pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
+    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
     mesh.map_err(|message| one_line(path, &message))
 }
 
@@ -73,7 +99,7 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
-fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
+fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh, String> {
     let (header, lines) = read_header(&mut source)?;
     check_counts(&header, bytes)?;
     let mut reader = Lines {
@@ -102,12 +128,20 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
         return Err("faces without a list \"vertex_indices\"".into());
     }
 
+    for name in ["vertex", "face"] {
+        if header.elements.get(name).is_some_and(|e| e.count == 0) {
+            return Err(format!("the file has no elements \"{name}\""));
+        }
+    }
+
     let mut mesh = MeshData {
         normals: has(3..6).then(Vec::new),
         uvs: has(6..8).then(Vec::new),
         ..Default::default()
     };
-    let mut skipped = 0usize;
+    let mut quads = Vec::new();
+    let (mut skipped, mut fans) = (0usize, 0usize);
+    let mut foreseen = 2 * header.elements["face"].count as u64;
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => each(&mut reader, &header, element, |v: Vertex| {
@@ -122,13 +156,21 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
                 Ok(())
             })?,
             "face" => each(&mut reader, &header, element, |face: Face| {
-                let polygon = face.0;
-                if polygon.len() < 3 {
-                    skipped += 1;
-                }
-                for i in 2..polygon.len() {
-                    mesh.triangles
-                        .push([polygon[0], polygon[i - 1], polygon[i]]);
+                match *face.0 {
+                    [] | [_] | [_, _] => skipped += 1,
+                    [a, b, c, d] => quads.push([a, b, c, d]),
+                    [first, ref rest @ ..] => {
+                        let triangles = (mesh.triangles.len() + rest.len()) as u64;
+                        if triangles > foreseen {
+                            // The table grows by doubling.
+                            let more = foreseen.max(triangles);
+                            room(more * size_of::<[u32; 3]>() as u64)?;
+                            foreseen += more;
+                        }
+                        fans += usize::from(rest.len() > 3);
+                        let edges = rest.windows(2);
+                        (mesh.triangles).extend(edges.map(|edge| [first, edge[0], edge[1]]));
+                    }
                 }
                 Ok(())
             })?,
@@ -144,6 +186,7 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
         .triangles
         .iter()
         .flatten()
+        .chain(quads.iter().flatten())
         .find(|&&v| v as usize >= vertices)
     {
         return Err(format!(
@@ -156,8 +199,12 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<MeshData, String> {
             "{skipped} faces with fewer than 3 vertices dropped"
         ));
     }
-    mesh.drop_degenerate();
-    Ok(mesh)
+    if fans > 0 {
+        mesh.warnings.push(format!(
+            "{fans} faces with more than 4 vertices made into triangles; pbrt leaves them out"
+        ));
+    }
+    Ok(PlyMesh { mesh, quads })
 }
 
 /// The header, and how many lines it has. The text is cut out first: the crate would read a line of any length, and refuse comments that
@@ -259,16 +306,26 @@ fn each<E: PropertyAccess>(
     if element.properties.is_empty() && header.encoding != Encoding::Ascii {
         return Ok(());
     }
+    let has_lists =
+        (element.properties.values()).any(|p| matches!(p.data_type, PropertyType::List(..)));
+    let most = if has_lists { MAX_LINE } else { u64::MAX };
     for i in 0..element.count {
-        let source = &mut reader.source;
+        let source = &mut *reader.source;
         let parsed = match header.encoding {
             Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
-            Encoding::BinaryLittleEndian => parser
-                .read_little_endian_element(source, element)
-                .map_err(|e| e.to_string()),
-            Encoding::BinaryBigEndian => parser
-                .read_big_endian_element(source, element)
-                .map_err(|e| e.to_string()),
+            encoding => {
+                let mut source = source.take(most);
+                let read = match encoding {
+                    Encoding::BinaryLittleEndian => {
+                        parser.read_little_endian_element(&mut source, element)
+                    }
+                    _ => parser.read_big_endian_element(&mut source, element),
+                };
+                read.map_err(|e| match source.limit() {
+                    0 => format!("longer than {most} bytes"),
+                    _ => e.to_string(),
+                })
+            }
         };
         let read = parsed.map_err(|message| {
             let place = format!("{} {i} of {}", element.name, element.count);
@@ -422,7 +479,7 @@ mod tests {
     fn load(bytes: &[u8]) -> Result<MeshData, String> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(bytes).unwrap();
-        let result = read_ply(file.path());
+        let result = read_ply(file.path()).map(PlyMesh::into_triangles);
         if let Err(message) = &result {
             assert!(
                 message.starts_with(&file.path().display().to_string()) && !message.contains('\n'),
@@ -504,7 +561,7 @@ mod tests {
         assert_eq!(mesh.positions, POSITIONS);
         assert_eq!(mesh.normals, Some(vec![[0.0, 0.0, 1.0]; 5]));
         assert_eq!(mesh.uvs, Some(POSITIONS.map(|p| [p[0], p[1]]).to_vec()));
-        assert_eq!(mesh.triangles, vec![[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+        assert_eq!(mesh.triangles, vec![[0, 3, 4], [0, 1, 2], [3, 0, 2]]);
         assert!(mesh.warnings.is_empty());
         for bytes in [
             binary(false),
@@ -645,6 +702,28 @@ mod tests {
                 .for_each(|v| file.extend(v.to_le_bytes()));
             assert_eq!(load(&file).is_ok(), good, "{index}");
         }
+    }
+
+    #[test]
+    fn nothing_is_no_mesh() {
+        for (vertices, faces, missing) in [("0", "1", "vertex"), ("1", "0", "face")] {
+            let text = small("ascii", vertices, faces, "uchar int") + "0 0 0\n";
+            let error = load(text.as_bytes()).unwrap_err();
+            assert!(
+                error.contains(&format!("no elements \"{missing}\"")),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn polygons_are_fans() {
+        let text = small("ascii", "5", "2", "uchar int")
+            + "0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 1 0\n5 0 1 2 3 4\n3 0 1 2\n";
+        let mesh = load(text.as_bytes()).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 1, 2]]);
+        let told = "1 faces with more than 4 vertices made into triangles; pbrt leaves them out";
+        assert_eq!(mesh.warnings, [told]);
     }
 
     #[test]

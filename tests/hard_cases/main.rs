@@ -36,8 +36,13 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
-//! | 34 | brightness | [`sums`] |
-//! | 35 | skies of one value | [`sums`] |
+//! | 34 | very large surfaces | [`large`] |
+//! | 36 | lamps in other surfaces | [`large`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
+//! | 38 | narrow cones | [`lights`] |
+//! | 39 | brightness | [`sums`] |
+//! | 40 | primitives in one place | [`large`] |
+//! | 41 | skies of one value | [`sums`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
@@ -45,8 +50,11 @@ mod bsdf;
 mod chains;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../support/dialect.rs"]
+mod dialect;
 mod geometry;
 mod input;
+mod large;
 mod lights;
 mod mis;
 mod scale;

@@ -1,4 +1,4 @@
-//! Rows 2, 16, 17, 26, 31, 34 and 35: what is summed, and how much of it.
+//! Rows 2, 16, 17, 26, 31, 39 and 41: what is summed, and how much of it.
 //!
 //! `film::sums` has the exact sums of the film alone (row 16), `tests/precision.rs` the longest paths depth by depth (row 26), and
 //! `tests/chains.rs` odd numbers of chains (row 31).
@@ -297,7 +297,7 @@ fn figures(i: f64, kind: IntegratorKind) -> Vec<f64> {
     figures.iter().map(|v| v / i).collect()
 }
 
-/// Row 34: brightness. Pictures, errors and pictures of strategies are in proportion to the light, from the darkest to the brightest that `f32`
+/// Row 39: brightness. Pictures, errors and pictures of strategies are in proportion to the light, from the darkest to the brightest that `f32`
 /// has room for, with every integrator. All arithmetic scales with a power of 2, but for the rounding of what leaves the range.
 #[test]
 fn light_of_any_brightness() {
@@ -319,7 +319,7 @@ fn light_of_any_brightness() {
     }
 }
 
-/// Row 34: what one lamp lights is not lost beside what another lights, a hundred billion billion times as much.
+/// Row 39: what one lamp lights is not lost beside what another lights, a hundred billion billion times as much.
 #[test]
 fn dim_light_beside_bright_light() {
     let camera =
@@ -345,7 +345,7 @@ fn dim_light_beside_bright_light() {
     }
 }
 
-/// Row 34: values beyond `f32` are its largest number, and are counted.
+/// Row 39: values beyond `f32` are its largest number, and are counted.
 #[test]
 fn pictures_hold_no_infinite_values() {
     let mut scene =
@@ -368,7 +368,7 @@ fn pictures_hold_no_infinite_values() {
 
 // --- Flat ---
 
-/// Row 35: a sky of one value is flat after any number of samples, under every filter: samples are divided by what they weigh, or what they
+/// Row 41: a sky of one value is flat after any number of samples, under every filter: samples are divided by what they weigh, or what they
 /// lack is filled in.
 #[test]
 fn skies_are_flat_at_any_number_of_samples() {
@@ -412,7 +412,7 @@ fn skies_are_flat_at_any_number_of_samples() {
     }
 }
 
-/// Row 35: the same mean with every integrator, whether samples are divided by what they weigh or chains splat them, under filters narrower
+/// Row 41: the same mean with every integrator, whether samples are divided by what they weigh or chains splat them, under filters narrower
 /// than a pixel, wider, and with negative weights.
 #[test]
 fn filters_leave_the_mean() {

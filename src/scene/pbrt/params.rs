@@ -13,6 +13,7 @@ use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
 use super::lexer::{Token, TokenKind};
 use super::stream::TokenStream;
+use crate::scene::budget::Charge;
 
 /// Types of both dialects; spellings that mean the same are one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,7 +108,13 @@ pub(super) struct Param {
     /// The `ColorSpace` in force where it was written.
     pub color_space: ColorSpace,
     used: Cell<bool>,
+    /// For as long as it is kept.
+    _room: Charge,
 }
+
+/// Memory of a parameter besides its name and values, and of one of its strings besides the text, roughly.
+const PARAM_BYTES: u64 = size_of::<Param>() as u64 + 64;
+const STRING_BYTES: u64 = 32;
 
 /// The parameters of one directive, with what is needed to interpret them.
 #[derive(Clone, Debug)]
@@ -116,6 +123,8 @@ pub(super) struct ParamSet {
     pub dialect: Dialect,
     /// Folder that file names are relative to.
     pub dir: Rc<Path>,
+    /// The `ColorSpace` in force at the directive.
+    pub color_space: ColorSpace,
     params: Vec<Rc<Param>>,
 }
 
@@ -131,6 +140,7 @@ impl ParamSet {
             site,
             dialect,
             dir,
+            color_space: ColorSpace::default(),
             params: Vec::new(),
         }
     }
@@ -145,6 +155,7 @@ impl ParamSet {
         report: &mut Report,
     ) -> Result<Self, SceneError> {
         let mut set = Self::empty(site, dialect, dir);
+        set.color_space = color_space;
         while stream.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
             let Some(declaration) = stream.next_token()? else {
                 break;
@@ -199,6 +210,12 @@ impl ParamSet {
                 ),
             );
         };
+        let no_room = |e: String| {
+            Site::new(pos.clone(), &self.site.label)
+                .error(format_args!("parameter \"{name}\": {e}"))
+        };
+        let room = Charge::of(&stream.budget, PARAM_BYTES + name.len() as u64);
+        let mut room = room.map_err(no_room)?;
         let mut values = match ty {
             Type::Bool => Values::Bools(Vec::new()),
             Type::String | Type::Texture => Values::Strings(Vec::new()),
@@ -224,6 +241,14 @@ impl ParamSet {
                 // A spectrum is a list of samples, or a name, or a file's name.
                 values = Values::Strings(Vec::new());
             }
+            let grown = match &values {
+                Values::Numbers(list) => room.grow(list, 1),
+                Values::Bools(list) => room.grow(list, 1),
+                Values::Strings(list) => room
+                    .grow(list, 1)
+                    .and_then(|()| room.add(STRING_BYTES + token.raw().len() as u64)),
+            };
+            grown.map_err(no_room)?;
             match &mut values {
                 Values::Numbers(list) if list.len() < MAX_VALUES => {
                     list.push(match token.number() {
@@ -285,6 +310,7 @@ impl ParamSet {
             pos,
             color_space,
             used: Cell::new(false),
+            _room: room,
         })
     }
 
@@ -310,13 +336,25 @@ impl ParamSet {
     }
 
     /// Adds defaults from an `Attribute` directive, which need not all be used.
-    pub fn add_defaults(&mut self, defaults: &Self) {
+    pub fn add_defaults(&mut self, defaults: &Self) -> Result<(), SceneError> {
+        // No two defaults have the same name.
+        let own = self.params.len();
         for param in &defaults.params {
             param.used.set(true);
-            if !self.params.iter().any(|p| p.name == param.name) {
+            if !self.params[..own].iter().any(|p| p.name == param.name) {
+                if self.params.len() == MAX_PARAMS {
+                    return Err(self.error_at(param, "is one of too many"));
+                }
                 self.params.push(Rc::clone(param));
             }
         }
+        Ok(())
+    }
+
+    /// Memory of all numbers here.
+    pub fn number_bytes(&self) -> u64 {
+        let counts = self.params.iter().map(|p| p.values.numbers().len() as u64);
+        counts.sum::<u64>() * size_of::<f64>() as u64
     }
 
     pub fn error(&self, what: impl fmt::Display) -> SceneError {

@@ -7,11 +7,16 @@ use super::error::{Report, SceneError};
 use super::geometry::{Geometry, Mesh, Setting};
 use super::params::{ParamSet, Type};
 use super::textures::{TextureNames, float_param};
-use crate::scene::shapes::{self, MeshData};
-use crate::scene::{Alpha, AlphaTest, Param, ply, shapes::bilinear_mesh};
+use crate::scene::ply::{self, PlyMesh};
+use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh_within};
+use crate::scene::{Alpha, AlphaTest, Param};
 
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
+
+/// Memory that subdivision takes for each face it makes: the last level and the one before, and the mesh made of it, of twice as many faces
+/// as vertices.
+const SUBDIVIDED_BYTES: u64 = 64;
 
 pub(super) fn build(
     kind: &str,
@@ -24,6 +29,9 @@ pub(super) fn build(
         &["displacement"],
         "displacement is not supported; displace the mesh itself",
     )?;
+    // The numbers become vectors and indices, which become a mesh.
+    let copies = geometry.room_to_make(2 * set.number_bytes());
+    let _copies = copies.map_err(|e| set.error(e))?;
     match kind {
         "trianglemesh" => {
             let mesh = triangle_mesh(set, report)?;
@@ -36,14 +44,20 @@ pub(super) fn build(
             set.accept(&["edgelength"]);
             let path = set.dir.join(name);
             let bytes = ply::bytes_needed(&path).map_err(|e| set.error(e))?;
-            let room = geometry.room_to_read(bytes);
-            room.map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            let no_room = |e: String| set.error(format_args!("{}: {e}", path.display()));
+            let mut room = geometry.room_to_make(bytes).map_err(no_room)?;
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
-            let data = ply::read_ply(&path).map_err(|e| set.error(e))?;
+            let read = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
+            let read = read.map_err(|e| set.error(e))?;
             geometry.loading().set_file(None);
-            add_data(data, set, setting, geometry, false, report)
+            match set.dialect {
+                Dialect::V3 => {
+                    add_data(read.into_triangles(), set, setting, geometry, false, report)
+                }
+                Dialect::V4 => with_patches(read, set, setting, geometry, report),
+            }
         }
         "sphere" => sphere(set, setting, geometry),
         "disk" => {
@@ -193,6 +207,50 @@ fn add_data(
     geometry.add_mesh(setting, &mesh, power_of_whole, report)
 }
 
+/// v4: faces of four corners are bilinear patches.
+fn with_patches(
+    read: PlyMesh,
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let PlyMesh { mut mesh, quads } = read;
+    let patches: Vec<_> = quads.iter().map(|&[a, b, c, d]| [a, b, d, c]).collect();
+    drop(quads);
+    let power = setting.light.as_ref().is_some_and(|l| l.has_power());
+    if patches.is_empty() || !power && (mesh.uvs.is_some() || !setting.needs_uv) {
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        append_patches(&mut mesh, &patches, setting.needs_uv, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
+        mesh.drop_degenerate();
+        return add_data(mesh, set, setting, geometry, false, report);
+    }
+    // Each triangle by itself and each patch by itself have their texture coordinates, and the light's power.
+    let (p, n, uv) = (
+        &mesh.positions,
+        mesh.normals.as_deref(),
+        mesh.uvs.as_deref(),
+    );
+    let mut add = |patches: &[[u32; 4]]| {
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let corners = patches.as_flattened();
+        let data = bilinear_mesh_within(p, n, uv, corners, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
+        add_data(data, set, setting, geometry, power, report)
+    };
+    if power {
+        (patches.iter()).try_for_each(|patch| add(std::slice::from_ref(patch)))?;
+    } else {
+        add(&patches)?;
+    }
+    if mesh.triangles.is_empty() {
+        mesh.positions.clear();
+    }
+    mesh.drop_degenerate();
+    add_data(mesh, set, setting, geometry, false, report)
+}
+
 fn sphere(set: &ParamSet, setting: &Setting, geometry: &mut Geometry) -> Result<(), SceneError> {
     let radius = set.float_or("radius", 1.0)?;
     if radius <= 0.0 {
@@ -240,8 +298,10 @@ fn bilinear(
     let n = normals.as_deref().map(narrow);
     let uv: Option<Vec<[f32; 2]>> = uvs.map(|t| t.iter().map(|t| t.as_vec2().to_array()).collect());
     let mut add = |indices: &[u32], power_of_whole: bool| {
-        let data =
-            bilinear_mesh(&p, n.as_deref(), uv.as_deref(), indices).map_err(|e| set.error(e))?;
+        let (n, uv) = (n.as_deref(), uv.as_deref());
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let data = bilinear_mesh_within(&p, n, uv, indices, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         add_data(data, set, setting, geometry, power_of_whole, report)
     };
     if setting.light.as_ref().is_some_and(|l| l.has_power()) {
@@ -277,6 +337,10 @@ fn subdivision(
             "{faces} faces subdivided {levels} times are more than {MAX_SUBDIVIDED_FACES}; use fewer levels"
         )));
     }
+    let bytes = (faces << (2 * levels)) as u64 * SUBDIVIDED_BYTES;
+    let _room = geometry
+        .room_to_make(bytes)
+        .map_err(|e| set.error(format_args!("{faces} faces subdivided {levels} times: {e}")))?;
     let data =
         shapes::loop_subdivide(levels, &narrow(&positions), &indices).map_err(|e| set.error(e))?;
     add_data(data, set, setting, geometry, false, report)

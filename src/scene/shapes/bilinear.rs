@@ -5,16 +5,20 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{MAX_TRIANGLES, MeshData};
+use super::{MAX_TRIANGLES, MeshData, Room};
 
 /// A grid follows a curved patch to this fraction of its size.
 const TOLERANCE: f64 = 1e-4;
-/// Cells along a side of a patch that is not affine: at least enough to carry a texture, at most a bound on memory.
-const CELLS: [f64; 2] = [8.0, 64.0];
+/// A grid follows normals and texture coordinates to this fraction of their extent.
+const ATTRIBUTE_TOLERANCE: f64 = 1e-3;
+/// Cells along a side of a patch, at most.
+const MOST_CELLS: f64 = 64.0;
 /// Cells of all patches of one mesh that are aimed at; many small patches need fewer each.
 const CELL_BUDGET: f64 = (1u32 << 23) as f64;
 /// Relative deviation from a plane quadrilateral that is taken as rounding of the file's numbers.
 const AFFINE: f64 = 1e-5;
+/// Rounding of a coordinate of the file, as a part of it.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 const UNIT_SQUARE: [[f32; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
 
@@ -39,22 +43,46 @@ impl Corners {
         (d - a).length().max((c - b).length())
     }
 
-    /// `(s, t)` with `p11 = p00 + s (p10 - p00) + t (p01 - p00)` if the corners are coplanar and convex: (1, 1) for a
-    /// parallelogram.
-    fn planar(&self) -> Option<(f64, f64)> {
+    /// Length of the longest corner.
+    fn reach(&self) -> f64 {
+        self.0.iter().fold(0.0, |most, c| most.max(c.length()))
+    }
+
+    /// Twice the area, along the normal, of the quadrilateral's outline.
+    fn outline(&self) -> DVec3 {
         let [a, b, c, d] = self.0;
+        (d - a).cross(c - b)
+    }
+
+    /// Whether the two triangles that meet in the diagonal from 00 to 11 cover just what the patch does: its corners are in one plane,
+    /// and turn one way. Corners may coincide. `slack` is what counts as rounding.
+    fn is_plane_and_convex(&self, slack: f64) -> bool {
+        let [a, b, c, d] = self.0;
+        let outline = self.outline();
+        let Some(normal) = outline.try_normalize() else {
+            return false;
+        };
+        let around = [a, b, d, c];
+        let turns = (0..4).all(|i| {
+            let [before, here, after] = [3, 4, 5].map(|k| around[(i + k) % 4]);
+            let turn = (after - here).cross(before - here).dot(normal);
+            turn >= -slack * self.extent()
+        });
+        turns && (b - a).dot(normal).abs() <= slack
+    }
+
+    /// How far the triangles' interpolation of this attribute is from that of one affine map of `position` over the whole patch.
+    fn deviation(&self, position: &Corners) -> f64 {
+        let [a, b, c, d] = position.0;
         let (x, y, z) = (b - a, c - a, d - a);
         let normal = x.cross(y);
         let area = normal.length_squared();
+        if area <= AFFINE * position.extent().powi(4) {
+            return self.twist().length();
+        }
         let (s, t) = (z.cross(y).dot(normal) / area, x.cross(z).dot(normal) / area);
-        let convex = s > 0.0 && t > 0.0 && s + t > 1.0;
-        (convex && self.follows((s, t), self.extent())).then_some((s, t))
-    }
-
-    /// Whether the triangles' interpolation of this attribute is that of one affine map over the whole patch.
-    fn follows(&self, (s, t): (f64, f64), scale: f64) -> bool {
         let [a, b, c, d] = self.0;
-        (a + s * (b - a) + t * (c - a) - d).length() <= AFFINE * scale
+        (a + s * (b - a) + t * (c - a) - d).length()
     }
 
     /// `dp/du x dp/dv`, the front of the patch.
@@ -66,15 +94,113 @@ impl Corners {
     }
 }
 
-/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
-/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it.
+/// Vertices that patches refer to.
+#[derive(Clone, Copy)]
+struct Vertices<'a> {
+    p: &'a [[f32; 3]],
+    n: Option<&'a [[f32; 3]]>,
+    uv: Option<&'a [[f32; 2]]>,
+    /// Something looks at texture coordinates.
+    textured: bool,
+}
+
+/// One patch, and how it is cut up.
+struct Patch {
+    position: Corners,
+    normal: Option<Corners>,
+    texture: Corners,
+    /// Triangles show the patch's own normal: it is flat, or there are vertex normals.
+    flat: bool,
+    cells: u32,
+}
+
+impl Vertices<'_> {
+    /// Indices are in range.
+    fn patch(&self, indices: &[u32; 4], most_cells: f64) -> Patch {
+        let at = |i: usize| indices[i] as usize;
+        let position = Corners(std::array::from_fn(|i| self.p[at(i)].map(f64::from).into()));
+        let normal =
+            (self.n).map(|n| Corners([0, 1, 2, 3].map(|i| n[at(i)].map(f64::from).into())));
+        let texture = Corners(std::array::from_fn(|i| {
+            let uv = self.uv.map_or(UNIT_SQUARE[i], |uv| uv[at(i)]);
+            DVec2::from(uv.map(f64::from)).extend(0.0)
+        }));
+
+        let size = position.extent();
+        let largest = position
+            .0
+            .iter()
+            .map(|p| p.abs().max_element())
+            .fold(0.0, f64::max);
+        let slack = AFFINE * size + ROUNDING * largest;
+        let flat = position.is_plane_and_convex(slack);
+        // A cell of side 1 / n deviates from its triangles by at most 1 / (4 n^2) of what the whole does.
+        let mut cells = if flat {
+            1.0
+        } else {
+            (position.twist().length() / (4.0 * TOLERANCE * size)).sqrt()
+        };
+        let mut follow = |attribute: &Corners, extent: f64| {
+            let off = attribute.deviation(&position);
+            if off > AFFINE * extent + ROUNDING * extent * largest / size {
+                cells = cells.max((off / (4.0 * ATTRIBUTE_TOLERANCE * extent)).sqrt());
+            }
+        };
+        if self.textured {
+            follow(&texture, texture.extent());
+        }
+        if let Some(normal) = &normal {
+            follow(normal, normal.reach());
+        }
+        Patch {
+            flat: flat || normal.is_some(),
+            position,
+            normal,
+            texture,
+            // NaN (a patch without size) becomes 0 and then the least.
+            cells: cells.max(0.0).ceil().clamp(1.0, most_cells) as u32,
+        }
+    }
+}
+
+/// Cells along the sides of each of so many patches, at most.
+fn most_cells(patches: usize) -> f64 {
+    (CELL_BUDGET / patches.max(1) as f64)
+        .sqrt()
+        .clamp(1.0, MOST_CELLS)
+        .floor()
+}
+
+/// Memory of a cell of a grid, roughly: a vertex and two triangles, and copies of them as meshes are added to a scene.
+const CELL_BYTES: u64 = 128;
+
+impl Patch {
+    fn bytes(&self) -> u64 {
+        u64::from(self.cells).pow(2) * CELL_BYTES
+    }
+}
+
+/// [`bilinear_mesh_within`] any memory.
 pub fn bilinear_mesh(
     p: &[[f32; 3]],
     n: Option<&[[f32; 3]]>,
     uv: Option<&[[f32; 2]]>,
     indices: &[u32],
 ) -> Result<MeshData, String> {
-    if !indices.len().is_multiple_of(4) {
+    bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
+}
+
+/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
+/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it. `room` is asked for memory.
+pub fn bilinear_mesh_within(
+    p: &[[f32; 3]],
+    n: Option<&[[f32; 3]]>,
+    uv: Option<&[[f32; 2]]>,
+    indices: &[u32],
+    room: Room,
+) -> Result<MeshData, String> {
+    let (patches, rest) = indices.as_chunks::<4>();
+    if !rest.is_empty() {
         return Err(format!("{} indices are not a multiple of 4", indices.len()));
     }
     let lengths = [("N", n.map(<[_]>::len)), ("uv", uv.map(<[_]>::len))];
@@ -94,42 +220,31 @@ pub fn bilinear_mesh(
         ));
     }
 
-    let patches = indices.len() / 4;
-    let most_cells = (CELL_BUDGET / patches.max(1) as f64)
-        .sqrt()
-        .clamp(1.0, CELLS[1])
-        .floor();
+    let most_cells = most_cells(patches.len());
+    let vertices = Vertices {
+        p,
+        n,
+        uv,
+        textured: true,
+    };
     let mut mesh = MeshData {
         uvs: Some(Vec::new()),
         normals: Some(Vec::new()),
         ..Default::default()
     };
     let mut flat = true;
-    for patch in indices.chunks_exact(4) {
-        let corner = |i: usize| patch[i] as usize;
-        let position = Corners(std::array::from_fn(|i| p[corner(i)].map(f64::from).into()));
-        let normal =
-            n.map(|n| Corners(std::array::from_fn(|i| n[corner(i)].map(f64::from).into())));
-        let texture = Corners(std::array::from_fn(|i| {
-            let [u, v] = uv.map_or(UNIT_SQUARE[i], |uv| uv[corner(i)]).map(f64::from);
-            DVec2::new(u, v).extend(0.0)
-        }));
-
-        let affine = position.planar().is_some_and(|st| {
-            texture.follows(st, texture.extent()) && normal.is_none_or(|n| n.follows(st, 1.0))
-        });
-        let cells = if affine {
-            1
-        } else {
-            cells(&position, most_cells)
-        };
+    for indices in patches {
+        let patch = vertices.patch(indices, most_cells);
+        let cells = patch.cells as usize;
         if (mesh.triangles.len() + 2 * cells * cells) as u64 > MAX_TRIANGLES {
             return Err(format!(
-                "{patches} patches need more than {MAX_TRIANGLES} triangles"
+                "{} patches need more than {MAX_TRIANGLES} triangles",
+                patches.len()
             ));
         }
-        flat &= affine;
-        append(&mut mesh, position, normal, texture, cells as u32);
+        room(patch.bytes())?;
+        flat &= patch.flat;
+        append(&mut mesh, &patch);
     }
     if n.is_none() && flat {
         mesh.normals = None;
@@ -138,31 +253,56 @@ pub fn bilinear_mesh(
     Ok(mesh)
 }
 
-fn cells(position: &Corners, most: f64) -> usize {
-    // A cell of side 1 / n deviates from its triangles by at most |twist| / (4 n^2).
-    let n = (position.twist().length() / (4.0 * TOLERANCE * position.extent())).sqrt();
-    // NaN (a patch without size) becomes 0 and then the least.
-    (n.max(0.0).ceil().max(CELLS[0]).min(most)) as usize
+/// Adds patches over the vertices of `mesh` to it: p00, p10, p01, p11, in range. Where two triangles show all that is to be seen of a
+/// patch, they share its vertices. If texture coordinates matter the mesh has them. `room` is asked for memory.
+pub fn append_patches(
+    mesh: &mut MeshData,
+    patches: &[[u32; 4]],
+    textured: bool,
+    room: Room,
+) -> Result<(), String> {
+    let most_cells = most_cells(patches.len());
+    let given = mesh.positions.len();
+    let has_normals = mesh.normals.is_some();
+    for &indices in patches {
+        let vertices = Vertices {
+            p: &mesh.positions[..given],
+            n: mesh.normals.as_deref().filter(|_| has_normals),
+            uv: mesh.uvs.as_deref(),
+            textured,
+        };
+        let patch = vertices.patch(&indices, most_cells);
+        if patch.flat && patch.cells == 1 {
+            let [a, b, c, d] = indices;
+            mesh.triangles.extend([[a, b, d], [a, d, c]]);
+            continue;
+        }
+        room(patch.bytes())?;
+        // Zero stands for no normal.
+        let normals = mesh.normals.get_or_insert_default();
+        normals.resize(mesh.positions.len(), [0.0; 3]);
+        append(mesh, &patch);
+    }
+    Ok(())
 }
 
-fn append(
-    mesh: &mut MeshData,
-    position: Corners,
-    normal: Option<Corners>,
-    texture: Corners,
-    cells: u32,
-) {
+/// Adds a patch as a grid with vertices of its own.
+fn append(mesh: &mut MeshData, patch: &Patch) {
+    let cells = patch.cells;
     let first = mesh.positions.len() as u32;
-    let uvs = mesh.uvs.get_or_insert_default();
-    let normals = mesh.normals.get_or_insert_default();
     for row in 0..=cells {
         for column in 0..=cells {
             let (u, v) = (column as f64 / cells as f64, row as f64 / cells as f64);
             let shading =
-                normal.map_or_else(|| position.normal(u, v), |n| n.at(u, v).normalize_or_zero());
-            mesh.positions.push(position.at(u, v).as_vec3().into());
-            normals.push(shading.as_vec3().into());
-            uvs.push(texture.at(u, v).truncate().as_vec2().into());
+                (patch.normal).map_or_else(|| patch.position.normal(u, v), |n| n.at(u, v));
+            let position = patch.position.at(u, v);
+            mesh.positions.push(position.as_vec3().into());
+            if let Some(normals) = &mut mesh.normals {
+                normals.push(shading.as_vec3().into());
+            }
+            if let Some(uvs) = &mut mesh.uvs {
+                uvs.push(patch.texture.at(u, v).truncate().as_vec2().into());
+            }
         }
     }
     let stride = cells + 1;

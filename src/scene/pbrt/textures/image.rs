@@ -25,14 +25,10 @@ pub fn image_map(
         "repeat" => Wrap::Repeat,
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
-        "octahedralsphere" => {
-            return Err(set.error(
-                "wrap mode \"octahedralsphere\" is not supported; use repeat, black or clamp",
-            ));
-        }
+        "octahedralsphere" if set.dialect == Dialect::V4 => Wrap::Octahedral,
         other => {
             return Err(set.error(format_args!(
-                "wrap mode \"{other}\" is unknown; use repeat, black or clamp"
+                "wrap mode \"{other}\" is unknown; use repeat, black, clamp or octahedralsphere"
             )));
         }
     };
