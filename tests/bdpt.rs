@@ -5,7 +5,7 @@ mod support;
 
 use common::scenes;
 use phalanx::integrate::{EndedBy, Observer, Phase, Render, Settings, render};
-use phalanx::scene::{IntegratorKind, Scene};
+use phalanx::scene::{FilterKind, IntegratorKind, Scene};
 use support::stage::lit_stage;
 use support::{Estimate, Runs, run, scene, settings, standard_errors};
 
@@ -263,8 +263,20 @@ fn a_pass_broken_off_is_as_bright_as_a_whole_one() {
 /// belong together.
 #[test]
 fn claimed_errors_are_true() {
-    let scene = lit_stage(32, 24);
-    for kind in [IntegratorKind::Bdpt, IntegratorKind::Lt] {
+    let filters = [
+        (IntegratorKind::Bdpt, FilterKind::Box, 0.5),
+        (IntegratorKind::Lt, FilterKind::Box, 0.5),
+        (IntegratorKind::Pt, FilterKind::Gaussian { alpha: 2.0 }, 2.0),
+        (
+            IntegratorKind::Bdpt,
+            FilterKind::Mitchell { b: 0.333, c: 0.333 },
+            2.0,
+        ),
+    ];
+    for (kind, filter, radius) in filters {
+        let mut scene = lit_stage(32, 24);
+        scene.film.filter.kind = filter;
+        scene.film.filter.radius = [radius; 2].into();
         let renders: Vec<Render> = (0..48)
             .map(|seed| {
                 let settings = Settings {
@@ -282,8 +294,8 @@ fn claimed_errors_are_true() {
             let values = || renders.iter().map(|r| f64::from(r.pixels[i][1]));
             let mean = values().sum::<f64>() / n;
             scatter += values().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            let variances = renders.iter().map(|r| r.variance.as_ref().unwrap()[i][1]);
-            claimed += variances.map(f64::from).sum::<f64>() / n;
+            let variances = renders.iter().map(|r| r.deviation.as_ref().unwrap()[i][1]);
+            claimed += variances.map(|d| f64::from(d).powi(2)).sum::<f64>() / n;
         }
         let b: Vec<f64> = renders.iter().map(|r| r.stats.b).collect();
         let b = Estimate::of(&b).error * n.sqrt();

@@ -301,6 +301,22 @@ fn exr_files_carry_settings_and_figures() {
     assert!(get("scene").is_some() && get("renderer").is_some());
 }
 
+/// However they were made.
+#[test]
+fn equal_renders_are_equal_files() {
+    let folder = Folder::new();
+    for integrator in ["mmlt", "bdpt"] {
+        let files = ["--threads 1 --lanes 1", "--threads 2 --lanes 8"].map(|how| {
+            let flags = format!("--integrator {integrator} --error-layers -o a.exr -o a.png");
+            folder
+                .run(&format!("render {TINY} {flags} {how}"))
+                .succeeds();
+            ["a.exr", "a.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap())
+        });
+        assert!(files[0] == files[1], "{integrator}");
+    }
+}
+
 #[test]
 fn flags_beat_the_scene_file() {
     let folder = Folder::new();

@@ -155,7 +155,7 @@ fn expect_one_picture_of(
             "{integrator:?}: values differ with {threads} threads, {lanes:?}, batch {batch:?}"
         );
         assert_eq!(
-            first.variance, other.variance,
+            first.deviation, other.deviation,
             "{integrator:?} {threads} {lanes:?} {batch:?}"
         );
         for (a, b) in first.strategies.iter().zip(&other.strategies) {

@@ -185,8 +185,8 @@ fn write_files(
         value: AttributeValue::Chromaticities(c),
     }));
     let exposure = args.exposure.unwrap_or(0.0);
-    let errors = (render.variance.as_ref().filter(|_| args.error_layers))
-        .map(|variance| integrate::standard_errors(variance, render.width as usize));
+    let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
+        .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
     if args.error_layers && errors.is_none() {
         messages.warning("one sample per pixel has no standard error: no error layers are written");
     }
@@ -217,7 +217,15 @@ fn write_files(
     whole
 }
 
-/// What an EXR file says about its making: scene, settings, and every figure of the render under the name it has in `--stats`.
+/// Figures that differ between equal renders: how long they took, and on what.
+fn is_of_the_machine(figure: &str) -> bool {
+    figure.ends_with("_seconds")
+        || figure.ends_with("_per_second")
+        || ["threads", "lanes", "peak_rss_bytes"].contains(&figure)
+}
+
+/// What an EXR file says about its making: scene, settings, and the figures of the render under the names they have in `--stats`, but for those
+/// that differ between equal renders: equal renders are equal files.
 fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
     let text = |v: &str| AttributeValue::Text(v.into());
     let tuned = |auto: bool, v: f32| match auto {
@@ -258,7 +266,10 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
         })
         .collect();
     if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
-        list.extend(figures.into_iter().filter_map(|(name, value)| {
+        let figures = figures
+            .into_iter()
+            .filter(|(name, _)| !is_of_the_machine(name));
+        list.extend(figures.filter_map(|(name, value)| {
             let value = match &value {
                 serde_json::Value::String(s) => text(s),
                 // A seed may need all 64 bits.

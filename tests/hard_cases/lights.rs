@@ -5,6 +5,8 @@
 use super::COMPARISONS;
 use super::support::stage::{CAMERA, GREY, lamp, stage};
 use super::support::{BOTH, Runs, head, run, scene, settings};
+use phalanx::integrate::{EndedBy, Render, Settings};
+use phalanx::plan::Forced;
 use phalanx::scene::{HostKind, IntegratorKind};
 
 // --- None ---
@@ -38,16 +40,78 @@ fn pictures_without_light_are_black_and_say_so() {
     ];
     for (what, world) in scenes {
         let scene = scene(&(head(16, 12, 3, CAMERA) + &world));
-        for kind in BOTH {
-            let render = run(&scene, &settings(&scene, kind, 8));
-            assert!(
-                render.pixels.iter().flatten().all(|v| *v == 0.0),
-                "{what}, {kind:?}: not black"
-            );
-            assert_eq!(render.pixels.len(), 16 * 12);
-            if kind == IntegratorKind::Mmlt {
-                assert!(!render.warnings.is_empty(), "{what}: no warning");
-                println!("{what}: {}", render.warnings.join("; "));
+        for kind in IntegratorKind::ALL {
+            for forced in [&[][..], &[Forced::All]] {
+                let settings = Settings {
+                    forced: forced.into(),
+                    // Black is no picture that is known to be right.
+                    target_error: Some(0.5),
+                    ..settings(&scene, kind, 8)
+                };
+                expect_black(
+                    &run(&scene, &settings),
+                    &format!("{what}, {kind:?}, {forced:?}"),
+                );
+            }
+        }
+    }
+}
+
+fn expect_black(render: &Render, what: &str) {
+    assert!(
+        render.pixels.iter().all(|p| *p == [0.0; 3]),
+        "{what}: not black"
+    );
+    assert_eq!(render.pixels.len() as u32, render.width * render.height);
+    let told = render
+        .warnings
+        .iter()
+        .filter(|w| w.ends_with("the picture is black") || w.contains("the picture is black;"));
+    assert_eq!(told.count(), 1, "{what}: {:?}", render.warnings);
+    assert_eq!(render.ended_by, EndedBy::Effort, "{what}");
+    assert_eq!(render.stats.relative_error, None, "{what}");
+    let figures = [render.stats.b, render.stats.b_stderr];
+    assert_eq!(figures.map(f64::to_bits), [0, 0], "{what}: {figures:?}");
+}
+
+/// Row 1: tables that are empty, whatever is turned on: no light, no light with an area, no shape, no triangle, no material of one's own, no
+/// texture.
+#[test]
+fn empty_tables() {
+    let flat = "AttributeBegin\nAreaLightSource \"diffuse\"\n\
+                Shape \"trianglemesh\" \"point P\" [0 0 3 0 0 3 0 0 3] \"integer indices\" [0 1 2]\nAttributeEnd\n";
+    let point = "LightSource \"point\" \"point from\" [0 4 0]\n";
+    let ball = "Shape \"sphere\"\n";
+    let triangle =
+        "Shape \"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n";
+    let glass = "Material \"glass\"\n".to_string() + ball;
+    let worlds = [
+        ("nothing", String::new()),
+        ("a light without area alone", flat.into()),
+        ("a light without area", flat.to_string() + triangle),
+        ("a ball in the dark", ball.into()),
+        ("a triangle in the dark", triangle.into()),
+        ("glass in the dark", glass),
+        ("a light and nothing to shine on", point.into()),
+        ("a lit ball", point.to_string() + ball),
+        ("a lit triangle", point.to_string() + triangle),
+        ("a sky", "LightSource \"infinite\"\n".into()),
+    ];
+    for (what, world) in &worlds {
+        let scene = scene(&(head(4, 3, 2, CAMERA) + world));
+        for kind in IntegratorKind::ALL {
+            for forced in Forced::ALL {
+                let settings = Settings {
+                    forced: vec![forced],
+                    bootstrap: 256,
+                    ..settings(&scene, kind, 2)
+                };
+                let render = run(&scene, &settings);
+                let finite = render.pixels.iter().flatten().all(|v| v.is_finite());
+                assert!(finite, "{what}, {kind:?}, {forced:?}");
+                if scene.lights.is_empty() {
+                    expect_black(&render, &format!("{what}, {kind:?}, {forced:?}"));
+                }
             }
         }
     }

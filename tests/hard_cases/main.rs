@@ -40,7 +40,9 @@
 //! | 36 | lamps in other surfaces | [`large`] |
 //! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
 //! | 38 | narrow cones | [`lights`] |
+//! | 39 | brightness | [`sums`] |
 //! | 40 | primitives in one place | [`large`] |
+//! | 41 | skies of one value | [`sums`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 

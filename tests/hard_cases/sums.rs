@@ -1,4 +1,4 @@
-//! Rows 2, 16, 17, 26 and 31: what is summed, and how much of it.
+//! Rows 2, 16, 17, 26, 31, 39 and 41: what is summed, and how much of it.
 //!
 //! `film::sums` has the exact sums of the film alone (row 16), `tests/precision.rs` the longest paths depth by depth (row 26), and
 //! `tests/chains.rs` odd numbers of chains (row 31).
@@ -8,7 +8,7 @@ use super::support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
 use super::support::{BOTH, Runs, head, inward_box, run, scene, settings};
 use phalanx::chain::bootstrap::regenerate;
 use phalanx::integrate::Settings;
-use phalanx::scene::{IntegratorKind, LightKind, MaterialKind, Param, Scene};
+use phalanx::scene::{Filter, FilterKind, IntegratorKind, LightKind, MaterialKind, Param, Scene};
 use phalanx::transport::World;
 use phalanx::transport::mis::Partial;
 
@@ -267,4 +267,174 @@ fn odd_films() {
     let camera = "LookAt 0 .5 3  -.5 2.5 .5  0 1 0\nCamera \"perspective\" \"float fov\" [50]";
     let text = head(16, 12, 0, camera) + &lamp("[8 8 8]") + &stage(GREY);
     check(&scene(&text), &|_| (), 24, "depth 0");
+}
+
+// --- Bright ---
+
+const ALL: [IntegratorKind; 6] = IntegratorKind::ALL;
+
+/// All that a render says of its picture, in units of the light.
+fn figures(i: f64, kind: IntegratorKind) -> Vec<f64> {
+    let text = head(16, 12, 3, CAMERA)
+        + &format!(
+            "LightSource \"point\" \"point from\" [-.5 2.5 .5] \"rgb I\" [{i:e} {i:e} {i:e}]\n"
+        )
+        + &stage(GREY);
+    let scene = scene(&text);
+    let settings = Settings {
+        error_layers: true,
+        strategies: true,
+        ..settings(&scene, kind, 8)
+    };
+    let render = run(&scene, &settings);
+    let layers = std::iter::once(&render.pixels).chain(&render.deviation);
+    let parts = render.strategies.iter();
+    let layers = layers.chain(parts.flat_map(|s| [&s.weighted, &s.unweighted]));
+    let mut figures: Vec<f64> = layers.flatten().flatten().map(|v| f64::from(*v)).collect();
+    let tiles = render.stats.tiles.unwrap();
+    figures.extend(tiles.mean.iter().chain(tiles.stderr.iter().flatten()));
+    figures.extend([render.stats.b, render.stats.b_stderr]);
+    figures.iter().map(|v| v / i).collect()
+}
+
+/// Row 39: brightness. Pictures, errors and pictures of strategies are in proportion to the light, from the darkest to the brightest that `f32`
+/// has room for, with every integrator. All arithmetic scales with a power of 2, but for the rounding of what leaves the range.
+#[test]
+fn light_of_any_brightness() {
+    for kind in ALL {
+        let plain = figures(1.0, kind);
+        let most = plain.iter().fold(0f64, |most, v| most.max(*v));
+        for exponent in [-96, -60, 35, 80, 104] {
+            let other = figures(2f64.powi(exponent), kind);
+            assert_eq!(plain.len(), other.len());
+            for (a, b) in plain.iter().zip(&other) {
+                // Products of what is dark are rounded where `f32` ends.
+                let bound = 1e-6 * a.abs() + 1e-6 * most;
+                assert!(
+                    (a - b).abs() <= bound,
+                    "{kind:?}, light of 2^{exponent}: {a} {b}"
+                );
+            }
+        }
+    }
+}
+
+/// Row 39: what one lamp lights is not lost beside what another lights, a hundred billion billion times as much.
+#[test]
+fn dim_light_beside_bright_light() {
+    let camera =
+        "LookAt 0 0 1  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-1 1 -1 1]";
+    let panel = |l: &str, from: f64, to: f64| {
+        format!(
+            "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}]\nShape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+             \"point P\" [{from} -2 0 {to} -2 0 {to} 2 0 {from} 2 0]\nAttributeEnd\n"
+        )
+    };
+    // The camera's right is towards negative x.
+    let text = head(2, 1, 0, camera)
+        + &panel("1e20 1e-20 3", 0.0, 2.0)
+        + &panel("0.3 0.7 1e-30", -2.0, 0.0);
+    let scene = scene(&text);
+    for kind in [IntegratorKind::Pt, IntegratorKind::Lt, IntegratorKind::Bdpt] {
+        let render = run(&scene, &settings(&scene, kind, 16));
+        assert_eq!(
+            render.pixels,
+            [[1e20, 1e-20, 3.0], [0.3, 0.7, 1e-30]],
+            "{kind:?}"
+        );
+    }
+}
+
+/// Row 39: values beyond `f32` are its largest number, and are counted.
+#[test]
+fn pictures_hold_no_infinite_values() {
+    let mut scene =
+        scene(&(head(2, 2, 0, CAMERA) + "LightSource \"infinite\" \"rgb L\" [1e38 1 1]\n"));
+    scene.film.scale = 1000.0;
+    for kind in ALL {
+        let render = run(&scene, &settings(&scene, kind, 4));
+        for [r, g, _] in &render.pixels {
+            assert_eq!(*r, f32::MAX, "{kind:?}");
+            // Chains weigh colours by their mean: what is so dark beside another channel is rounded.
+            assert!((0.0..=1e32).contains(g), "{kind:?}: {g}");
+        }
+        let told = render
+            .warnings
+            .iter()
+            .filter(|w| w.starts_with("4 values of the picture are beyond"));
+        assert_eq!(told.count(), 1, "{kind:?}: {:?}", render.warnings);
+    }
+}
+
+// --- Flat ---
+
+/// Row 41: a sky of one value is flat after any number of samples, under every filter: samples are divided by what they weigh, or what they
+/// lack is filled in.
+#[test]
+fn skies_are_flat_at_any_number_of_samples() {
+    let filters = [
+        "\"box\"",
+        "\"box\" \"float xwidth\" [.2] \"float ywidth\" [.8]",
+        "\"triangle\"",
+        "\"gaussian\"",
+        "\"gaussian\" \"float xwidth\" [.3] \"float ywidth\" [.3]",
+        "\"gaussian\" \"float xwidth\" [1.7] \"float ywidth\" [.45]",
+        "\"mitchell\"",
+        "\"mitchell\" \"float xwidth\" [.4] \"float ywidth\" [.4]",
+        "\"sinc\"",
+        "\"sinc\" \"float xwidth\" [1.3] \"float ywidth\" [6]",
+    ];
+    for filter in filters {
+        for crop in ["", "\"float cropwindow\" [0.25 0.8 0.3 1]"] {
+            let text = format!(
+                "Camera \"perspective\"\nFilm \"image\" \"integer xresolution\" [24] \"integer yresolution\" [18] {crop}\n\
+                 PixelFilter {filter}\nWorldBegin\nLightSource \"infinite\" \"rgb L\" [.3 1 7e5]\n"
+            );
+            let scene = scene(&text);
+            for kind in [IntegratorKind::Pt, IntegratorKind::Lt, IntegratorKind::Bdpt] {
+                for samples in [1, 2, 3, 16] {
+                    let render = run(&scene, &settings(&scene, kind, samples));
+                    for pixel in &render.pixels {
+                        assert_eq!(
+                            *pixel,
+                            [0.3, 1.0, 7e5],
+                            "{kind:?}, {filter} {crop}, {samples} samples"
+                        );
+                    }
+                    let error = render.stats.relative_error;
+                    assert!(
+                        error.is_none_or(|e| e < 1e-6),
+                        "{kind:?}, {filter}: {error:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Row 41: the same mean with every integrator, whether samples are divided by what they weigh or chains splat them, under filters narrower
+/// than a pixel, wider, and with negative weights.
+#[test]
+fn filters_leave_the_mean() {
+    let filters = [
+        (FilterKind::Gaussian { alpha: 2.0 }, [0.3, 0.8]),
+        (FilterKind::Triangle, [1.5, 0.4]),
+        (FilterKind::Mitchell { b: 0.2, c: 0.5 }, [2.0, 2.0]),
+    ];
+    for (kind, radius) in filters {
+        let mut scene = lit_stage(12, 9);
+        scene.film.filter = Filter {
+            kind,
+            radius: radius.into(),
+        };
+        let of = |integrator, effort| Runs::new(&scene, &settings(&scene, integrator, effort), 24);
+        let pt = of(IntegratorKind::Pt, 64);
+        for (integrator, effort) in [(IntegratorKind::Bdpt, 24), (IntegratorKind::Mmlt, 192)] {
+            let runs = of(integrator, effort).grid(2, 2).into_iter();
+            for (i, (a, b)) in runs.zip(pt.grid(2, 2)).enumerate() {
+                let what = format!("{kind:?} {radius:?}, {integrator:?}, {i}");
+                a.expect_same_among(COMPARISONS, &b, &what);
+            }
+        }
+    }
 }
