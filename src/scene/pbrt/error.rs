@@ -3,6 +3,8 @@
 use std::fmt;
 use std::rc::Rc;
 
+use crate::brief::brief;
+
 /// Why a scene could not be loaded. Displays as one line,
 /// `file:line:column: Directive: what is wrong; what could be used instead`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,24 +27,8 @@ impl fmt::Display for Pos {
 
 impl Pos {
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(one_line(format!("{self}: {what}")))
+        SceneError(brief(&format!("{self}: {what}")))
     }
-}
-
-/// Names in a scene may hold line ends and other control characters, which belong in no message.
-fn one_line(message: String) -> String {
-    if !message.contains(char::is_control) {
-        return message;
-    }
-    let mut line = String::with_capacity(message.len());
-    for c in message.chars() {
-        if c.is_control() {
-            line.extend(c.escape_default());
-        } else {
-            line.push(c);
-        }
-    }
-    line
 }
 
 /// A directive in a file, as messages name it: `Shape "sphere"`.
@@ -61,7 +47,7 @@ impl Site {
     }
 
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(one_line(format!("{}: {}: {what}", self.pos, self.label)))
+        SceneError(brief(&format!("{}: {}: {what}", self.pos, self.label)))
     }
 
     /// `scene.pbrt:42`, for reports on materials and lights.

@@ -76,6 +76,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         integrator,
         space,
         bounds: [Vec3::ZERO; 2],
+        files: loader.dir.files(),
         warnings: Vec::new(),
     };
     for shape in &loader.geometry.shapes {

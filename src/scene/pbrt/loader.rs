@@ -2,7 +2,6 @@
 
 use std::cell::Cell;
 use std::collections::HashMap;
-use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DAffine3, DVec3};
@@ -10,6 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError, Site};
+use super::folder::Folder;
 use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
@@ -62,7 +62,7 @@ enum Section {
 pub(super) struct Loader {
     stream: TokenStream,
     pub dialect: Dialect,
-    dir: Rc<Path>,
+    pub dir: Rc<Folder>,
     states: StateStack,
     section: Section,
     coordinate_systems: HashMap<String, [DAffine3; 2]>,
@@ -83,7 +83,7 @@ pub(super) struct Loader {
 }
 
 impl Loader {
-    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>, budget: Rc<Budget>) -> Self {
+    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Folder>, budget: Rc<Budget>) -> Self {
         Self {
             stream,
             dialect,

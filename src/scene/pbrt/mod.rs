@@ -12,6 +12,7 @@ mod color;
 mod dialect;
 mod error;
 mod finish;
+mod folder;
 mod geometry;
 mod lexer;
 mod lights;
@@ -35,9 +36,11 @@ use std::sync::Arc;
 
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
+use self::folder::Folder;
 use self::lexer::Source;
 use self::loader::Loader;
 use self::stream::TokenStream;
+use crate::brief::brief;
 use crate::scene::budget::Budget;
 use crate::scene::{Loading, Scene};
 
@@ -48,7 +51,7 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 
 /// [`load`], in no more than about so many bytes of memory; `loading` is told how it goes.
 pub fn load_within(path: &Path, memory: u64, loading: &Arc<Loading>) -> Result<Scene, SceneError> {
-    let source = stream::read_main(path).map_err(SceneError)?;
+    let source = stream::read_main(path).map_err(|e| SceneError(brief(&e)))?;
     let dir = path.parent().unwrap_or(Path::new(""));
     let budget = Budget::new(memory, Arc::clone(loading));
     load_source(source, Some(path), dir, budget)
@@ -86,7 +89,7 @@ fn load_source(
     let mut loader = Loader::new(
         TokenStream::new(source, path),
         dialect,
-        dir.into(),
+        Rc::new(Folder::new(dir, path)),
         Rc::new(budget),
     );
     loader.run(&start)?;

@@ -98,6 +98,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
             scale: 1.0,
         },
         bounds: [-Vec3::ONE, Vec3::ONE],
+        files: vec![],
         warnings: vec![],
     }
 }
