@@ -9,6 +9,12 @@ use phalanx::film::output::{read_exr, read_pfm};
 use phalanx::formats::Picture;
 use tempfile::TempDir;
 
+#[cfg(unix)]
+#[path = "cli/kills.rs"]
+mod kills;
+#[path = "cli/written.rs"]
+mod written;
+
 /// A budget of a fraction of a second.
 const TINY: &str = "--resolution 32x32 --mutations 2 --bootstrap 500 --chains 64";
 
@@ -138,12 +144,19 @@ fn the_scene_names_its_picture() {
             "x.pfm",
         ),
         ("b.pbrt", "\"string filename\" \"y.tga\"", "y.exr"),
+        ("d.pbrt", "\"string filename\" \"z\"", "z.exr"),
         ("c.pbrt", "", "c.exr"),
     ];
     for (scene, name, picture) in cases {
         folder.write(scene, &film(name));
-        folder.run(&format!("render {scene} {TINY}")).succeeds();
+        let ran = folder
+            .run(&format!("render {scene} {TINY} --quiet"))
+            .succeeds();
         assert!(folder.files().contains(&picture.to_string()), "{picture}");
+        let instead =
+            format!("only .exr, .pfm and .png are written here: writing {picture} instead");
+        let other = name.contains("y.tga") || name.contains("\"z\"");
+        assert_eq!(ran.stderr().contains(&instead), other, "{}", ran.stderr());
     }
 }
 
@@ -680,7 +693,7 @@ mod signals {
         Ran(child.wait_with_output().unwrap())
     }
 
-    fn send(process: u32, signal: i32) {
+    pub fn send(process: u32, signal: i32) {
         let kill = Command::new("kill")
             .args([format!("-{signal}"), process.to_string()])
             .status();
@@ -695,7 +708,7 @@ mod signals {
             .succeeds();
         let mean = |p: &Picture| p.pixels.iter().flatten().sum::<f32>() / (3.0 * 64.0 * 64.0);
         let expected = mean(&whole.exr("a.exr"));
-        for (signal, code) in [(2, 130), (15, 143)] {
+        for (signal, code) in [(1, 129), (2, 130), (15, 143)] {
             let folder = Folder::new();
             let ran = interrupted(&folder, signal, Duration::from_millis(1500));
             assert_eq!(ran.code(), code, "{}", ran.stderr());
@@ -825,4 +838,72 @@ fn inspect_speaks_json() {
     assert!(forced.contains("rough dielectric") && forced.contains("forced"));
     let ran = folder.run("inspect --force-effects lenses");
     assert!(ran.stderr().contains("light-choice"), "{}", ran.stderr());
+}
+
+/// Names in messages end where a line does, and hold nothing that a terminal would obey.
+#[test]
+fn long_names_are_shortened_in_messages() {
+    let folder = Folder::new();
+    let long = "x".repeat(3000);
+    let world = |text: String| format!("WorldBegin\n{text}\nShape \"sphere\"\nWorldEnd\n");
+    folder.write("a.pbrt", &world(format!("Shape \"{long}\"")));
+    folder.write(
+        "b.pbrt",
+        &world(format!(
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{long}.png\"\nMaterial \"matte\" \"texture Kd\" \"t\""
+        )),
+    );
+    folder.write("c.pbrt", &world(format!("{long} 1 2 3")));
+    folder.write("d.pbrt", &world("Shape \"a\u{1b}[2Jb\"".into()));
+    let spaced = "a ".repeat(2000);
+    folder.write(
+        "e.pbrt",
+        &world(format!("Material \"matte\" \"float {spaced}\" 1")),
+    );
+    for arguments in [
+        "render a.pbrt".to_string(),
+        "render b.pbrt".into(),
+        "render c.pbrt".into(),
+        "render d.pbrt".into(),
+        "render e.pbrt --lanes 3".into(),
+        format!("inspect {long}.pbrt"),
+        format!("render --integrator {long}"),
+        format!("render -o {long}.exr"),
+        format!("render -o {long}/a.exr"),
+        format!("compare {long}.exr {long}.png"),
+        format!("replay --depth 1 --samples {long}"),
+        format!("{long} --{long}"),
+    ] {
+        let ran = folder.run(&arguments);
+        let stderr = ran.stderr();
+        assert_eq!(ran.code(), 2, "{stderr}");
+        assert!(stderr.lines().all(|l| l.chars().count() <= 700), "{stderr}");
+        assert!(!stderr.contains("xxx".repeat(50).as_str()), "{stderr}");
+        assert!(!stderr.contains('\u{1b}'), "{stderr}");
+    }
+    let warned = folder.run(&format!("render e.pbrt {TINY}")).succeeds();
+    assert!(
+        warned.stderr().lines().all(|l| l.chars().count() <= 700),
+        "{}",
+        warned.stderr()
+    );
+}
+
+#[test]
+fn threads_without_work_are_not_started() {
+    let folder = Folder::new();
+    let start = Instant::now();
+    folder
+        .run(&format!(
+            "render {TINY} --threads 1024 -o a.pfm --stats s.json"
+        ))
+        .succeeds();
+    let taken = start.elapsed();
+    assert!(taken < Duration::from_secs(10), "{taken:?}");
+    folder.run(&format!("render {TINY} -o b.pfm")).succeeds();
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("a.pfm") == read("b.pfm"));
+    let json: serde_json::Value = serde_json::from_slice(&read("s.json")).unwrap();
+    let cores = std::thread::available_parallelism().unwrap().get() as u64;
+    assert_eq!(json["threads"], 1024.min(64.max(2 * cores)));
 }

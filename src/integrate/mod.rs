@@ -39,7 +39,7 @@ use std::time::{Duration, Instant};
 pub struct Settings {
     pub integrator: IntegratorKind,
     pub seed: u64,
-    /// Worker threads; 0 means one per core.
+    /// Worker threads; 0 means one per core ([`worker_threads`]).
     pub threads: usize,
     /// SIMD width of all kernels. The picture does not depend on it.
     pub lanes: Width,
@@ -405,8 +405,21 @@ fn black_reason(run: &Run, searched: &str) -> String {
 /// Mean radiance below which the epsilon of relative errors rules the picture.
 const DARK: f64 = 0.02;
 
-/// Worker threads; 0 means one per core.
+/// Threads that are started however few cores there are: results must not depend on it, which is worth trying out.
+const FEW_THREADS: usize = 64;
+
+/// Worker threads for so many asked for; 0 means one per core. No more than two per core beyond [`FEW_THREADS`]: one without work asks every
+/// other for some, again and again, and on few cores a thousand of them take minutes of that for a second of work.
+pub fn worker_threads(asked: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    match asked {
+        0 => cores,
+        n => n.min(FEW_THREADS.max(2 * cores)),
+    }
+}
+
 fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
+    let threads = worker_threads(threads);
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()

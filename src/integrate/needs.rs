@@ -1,7 +1,7 @@
 //! What memory a render needs, before any of it is allocated.
 
 use super::chains::Method;
-use super::{Settings, sampled};
+use super::{Settings, sampled, worker_threads};
 use crate::chain::bootstrap::CHUNK;
 use crate::film::{FilterTable, GROUPS, SampleFilm, SplatFilm, Tiling};
 use crate::memory::Bytes;
@@ -40,10 +40,7 @@ impl Needs {
         let primitives = (scene.triangles.len() + scene.spheres.len()) as u64;
         let need = |part, bytes, why: String| Need { part, bytes, why };
         let tables = need("scene", scene.bytes(), format!("{primitives} primitives"));
-        let threads = match settings.threads {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-            n => n,
-        };
+        let threads = worker_threads(settings.threads);
         let thread = THREAD + kept_bytes(settings);
         let program = need("program", PROGRAM + thread * threads as u64, String::new());
         let tree = |each, what: &str| {

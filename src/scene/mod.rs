@@ -18,6 +18,7 @@ pub mod texture;
 
 use glam::{DVec3, Vec2, Vec3};
 use spectrum::IndexCurve;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use self::image::Image;
@@ -690,6 +691,8 @@ pub struct Scene {
     pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
     pub bounds: [Vec3; 2],
+    /// Every file it was read from: text, meshes, images, spectra.
+    pub files: Vec<PathBuf>,
     /// Things ignored or replaced at load, ready to print, each with file and line.
     pub warnings: Vec<String>,
 }

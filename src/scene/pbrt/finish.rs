@@ -113,6 +113,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         },
         large: Large::default(),
         bounds: [Vec3::ZERO; 2],
+        files: loader.dir.files(),
         warnings: Vec::new(),
     };
     let mut spheres = Vec::with_capacity(loader.geometry.spheres.len());

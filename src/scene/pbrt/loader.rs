@@ -2,7 +2,6 @@
 
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet};
-use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat4, DVec3};
@@ -10,6 +9,7 @@ use glam::{DAffine3, DMat4, DVec3};
 use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError, Site};
+use super::folder::Folder;
 use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
@@ -67,7 +67,7 @@ pub(super) enum Section {
 pub(super) struct Loader {
     pub(super) stream: TokenStream,
     pub dialect: Dialect,
-    dir: Rc<Path>,
+    pub dir: Rc<Folder>,
     states: StateStack,
     pub(super) section: Section,
     coordinate_systems: HashMap<String, [DMat4; 2]>,
@@ -93,7 +93,7 @@ pub(super) struct Loader {
 }
 
 impl Loader {
-    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>, budget: Rc<Budget>) -> Self {
+    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Folder>, budget: Rc<Budget>) -> Self {
         Self {
             stream,
             dialect,

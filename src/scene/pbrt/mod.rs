@@ -16,6 +16,7 @@ mod error;
 mod extent;
 mod finish;
 mod flush;
+mod folder;
 mod geometry;
 mod lexer;
 mod lights;
@@ -43,6 +44,7 @@ use std::sync::Arc;
 
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
+use self::folder::Folder;
 use self::loader::Loader;
 use self::stream::TokenStream;
 use self::text::Text;
@@ -76,7 +78,12 @@ fn load_text(text: &Text, dir: &Path, budget: Budget) -> Result<Scene, SceneErro
     };
     let start = Site::new(start, "WorldBegin");
     let dialect = dialect::detect(text, dir);
-    let mut loader = Loader::new(stream, dialect, dir.into(), budget);
+    let mut loader = Loader::new(
+        stream,
+        dialect,
+        Rc::new(Folder::new(dir, text.path())),
+        budget,
+    );
     loader.run(&start)?;
     finish::finish(loader)
 }

@@ -3,7 +3,6 @@
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
-use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DVec2, DVec3};
@@ -11,6 +10,7 @@ use glam::{DVec2, DVec3};
 use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
+use super::folder::Folder;
 use super::lexer::{Token, TokenKind};
 use super::stream::TokenStream;
 use crate::scene::budget::Charge;
@@ -191,7 +191,7 @@ pub(super) struct ParamSet {
     pub site: Site,
     pub dialect: Dialect,
     /// Folder that file names are relative to.
-    pub dir: Rc<Path>,
+    pub dir: Rc<Folder>,
     /// The `ColorSpace` in force at the directive.
     pub color_space: ColorSpace,
     params: Vec<Rc<Param>>,
@@ -206,7 +206,7 @@ const MAX_VALUES: usize = 1 << 30;
 const MAX_PARAMS: usize = 1000;
 
 impl ParamSet {
-    pub fn empty(site: Site, dialect: Dialect, dir: Rc<Path>) -> Self {
+    pub fn empty(site: Site, dialect: Dialect, dir: Rc<Folder>) -> Self {
         Self {
             site,
             dialect,
@@ -222,7 +222,7 @@ impl ParamSet {
         stream: &mut TokenStream,
         site: Site,
         dialect: Dialect,
-        dir: Rc<Path>,
+        dir: Rc<Folder>,
         color_space: ColorSpace,
         report: &mut Report,
     ) -> Result<Self, SceneError> {
