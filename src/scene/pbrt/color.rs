@@ -89,10 +89,39 @@ pub(super) enum Use {
 impl ParamSet {
     /// A colour parameter of any of the types that stand for one.
     pub fn color(&self, name: &str, meaning: Use) -> Result<Option<Rgb>, SceneError> {
-        match self.find(name) {
-            Some(param) => self.color_of(param, meaning).map(Some),
-            None => Ok(None),
+        let Some(param) = self.find(name) else {
+            return Ok(None);
+        };
+        if self.dialect == Dialect::V3
+            && let Some(whole) = self.one_color(param, meaning)?
+        {
+            return whole.map_or(Ok(None), |param| self.color_of(&param, meaning).map(Some));
         }
+        self.color_of(param, meaning).map(Some)
+    }
+
+    /// v3: what takes the place of a parameter that is no colour, or not just one: nothing, or for materials and textures the first colour.
+    fn one_color(&self, param: &Param, meaning: Use) -> Result<Option<Option<Param>>, SceneError> {
+        let (size, numbers) = match (param.ty, &param.values) {
+            (Type::Rgb | Type::Xyz, Values::Numbers(v)) => (3, v),
+            (Type::Blackbody, Values::Numbers(v)) => (2, v),
+            (Type::Spectrum, Values::Numbers(v)) => (v.len().max(1), v),
+            (Type::Spectrum, _) => return Ok(None),
+            _ => {
+                let what = "is no colour; expected rgb, xyz, spectrum or blackbody";
+                return self.left_out::<Param>(param, what).map(Some);
+            }
+        };
+        if numbers.len() == size {
+            return Ok(None);
+        }
+        if numbers.is_empty() || meaning == Use::Emission {
+            let what = format!("has {} numbers where {size} make a colour", numbers.len());
+            return self.left_out::<Param>(param, &what).map(Some);
+        }
+        self.note_at(param, "the first of its values is used");
+        let values = Values::Numbers(numbers[..size].to_vec());
+        Ok(Some(Some(param.with(values))))
     }
 
     /// The colour a parameter means, or an error if it is of no such type.
@@ -158,6 +187,7 @@ impl ParamSet {
                 } else {
                     // v3 scenes often come without the files of measured metals they name.
                     let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
+                    let known = known.or_else(|| self.black_for(param, name));
                     known.ok_or_else(|| {
                         if spectrum::is_sensor(name) {
                             return fail(format!(
@@ -182,10 +212,28 @@ impl ParamSet {
         if !rgb.iter().all(|c| c.is_finite()) {
             return Err(fail("is out of range".to_owned()));
         }
+        // Conversions leave the bounds by a little.
+        const SLACK: f32 = 1e-3;
+        if rgb.iter().any(|c| *c < -SLACK) {
+            self.note_at(param, "is negative, and counts as 0");
+        }
+        if meaning == Use::Albedo && rgb.iter().any(|c| *c > 1.0 + SLACK) {
+            self.note_at(param, "is more than 1, and counts as 1");
+        }
         Ok(match (self.dialect, meaning) {
             (Dialect::V4, Use::Albedo) => rgb.map(|c| c.clamp(0.0, 1.0)),
             _ => rgb.map(|c| c.max(0.0)),
         })
+    }
+
+    /// v3: what stands for a file of samples that is missing.
+    fn black_for(&self, param: &Param, name: &str) -> Option<Rgb> {
+        if self.dialect == Dialect::V4 {
+            return None;
+        }
+        let what = format_args!("there is no file \"{name}\"; it is black, as in pbrt-v3");
+        self.note_at(param, what);
+        Some([0.0; 3])
     }
 
     /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter is no spectrum, or the same everywhere.
