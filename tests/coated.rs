@@ -580,3 +580,179 @@ fn white_under_a_clear_coat_stays_white() {
         println!("alpha {alpha}: {all:.4?}");
     }
 }
+
+/// The kernel and row of a material's coated part, evaluated at a hit if it has textures.
+fn evaluated(material: &str) -> (Kind, [f32; 8]) {
+    let textures = "Texture \"f\" \"float\" \"checkerboard\" \"float tex1\" FLOAT \"float tex2\" FLOAT\n\
+                    Texture \"c\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [.7 .6 .4] \"rgb tex2\" [.7 .6 .4]\n";
+    let float = material.rsplit(' ').next().unwrap_or_default();
+    let textures = textures.replace("FLOAT", if float.is_empty() { "0" } else { float });
+    let material = material.strip_suffix(float).unwrap_or(material);
+    let text = format!(
+        "Camera \"perspective\"\nWorldBegin\n{textures}Material {material}\nShape \"sphere\"\n"
+    );
+    let scene = load_str(&text, "coat.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let table = MaterialTable::new(&scene);
+    let coated = |kind: Kind| kind >= Kind::CoatedDiffuse;
+    let found = table
+        .entries
+        .iter()
+        .position(|e| coated(e.kind) && !e.mixture);
+    let index = found.expect("a coated material");
+    let row = table.evaluate(index, &Default::default(), 0.0);
+    (table.entries[index].kind, row.0)
+}
+
+/// A texture that is the same everywhere is as good as a constant: rows of both have the same values but for what interpolation between tabulated
+/// roughnesses leaves.
+#[test]
+fn textures_on_coats_are_those_of_constants() {
+    let white = "\"rgb reflectance\" [.7 .6 .4]";
+    let cases = [
+        (
+            "\"coateddiffuse\" \"rgb reflectance\" [.7 .6 .4] \"float roughness\" R",
+            "\"coateddiffuse\" \"texture reflectance\" \"c\" \"texture roughness\" \"f\" R",
+            0.01,
+        ),
+        (
+            "\"coatedconductor\" \"float conductor.roughness\" .1 W \"float interface.roughness\" R",
+            "\"coatedconductor\" \"float conductor.roughness\" .1 \"texture reflectance\" \"c\" \"texture interface.roughness\" \"f\" R",
+            0.04,
+        ),
+        (
+            "\"coatedconductor\" W \"float interface.roughness\" .1 \"float conductor.roughness\" R",
+            "\"coatedconductor\" \"texture reflectance\" \"c\" \"float interface.roughness\" .1 \"texture conductor.roughness\" \"f\" R",
+            0.04,
+        ),
+        (
+            "\"coatedconductor\" W \"float interface.roughness\" R \"float conductor.roughness\" R",
+            "\"coatedconductor\" \"texture reflectance\" \"c\" \"texture interface.roughness\" \"f\" \"texture conductor.roughness\" \"f\" R",
+            0.05,
+        ),
+        (
+            "\"coatedconductor\" W \"float conductor.roughness\" R",
+            "\"coatedconductor\" \"texture reflectance\" \"c\" \"texture conductor.roughness\" \"f\" R",
+            0.04,
+        ),
+        (
+            "\"coatedconductor\" W",
+            "\"coatedconductor\" \"texture reflectance\" \"c\" R",
+            1e-4,
+        ),
+    ];
+    for (constant, textured, bound) in cases {
+        for roughness in ["0.04", "0.13", "0.3"] {
+            let fill = |text: &str| text.replace('W', white).replace('R', roughness);
+            let (kind, row) = evaluated(&(fill(constant) + " "));
+            let (same, other) = evaluated(&fill(textured));
+            assert_eq!(kind, same, "{textured}");
+            if kind == Kind::CoatedMirror {
+                assert_eq!(row, other);
+                continue;
+            }
+            for (mo, mi, phi) in [
+                (1.0, 0.9, 3.0),
+                (0.8, 0.8, 3.1),
+                (0.5, 0.3, 2.8),
+                (0.3, 0.6, 0.5),
+            ] {
+                let value = |row| {
+                    let (wo, wi) = (narrow(at(mo, 0.0)), narrow(at(mi, phi)));
+                    Kernels::eval::<f32x8>(kind, row, &[wo], &[wi], Mode::Radiance)[0].0
+                };
+                let (a, b) = (value(&row), value(&other));
+                for c in 0..3 {
+                    let off = (a[c] - b[c]).abs();
+                    assert!(
+                        off <= bound * (a[c] + 0.03),
+                        "{textured} {roughness}: {a:?} {b:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// What cannot be looked up in a texture is said so.
+#[test]
+fn textures_that_coats_cannot_have() {
+    for (material, given) in [
+        ("coateddiffuse", "\"texture thickness\" \"f\""),
+        ("coateddiffuse", "\"texture albedo\" \"c\""),
+    ] {
+        let text = format!(
+            "Camera \"perspective\"\nWorldBegin\nTexture \"f\" \"float\" \"checkerboard\"\nTexture \"c\" \"spectrum\" \"checkerboard\"\nMaterial \"{material}\" {given}\nShape \"sphere\"\n"
+        );
+        let error = load_str(&text, "coat.pbrt", ".".as_ref())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("not supported") && error.contains("coat.pbrt:5"),
+            "{error}"
+        );
+    }
+}
+
+/// Over smooth metal under a rough coat: the whole lobe, against the walk's mean over sun and eye around a ball. What is left is the shape's error.
+#[test]
+fn lobes_over_smooth_metal_have_the_shape_of_the_walk() {
+    let mut random = Random(6);
+    let light = unit([1.0, 2.0, 2.0]);
+    for (alpha, eta) in [(0.2f64.sqrt(), 1.5), (0.2, 1.5), (0.3, 1.3), (0.3, 2.0)] {
+        let k = 2.0 * 0.9f64.sqrt() / 0.1f64.sqrt();
+        let layers = Layers {
+            alpha,
+            eta,
+            thickness: 0.01,
+            base: Base::Conductor {
+                eta: 1.0 / eta,
+                k: k / eta,
+                alpha: 0.0,
+            },
+            max_depth: 10,
+        };
+        let (kind, row) = layers.row();
+        let n = 14;
+        let [mut ours, mut theirs, mut apart] = [0.0f64; 3];
+        for i in 0..n * n {
+            let x = (2 * (i % n) + 1) as f64 / n as f64 - 1.0;
+            let y = (2 * (i / n) + 1) as f64 / n as f64 - 1.0;
+            let square = 1.0 - x * x - y * y;
+            if square < 0.02 {
+                continue;
+            }
+            let normal = [x, y, square.sqrt()];
+            let cos = dot(normal, light);
+            if cos <= 0.02 {
+                continue;
+            }
+            let s = unit(cross(normal, [0.0, 1.0, 0.1]));
+            let t = cross(normal, s);
+            let local = |w: V| [dot(w, s), dot(w, t), dot(w, normal)];
+            let (wo, wi) = (local([0.0, 0.0, 1.0]), local(light));
+            let value =
+                Kernels::eval::<f32x8>(kind, &row, &[narrow(wo)], &[narrow(wi)], Mode::Radiance);
+            let a = f64::from(value[0].0[1]) * cos;
+            let walks = 800;
+            let sum: f64 = (0..walks)
+                .map(|_| layers.walk(wo, wi, false, &mut random))
+                .sum();
+            let b = (sum / f64::from(walks) / (eta * eta) + layers.gloss(wo, wi)) * cos;
+            ours += a;
+            theirs += b;
+            apart += (a - b).abs();
+        }
+        println!(
+            "alpha {alpha:.3} eta {eta}: {:.3} of the walk's, {:.3} apart",
+            ours / theirs,
+            apart / theirs
+        );
+        assert!(
+            (ours / theirs - 1.0).abs() < 0.05,
+            "{alpha} {eta}: {}",
+            ours / theirs
+        );
+        assert!(apart < 0.12 * theirs, "{alpha} {eta}: {}", apart / theirs);
+    }
+}

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+#[path = "fuzz_seeds/binary.rs"]
+mod binary;
 #[path = "../fuzz/src/lib.rs"]
 #[allow(dead_code)]
 mod targets;

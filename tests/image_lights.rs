@@ -933,3 +933,166 @@ fn emissive_surfaces_of_none_let_rays_through() {
         }
     }
 }
+
+/// pbrt-v3 takes the codes of 8-bit images for linear values where lights show them, pbrt-v4 decodes them.
+#[test]
+fn codes_of_images_are_linear_in_v3_and_decoded_in_v4() {
+    let dir = tempfile::tempdir().expect("a folder");
+    for file in ["a.png", "a.tga", "a.bmp", "a.jpg"] {
+        let grey = image::GrayImage::from_pixel(8, 8, image::Luma([128]));
+        grey.save(dir.path().join(file)).expect("written");
+        for light in ["infinite", "goniometric", "projection"] {
+            for (head, name, truth) in [(V3, "mapname", 128.0 / 255.0), (V4, "filename", 0.215_86)]
+            {
+                let text =
+                    format!("{head} LightSource \"{light}\" \"string {name}\" \"{file}\" {BALL}");
+                let scene = load(&text, dir.path()).expect("loads");
+                let texel = scene.images[0].texels[27][0];
+                assert!(
+                    (texel - truth).abs() < 5e-3,
+                    "{file}, {head} {light}: {texel}"
+                );
+            }
+        }
+    }
+}
+
+/// pbrt-v3 repeats maps at the poles, so that half of what lies there is of the other pole; pbrt-v4 looks up the nearest texel.
+#[test]
+fn maps_meet_at_the_poles_in_v3_and_are_not_filtered_in_v4() {
+    let rows = [1.0, 3.0, 5.0, 7.0];
+    let texels: Vec<[f32; 3]> = (0..16).map(|i| [rows[i / 4]; 3]).collect();
+    let dir = folder(4, &texels);
+    let table = |text: &str| {
+        let scene = load(text, dir.path()).expect("loads");
+        LightTable::new(&scene, &Geometry::new(&scene))
+    };
+    let sky = table(&format!(
+        "{V3} LightSource \"infinite\" \"string mapname\" \"a.pfm\" {BALL}"
+    ));
+    let gonio = table(&format!(
+        "{V3} LightSource \"goniometric\" \"string mapname\" \"a.pfm\" {BALL}"
+    ));
+    let seen = |angle: f64| {
+        let w = [angle.sin(), 0.0, angle.cos()];
+        f64::from(sky.escaped::<f32>(0, Vec3::splat(narrow(w))).radiance.x)
+    };
+    // Rows' centres lie at odd eighths of half a turn.
+    for (eighths, value) in [
+        (0.001, 4.0),
+        (0.5, 2.5),
+        (1.0, 1.0),
+        (2.0, 2.0),
+        (7.0, 7.0),
+        (7.5, 5.5),
+        (7.999, 4.0),
+    ] {
+        let angle = eighths * PI / 8.0;
+        assert!(
+            (seen(angle) - value).abs() < 5e-3,
+            "{eighths}: {}",
+            seen(angle)
+        );
+        let geometry = Geometry::new(&load(&format!("{V3} {BALL}"), dir.path()).expect("loads"));
+        // The pole of the map is the light's y.
+        let (sent, _) = self::sent(&gonio, &geometry, [angle.sin(), angle.cos(), 0.0]);
+        assert!((sent[0] - value).abs() < 5e-3, "{eighths}: {sent:?}");
+    }
+    let sky = table(&format!(
+        "{V4} LightSource \"infinite\" \"string filename\" \"a.pfm\" {BALL}"
+    ));
+    let mut random = Random(5);
+    for _ in 0..1000 {
+        let w = narrow(random.direction());
+        let value = sky.escaped::<f32>(0, Vec3::splat(w)).radiance.x;
+        assert!(rows.contains(&value), "{w:?}: {value}");
+    }
+}
+
+/// Frusta as narrow as `f32` tells directions apart, along an axis and askew: all that the light has leaves it.
+#[test]
+fn narrow_projections_keep_their_flux() {
+    let dir = folder(5, &pattern(5, 5));
+    for (head, name) in [(V3, "mapname"), (V4, "filename")] {
+        for turn in ["", "Rotate 37 .3 1 .7"] {
+            for fov in [10.0, 0.1, 1e-3, 2e-4] {
+                let text = format!(
+                    "{head} AttributeBegin {turn} LightSource \"projection\" \"string {name}\" \"a.pfm\" \"float fov\" {fov} AttributeEnd {BALL}"
+                );
+                let scene = load(&text, dir.path()).expect("loads");
+                let geometry = Geometry::new(&scene);
+                let lights = LightTable::new(&scene, &geometry);
+                // Texels are of one size on the plane, and the plane nearly of one on the sphere.
+                let side = 2.0 * f64::to_radians(fov / 2.0).tan();
+                let texels = pattern(5, 5);
+                let mean = texels.iter().map(|t| f64::from(t[1])).sum::<f64>() / 25.0;
+                let (mut flux, mut random) = (Mean::default(), Random(8));
+                for _ in 0..20_000 {
+                    let u = std::array::from_fn(|_| random.uniform());
+                    let ray = lights.sample_emission::<f32>(&geometry, &[0], u);
+                    flux.add(if ray.valid {
+                        f64::from(ray.beta.y)
+                    } else {
+                        0.0
+                    });
+                }
+                let off = flux.mean() / (mean * side * side) - 1.0;
+                let slack =
+                    6.0 * flux.error() / flux.mean() + 0.01 * f64::from(u8::from(fov > 1.0)) + 1e-5;
+                assert!(off.abs() < slack, "{text}: off by {off}, {slack} allowed");
+            }
+        }
+    }
+}
+
+/// A sun of one texel in the largest maps there are: what is sampled is what there is, sun and sky.
+#[test]
+fn suns_of_one_texel_keep_their_flux() {
+    for (width, height, sun) in [
+        (64usize, 32usize, 1e4f32),
+        (1024, 512, 1e6),
+        (4096, 2048, 3e5),
+        (4096, 2048, 1e9),
+    ] {
+        let mut texels = vec![[1.0f32, 0.0, 0.5]; width * height];
+        let (x, y) = (width / 3, height / 5);
+        texels[y * width + x] = [0.0, sun, 0.5];
+        let dir = folder(width as u32, &texels);
+        let scene = load(
+            &format!("{V3} LightSource \"infinite\" \"string mapname\" \"a.pfm\" {BALL}"),
+            dir.path(),
+        )
+        .expect("loads");
+        let geometry = Geometry::new(&scene);
+        let lights = LightTable::new(&scene, &geometry);
+        // Rows by the sine of their angle; what a bilinear look-up spreads over the neighbours, the same but for the curve of the sine.
+        let solid =
+            2.0 * PI * PI / (width * height) as f64 * ((y as f64 + 0.5) / height as f64 * PI).sin();
+        let truth = [4.0 * PI - solid, f64::from(sun) * solid];
+        let (mut red, mut green, mut random) = (Mean::default(), Mean::default(), Random(3));
+        for _ in 0..200_000 {
+            let u = [random.uniform(), random.uniform()];
+            let seen = lights.sample_direct::<f32>(&geometry, &[0], Vec3::splat([0.0; 3]), u);
+            let of = |c: f32| {
+                if seen.valid {
+                    f64::from(c) / f64::from(seen.pdf)
+                } else {
+                    0.0
+                }
+            };
+            red.add(of(seen.radiance.x));
+            green.add(of(seen.radiance.y));
+        }
+        let slack = normal_quantile(1.0 - FALSE_ALARM / 2.0);
+        for (mean, truth) in [(&red, truth[0]), (&green, truth[1])] {
+            let off = mean.mean() - truth;
+            let allowed = slack * mean.error() + 3e-3 * truth / (height as f64 / 32.0);
+            // Where the sun takes nearly every sample, the sky is seen too seldom to be judged.
+            assert!(
+                off.abs() < allowed || mean.error() > 0.3 * truth,
+                "{width}, sun {sun}: {} is not {truth}, allowed {allowed}",
+                mean.mean()
+            );
+        }
+    }
+}

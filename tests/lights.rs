@@ -256,12 +256,12 @@ fn emission_carries_the_power_of_the_light() {
                 // x^4 between the two cosines.
                 LightKind::Spot {
                     i,
-                    cos_total,
-                    cos_falloff,
+                    versine_total,
+                    versine_full,
                     ..
                 } => {
-                    let (a, b) = (f64::from(cos_total), f64::from(cos_falloff));
-                    mean3(i) * TAU * (1.0 - b + (b - a) / 5.0)
+                    let (a, b) = (f64::from(versine_total), f64::from(versine_full));
+                    mean3(i) * TAU * (b + (a - b) / 5.0)
                 }
                 LightKind::Distant { l, .. } => mean3(l) * disk,
                 LightKind::InfiniteConstant { l } => mean3(l) * disk * 4.0 * PI,

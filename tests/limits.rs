@@ -1,5 +1,8 @@
 //! Limits of the machine: memory that is not there, and disks that are full.
 
+#[path = "limits/bombs.rs"]
+#[cfg(target_os = "linux")]
+mod bombs;
 #[path = "support/command.rs"]
 mod command;
 

@@ -95,6 +95,10 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     let pairs = [pack_halves(i, l), pack_halves(j, m), pack_halves(k, n)];
                     let (eta, colour) = (l.clamp(1e-3, 1e3), pack_colour(b));
                     let [x, y, z] = pairs;
+                    let layer = match kind {
+                        Kind::CoatedConductor => pack_halves(i, j.clamp(0.25, 4.0)),
+                        _ => i,
+                    };
                     [
                         x,
                         y,
@@ -102,7 +106,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                         eta,
                         pack_alphas(u, v),
                         pack_alphas(v, u),
-                        i,
+                        layer,
                         colour,
                     ]
                 }

@@ -177,10 +177,12 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             scale: 1.0,
         },
         integrator: IntegratorSettings::default(),
+        sides: Sides::Geometric,
         space: Space {
             centre: DVec3::ZERO,
             scale: 1.0,
         },
+        large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         warnings: vec![],
     }

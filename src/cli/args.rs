@@ -143,6 +143,8 @@ pub struct RenderArgs {
 
     /// Render for SECONDS, bootstrap included
     ///
+    /// They count from when the scene is loaded; neither loading nor the building of its tree is cut short, but Ctrl-C ends both at once.
+    ///
     /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
     /// ends the render.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
@@ -278,14 +280,9 @@ pub struct ChainArgs {
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub strategy_choice: Option<ChoiceName>,
 
-    /// Random seed
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        help_heading = "Algorithm"
-    )]
-    pub seed: u64,
+    /// Random seed [default: the scene's, or 0]
+    #[arg(long, value_name = "N", help_heading = "Algorithm")]
+    pub seed: Option<u64>,
 
     /// Mutations per pixel (mmlt, pssmlt)
     ///
@@ -613,7 +610,7 @@ impl ChainArgs {
     /// Applies the flags to what the scene says.
     pub fn apply(&self, s: &mut Settings) {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
-        s.seed = self.seed;
+        set(&mut s.seed, self.seed);
         set(&mut s.mutations_per_pixel, self.mutations);
         set(&mut s.chains, self.chains);
         set(&mut s.bootstrap, self.bootstrap);

@@ -318,6 +318,12 @@ fn film(out: &mut String, scene: &Scene) -> fmt::Result {
     if film.scale != 1.0 {
         writeln!(out, "  scale         {}", film.scale)?;
     }
+    if let Some([r, g, b]) = &film.colour {
+        writeln!(out, "  colours       {r:?} {g:?} {b:?} times linear sRGB")?;
+    }
+    if let Some(clamp) = film.clamp {
+        writeln!(out, "  clamp         {clamp:?} (pt, bdpt, lt)")?;
+    }
     if let Some(name) = &film.filename {
         writeln!(out, "  filename      {name}")?;
     }

@@ -30,6 +30,12 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
 
     let memory = MemoryLimit::new(args.max_memory);
     let mut input = input::load(args.scene.as_deref(), &memory, messages)?;
+    if args.time.is_some_and(|limit| input.load_time > limit) {
+        let taken = units::time(input.load_time);
+        messages.note(format_args!(
+            "loading took {taken}; --time counts from now on"
+        ));
+    }
     args.picture.apply(&mut input.scene)?;
     let files = files(args, &input, messages)?;
     let scene = &input.scene;
@@ -58,6 +64,14 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     stats.load_seconds = input.load_time.as_secs_f64();
     stats.total_seconds += stats.load_seconds;
 
+    if let Some(limit) = args.time
+        && stats.build_seconds > limit.as_secs_f64()
+    {
+        let taken = units::time(Duration::from_secs_f64(stats.build_seconds));
+        messages.note(format_args!(
+            "building the tree took {taken}, which --time does not cut short"
+        ));
+    }
     for warning in &render.warnings {
         messages.warning(warning);
     }
@@ -165,7 +179,11 @@ fn write_files(
         full: [film.width, film.height],
         pixels: render.pixels,
     };
-    let attributes = attributes(&input.name, settings, &render.stats);
+    let mut attributes = attributes(&input.name, settings, &render.stats);
+    attributes.extend(film.chromaticities.map(|c| Attribute {
+        name: "chromaticities".into(),
+        value: AttributeValue::Chromaticities(c),
+    }));
     let exposure = args.exposure.unwrap_or(0.0);
     let errors = (render.variance.as_ref().filter(|_| args.error_layers))
         .map(|variance| integrate::standard_errors(variance, render.width as usize));

@@ -25,6 +25,8 @@ pub enum AttributeValue {
     /// Written as an `int` where it fits into 32 bits, else as text.
     Integer(i64),
     Float(f64),
+    /// `x y` of red, green, blue and white; whatever its name, it is the file's standard attribute.
+    Chromaticities([f32; 8]),
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -166,6 +168,7 @@ fn exr_attributes(
                 i32::try_from(*v).map_or_else(|_| exr::text(&v.to_string()), Exr::I32)
             }
             AttributeValue::Float(v) => Exr::F64(*v),
+            AttributeValue::Chromaticities(v) => exr::chromaticities(*v),
         };
         (a.name.clone(), value)
     })

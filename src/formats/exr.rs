@@ -1,9 +1,11 @@
 //! OpenEXR: `f32` R, G, B, the crop window as data window inside the display window, attributes in the header.
 
-use std::io::{Seek, Write};
+use std::fs::File;
+use std::io::{Read, Seek, Write};
 use std::path::Path;
 
 use exr::meta::MetaData;
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::*;
 
 use super::{Picture, check_size, file_bytes};
@@ -35,7 +37,12 @@ pub fn write(
         }
     }
     let mut layer_attributes = LayerAttributes::default().with_position(position);
+    let mut chromaticities = None;
     for (name, value) in attributes {
+        if let AttributeValue::Chromaticities(value) = value {
+            chromaticities = Some(value);
+            continue;
+        }
         if let Some(name) =
             Text::new_or_none(&name).filter(|n| (1..=255).contains(&n.as_slice().len()))
         {
@@ -45,7 +52,8 @@ pub fn write(
     let size = (picture.width as usize, picture.height as usize);
     let channels = AnyChannels::sort(channels);
     let layer = Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels);
-    let window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
+    let mut window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
+    window.chromaticities = chromaticities;
     let image = Image::empty(window).with_layer(layer);
     image.write().to_buffered(out).map_err(|e| e.to_string())
 }
@@ -63,8 +71,70 @@ pub fn text(value: &str) -> AttributeValue {
     AttributeValue::Text(Text::new_or_none(latin).unwrap_or_default())
 }
 
+/// Chromaticities `x y` of red, green, blue and white as an attribute.
+pub fn chromaticities([rx, ry, gx, gy, bx, by, wx, wy]: [f32; 8]) -> AttributeValue {
+    AttributeValue::Chromaticities(Chromaticities {
+        red: Vec2(rx, ry),
+        green: Vec2(gx, gy),
+        blue: Vec2(bx, by),
+        white: Vec2(wx, wy),
+    })
+}
+
+/// Longest header that is read, all attributes of all layers: the reader keeps them.
+const MAX_HEADER: usize = 1 << 20;
+
+/// Refuses a file whose header is too long. What is wrong with it otherwise, the reader says.
+fn check_header(path: &Path) -> std::result::Result<(), String> {
+    let mut header = Vec::new();
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let read = file.take(MAX_HEADER as u64).read_to_end(&mut header);
+    read.map_err(|e| e.to_string())?;
+    if ends_within(&header) || header.len() < MAX_HEADER {
+        return Ok(());
+    }
+    Err(format!("its header is longer than {MAX_HEADER} bytes"))
+}
+
+/// Whether the header ends in these first bytes of a file. An attribute is a name, a type, a length and as many bytes; a layer without any
+/// ends them all if there may be several.
+fn ends_within(bytes: &[u8]) -> bool {
+    const MULTIPART: u32 = 1 << 12;
+    let version = bytes.get(4..8).and_then(|b| b.try_into().ok());
+    let several = version.is_some_and(|b| u32::from_le_bytes(b) & MULTIPART != 0);
+    let mut rest = bytes.get(8..).unwrap_or_default();
+    let mut attributes = 0;
+    loop {
+        let Some((&first, after)) = rest.split_first() else {
+            return false;
+        };
+        if first == 0 {
+            if !several || attributes == 0 {
+                return true;
+            }
+            attributes = 0;
+            rest = after;
+            continue;
+        }
+        let text = |bytes: &[u8]| bytes.iter().position(|&b| b == 0);
+        let length = text(rest).and_then(|name| {
+            let kind = &rest[name + 1..];
+            let size = &kind[text(kind)? + 1..];
+            let bytes: [u8; 4] = size.get(..4)?.try_into().ok()?;
+            let value = usize::try_from(i32::from_le_bytes(bytes)).ok()?;
+            Some(rest.len() - size.len() + 4 + value)
+        });
+        match length.and_then(|length| rest.get(length..)) {
+            Some(next) => rest = next,
+            None => return false,
+        }
+        attributes += 1;
+    }
+}
+
 /// Pixels of the largest layer of a file, and samples of all channels of all layers, by its header.
 pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
+    check_header(path)?;
     let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
     let mut most = (0, 0u64);
     for header in &meta.headers {
@@ -79,6 +149,7 @@ pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
 /// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or integer, its largest level.
 pub fn read(path: &Path) -> std::result::Result<Picture, String> {
     let file_bytes = file_bytes(path)?;
+    check_header(path)?;
     // The reader allocates whole layers, so the sizes in the header are judged first.
     let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {

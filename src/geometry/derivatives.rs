@@ -53,8 +53,7 @@ impl Geometry<'_> {
         };
         let (dpdu, dpdv) = along(across(0));
         let n = vector(0, 3) * (1.0 - b1 - b2) + vector(1, 3) * b1 + vector(2, 3) * b2;
-        // The same bound as for points on surfaces.
-        let smooth = n.length_squared() > 1e-12;
+        let smooth = n.length_squared() > 0.0;
         let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
         if smooth {
             let (by_u, by_v) = along(across(3));

@@ -4,9 +4,11 @@
 //! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
 
 mod derivatives;
+mod large;
 mod sphere;
 
 pub use self::derivatives::Derivatives;
+use self::large::LargeSurfaces;
 use self::sphere::{SphereMap, sphere_rows};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle};
 use crate::simd::{Frame, Lanes, Mask, Row, Vec3, math};
@@ -24,6 +26,7 @@ pub struct Geometry<'a> {
     /// Four rows a sphere, see [`sphere_rows`].
     sphere_rows: Vec<Row>,
     shapes: &'a [Shape],
+    large: LargeSurfaces<'a>,
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
 }
@@ -39,6 +42,8 @@ pub struct Wanted {
     pub normals: bool,
     /// The scene has spheres.
     pub spheres: bool,
+    /// The scene has large surfaces.
+    pub large: bool,
 }
 
 /// Surface points; internal space.
@@ -110,6 +115,7 @@ impl<'a> Geometry<'a> {
             spheres: &scene.spheres,
             sphere_rows: scene.spheres.iter().flat_map(sphere_rows).collect(),
             shapes: &scene.shapes,
+            large: LargeSurfaces::new(scene),
             // Without geometry any radius serves, as long as its square and inverse are numbers.
             radius: if reach > 0.0 {
                 (reach.sqrt() * 1.000_001) as f32
@@ -155,6 +161,27 @@ impl<'a> Geometry<'a> {
         wanted: Wanted,
     ) -> SurfacePoint<L> {
         let wanted = wanted.known();
+        if wanted.large && !self.large.is_empty() {
+            let mut inner = [b1, b2];
+            let found = self.large.hit(prim, [origin, direction], t, &mut inner);
+            let hit = [t, inner[0], inner[1]];
+            let mut point = self.small_point(prim, origin, direction, hit, wanted);
+            point.correct(&found, wanted);
+            return point;
+        }
+        self.small_point(prim, origin, direction, [t, b1, b2], wanted)
+    }
+
+    /// [`Self::surface_point`], as far as `f32` knows.
+    #[inline(always)]
+    fn small_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        origin: Vec3<L>,
+        direction: Vec3<L>,
+        [t, b1, b2]: [L; 3],
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
         let point = self.triangle_point(prim, b1, b2, wanted);
         let triangles = self.triangles.len() as u32;
         if !wanted.spheres || prim.iter().all(|p| *p < triangles) {
@@ -207,9 +234,12 @@ impl<'a> Geometry<'a> {
         let ng = unit_cross(e1, e2);
         let mut ns = ng;
         if wanted.normals {
+            // Interpolated as they are, normalised after. They may be of any length: its square must stay a number.
             let smooth = blend(normal(&a), normal(&b), normal(&c));
+            let tiny = L::splat(f32::MIN_POSITIVE);
+            let smooth = smooth * (L::one() / smooth.max_abs().max(tiny));
             let length2 = smooth.length2();
-            let has_normal = length2.gt(L::splat(1e-12));
+            let has_normal = length2.gt(L::zero());
             ns = Vec3::select(has_normal, smooth * (L::one() / length2.sqrt()), ng);
         }
         let (mut uv, mut tangent) = ([L::zero(); 2], Vec3::zero());
@@ -269,6 +299,7 @@ impl<'a> Geometry<'a> {
             tangent: false,
             normals: false,
             spheres: false,
+            large: false,
         };
         self.triangle_point(prim, b1, b2, wanted).uv
     }
@@ -296,13 +327,18 @@ impl<'a> Geometry<'a> {
             ..Wanted::default()
         };
         let point = self.triangle_point(prim, b1, b2, wanted.known());
-        AreaSample {
+        let mut sample = AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
             pdf: inv_area,
             uv: point.uv,
+        };
+        if !crate::BARE && !self.large.is_empty() {
+            let prims = prim.iter().copied();
+            sample.correct(&self.large.sampled(prims, sample.p, [b1, b2]));
         }
+        sample
     }
 
     /// Uniform over the unit sphere behind each sphere (`sphere` are sphere indices); uniform over area for true spheres.
@@ -315,13 +351,18 @@ impl<'a> Geometry<'a> {
             ..Wanted::default()
         };
         let point = self.sphere_point(&map, w, wanted);
-        AreaSample {
+        let mut sample = AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
             pdf: map.area_pdf(w),
             uv: point.uv,
+        };
+        if !self.large.is_empty() {
+            let prims = sphere.iter().map(|s| s.wrapping_add(self.triangles()));
+            sample.correct(&self.large.sampled(prims, sample.p, [L::zero(); 2]));
         }
+        sample
     }
 
     /// Density over area of [`Self::sample_spheres`] at points `p` of spheres.

@@ -96,12 +96,12 @@ impl Width {
 }
 
 impl Settings {
-    /// What the scene file asks for, at 8 lanes, on all cores, with seed 0.
+    /// What the scene file asks for, at 8 lanes, on all cores.
     pub fn of(scene: &Scene) -> Self {
         let i = &scene.integrator;
         Self {
             integrator: i.kind,
-            seed: 0,
+            seed: i.seed,
             threads: 0,
             lanes: Width::Eight,
             max_depth: i.max_depth,
@@ -318,11 +318,22 @@ pub fn render(
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     for pixels in parts.chain([&mut render.pixels]) {
         pixels.iter_mut().flatten().for_each(|v| *v *= scale);
+        if let Some(m) = &scene.film.colour {
+            pixels
+                .iter_mut()
+                .for_each(|p| *p = m.map(|row| dot(row, *p)));
+        }
+        // What a picture can hold ends here, so that bright pixels stay numbers.
+        let values = pixels.iter_mut().flatten();
+        values.for_each(|v| *v = v.clamp(-f32::MAX, f32::MAX));
     }
     if let Some(variance) = &mut render.variance {
         let values = variance.iter_mut().flatten();
         // Not by the square of the scale, which `f32` need not hold.
         values.for_each(|v| *v = *v * scale * scale);
+        if let Some(m) = &scene.film.colour {
+            variance.iter_mut().for_each(|v| *v = mixed_variance(m, *v));
+        }
     }
     render.stats.relative_error = render.stats.relmse.map(f64::sqrt);
     if let Some(tiles) = &mut render.stats.tiles {
@@ -493,4 +504,18 @@ pub fn peak_rss_bytes() -> u64 {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
     let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
     kib.unwrap_or(0) * 1024
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Variance of channels that a matrix mixes. How they vary together is not known: the larger of what it is for channels that do so fully,
+/// as noise mostly does, and not at all.
+fn mixed_variance(matrix: &[[f32; 3]; 3], variance: [f32; 3]) -> [f32; 3] {
+    let deviation = variance.map(f32::sqrt);
+    matrix.map(|row| {
+        let together = dot(row, deviation);
+        dot(row.map(|v| v * v), variance).max(together * together)
+    })
 }

@@ -5,9 +5,10 @@ use super::{Settings, sampled};
 use crate::chain::bootstrap::CHUNK;
 use crate::film::{GROUPS, SplatFilm, Tiling};
 use crate::memory::Bytes;
-use crate::scene::{HostKind, IntegratorKind, Scene};
+use crate::scene::{HostKind, IntegratorKind, LightKind, Scene};
 use crate::simd::Row;
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
+use std::collections::HashSet;
 use std::fmt;
 
 /// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of 2 and 5 million triangles peaked at 245
@@ -52,12 +53,14 @@ impl Needs {
         let crop = scene.film.crop;
         let why = format!("{} x {} pixels", crop[1] - crop[0], crop[3] - crop[2]);
         let film = need("film", film_bytes(settings, scene), why);
-        let building = vec![
+        let lights = lights(scene);
+        let mut building = vec![
             tables.clone(),
             program.clone(),
             tree(BUILDING, ", being sorted"),
         ];
         let mut rendering = vec![tables, program, tree(BUILT, ""), film];
+        building.extend(lights.clone());
         let mut phases = vec![building];
         if settings.integrator.mutates() {
             let integrals = integrals(settings);
@@ -67,11 +70,13 @@ impl Needs {
                 why += &format!(" for each of {integrals} depths");
             }
             let mut bootstrap = rendering[..3].to_vec();
+            bootstrap.extend(lights.clone());
             let bytes = paths.saturating_mul(size_of::<f32>() as u64);
             bootstrap.push(need("bootstrap", bytes, why));
             phases.push(bootstrap);
             rendering.push(chains(scene, settings));
         }
+        rendering.extend(lights);
         phases.push(rendering);
         let fullest = phases.into_iter().map(Needs).max_by_key(Needs::bytes);
         fullest.unwrap_or(Needs(Vec::new()))
@@ -100,6 +105,46 @@ impl fmt::Display for Needs {
         Ok(())
     }
 }
+
+/// Tables of lights, if they are of any size: every light that shines through an image, or as one from all around, has a copy of it and a
+/// distribution over its texels; lamps with the same image share a copy.
+fn lights(scene: &Scene) -> Option<Need> {
+    const LIGHT: u64 = 200;
+    const COPY: u64 = size_of::<[f32; 3]>() as u64;
+    const DISTRIBUTION: u64 = size_of::<f32>() as u64;
+    let texels = |image: u32| scene.images[image as usize].texels.len() as u64;
+    let mut bytes = LIGHT * scene.lights.len() as u64;
+    let mut most = 0;
+    let mut images = 0;
+    let mut shared = HashSet::new();
+    for light in &scene.lights {
+        match light.kind {
+            LightKind::InfiniteImage { image, .. }
+            | LightKind::Goniometric { image, .. }
+            | LightKind::Projection { image, .. } => {
+                bytes += texels(image) * (COPY + DISTRIBUTION);
+                // Distributions are made in `f64`, one after the other.
+                most = texels(image).max(most);
+                images += 1;
+            }
+            LightKind::ImageTriangle { image, .. } | LightKind::ImageSphere { image, .. }
+                if shared.insert(image) =>
+            {
+                bytes += texels(image) * COPY;
+            }
+            _ => {}
+        }
+    }
+    bytes += most * size_of::<f64>() as u64;
+    (bytes > NOTABLE).then(|| Need {
+        part: "lights",
+        bytes,
+        why: format!("{}, {images} with images", scene.lights.len()),
+    })
+}
+
+/// Lights that take less are not worth a word.
+const NOTABLE: u64 = 1 << 20;
 
 /// The film of a render, the finished picture included.
 fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {

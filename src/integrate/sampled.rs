@@ -4,6 +4,7 @@ use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, per_second};
 use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, ScatteredFilm};
+use crate::scene::Clamp;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::samples::Samples;
@@ -91,6 +92,9 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
                 let before = paths.rays;
                 grid.fill::<L>(&stream, &mut samples, begin, n);
                 (method.evaluate)(&samples, n, &mut paths);
+                if let Some(clamp) = film.clamp {
+                    clamp_all(clamp, &mut paths);
+                }
                 let numbers = Numbers {
                     begin,
                     per_pass,
@@ -169,6 +173,14 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
 /// A thread that panicked while it held the lock has left the list whole.
 fn lock<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
     list.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Cuts what a batch brings down to what the scene allows.
+fn clamp_all(clamp: Clamp, paths: &mut Paths) {
+    let own = paths.outcome.iter_mut();
+    for outcome in own.chain(paths.splats.iter_mut().flatten()) {
+        outcome.rgb = clamp.of(outcome.rgb);
+    }
 }
 
 /// Adds a batch to the film; how many of its contributions were rejected.
@@ -265,7 +277,9 @@ fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
                 .for_each(|v| *v *= factor);
         };
         values(&mut picture, scale);
-        values(&mut variance, scale * scale);
+        // Not by the square of the scale, which `f32` need not hold.
+        values(&mut variance, scale);
+        values(&mut variance, scale);
         (picture, variance)
     })
 }

@@ -33,7 +33,7 @@ impl LightTable {
             pdf: base[0] * point.pdf * d2 / abs,
             // (pA cos / (sides pi)) / (pA d2 / cos) / cos
             emission_ratio: abs * L::splat(FRAC_1_PI) / (sides * d2),
-            delta: L::Mask::splat(false),
+            delta: self.hidden(base),
             valid: lit.and(d2.gt(L::zero())).and(shown),
         }
     }
@@ -63,10 +63,21 @@ impl LightTable {
             direction,
             beta: radiance * scale,
             d_vcm: solid / local.z,
-            d_vc: scale,
+            // No path starts at the camera and meets what is hidden.
+            d_vc: scale.or_zero(self.hidden(base).not()),
             distant: L::Mask::splat(false),
             valid: local.z.gt(L::zero()).and(shown),
         }
+    }
+
+    /// Lanes whose lights no ray meets.
+    #[inline(always)]
+    fn hidden<L: Lanes>(&self, base: &[L; 8]) -> L::Mask {
+        if !self.hides {
+            return L::Mask::splat(false);
+        }
+        let sides = base[4];
+        L::zero().gt(sides).or(sides.gt(L::one()))
     }
 
     /// Some light has an image, so that [`Self::emitted`] looks at `surface`.

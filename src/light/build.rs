@@ -6,7 +6,7 @@ use super::picture::Picture;
 use super::projector::Projector;
 use super::{Kind, LightTable};
 use crate::geometry::Geometry;
-use crate::scene::{EnvLayout, Filtering, LightKind, Scene, SpotFalloff};
+use crate::scene::{LightKind, Scene, SpotFalloff};
 use crate::simd::Row;
 use std::f32::consts::{PI, TAU};
 
@@ -23,6 +23,7 @@ impl LightTable {
             infinite: Vec::new(),
             choice: LightChoice::new(&[]),
             present: Vec::new(),
+            hides: false,
             radius,
         };
         let powers: Vec<f64> = (scene.lights.iter())
@@ -35,6 +36,11 @@ impl LightTable {
         table.present = (Kind::ALL.into_iter())
             .filter(|k| table.kinds.contains(k))
             .collect();
+        if table.is_empty() {
+            // Kernels read the row of light 0 before they know whether there is one.
+            table.base.push(Row::default());
+            table.place.push(Row::default());
+        }
         table
     }
 
@@ -110,20 +116,20 @@ impl LightTable {
                 p,
                 axis,
                 i,
-                cos_total,
-                cos_falloff,
+                versine_total,
+                versine_full,
                 falloff,
             } => {
                 place[..3].copy_from_slice(&p.to_array());
                 place[3..6].copy_from_slice(&axis.to_array());
-                place[6] = *cos_total;
-                place[7] = *cos_falloff;
+                place[6] = *versine_total;
+                place[7] = *versine_full;
                 extra = if *falloff == SpotFalloff::V3 {
                     0.0
                 } else {
                     1.0
                 };
-                let cone = f64::from(TAU) * (1.0 - 0.5 * f64::from(cos_total + cos_falloff));
+                let cone = f64::from(PI) * f64::from(versine_total + versine_full);
                 (Kind::Spot, *i, cone)
             }
             LightKind::Goniometric {
@@ -134,11 +140,8 @@ impl LightTable {
                 layout,
             } => {
                 place[..3].copy_from_slice(&p.to_array());
-                let filtering = match layout {
-                    EnvLayout::LatLong => Filtering::Bilinear,
-                    EnvLayout::EqualArea => Filtering::Nearest,
-                };
                 let image = &scene.images[*image as usize];
+                let filtering = layout.filtering();
                 let map = Environment::new(image, *scale, *to_light, *layout, filtering);
                 let mean = map.mean();
                 index = self.environments.len() as u32;
@@ -175,13 +178,18 @@ impl LightTable {
                 layout,
             } => {
                 let image = &scene.images[*image as usize];
-                let map = Environment::new(image, *scale, *to_light, *layout, Filtering::Bilinear);
+                let filtering = layout.filtering();
+                let map = Environment::new(image, *scale, *to_light, *layout, filtering);
                 let mean = map.mean();
                 index = self.environments.len() as u32;
                 self.environments.push(map);
                 (Kind::InfiniteImage, mean, disk * f64::from(2.0 * TAU))
             }
         };
+        if kind.is_area() && scene.is_hidden(light) {
+            self.hides = true;
+            extra = if extra > 0.0 { 2.0 } else { -1.0 };
+        }
         if kind.is_environment() {
             self.infinite.push(self.kinds.len() as u32);
         }

@@ -111,10 +111,7 @@ impl LightTable {
         let index = Self::column_bits(base[6], lot.mask, n);
         let mut out = [[0.0f32; 7]; 8];
         for i in (0..n).filter(|i| lot.mask.bits() >> i & 1 != 0) {
-            let map = &self.environments[index[i] as usize];
-            let w = map.sample([u[0].lane(i), u[1].lane(i)]);
-            let (radiance, pdf) = map.radiance_and_pdf(Vec3::<f32>::splat(w));
-            out[i] = [w[0], w[1], w[2], radiance.x, radiance.y, radiance.z, pdf];
+            out[i] = self.environments[index[i] as usize].sample([u[0].lane(i), u[1].lane(i)]);
         }
         let column = |c: usize| L::from_fn(|i| out[i][c]);
         (

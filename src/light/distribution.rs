@@ -1,6 +1,9 @@
 //! A piecewise-constant density over the texels of an image, sampled by inversion of rows and then columns.
 
-/// Cumulative tables. The probability of a texel is the width of its interval as rounded, not the wish.
+use super::choice::CELLS;
+
+/// Cumulative tables. Intervals end on the grid of primary samples ([`CELLS`]), so the probability of a texel is exactly how many of them
+/// choose it; one that shines has at least a cell of its row, and its row one of the image, however bright the sun beside it.
 pub struct Distribution {
     width: usize,
     height: usize,
@@ -19,37 +22,15 @@ impl Distribution {
         let mut row_sums = Vec::with_capacity(height);
         let mut columns = Vec::with_capacity(width * height);
         for y in 0..height {
-            let mut running = 0.0;
-            let start = columns.len();
-            for x in 0..width {
-                running += value(x as i64, y as i64);
-                columns.push(running);
-            }
-            for c in &mut columns[start..] {
-                *c = if running > 0.0 { *c / running } else { 1.0 };
-            }
-            row_sums.push(running * row_weight(y));
-        }
-        let total: f64 = row_sums.iter().sum();
-        let mut running = 0.0;
-        let mut rows: Vec<f32> = (row_sums.iter())
-            .map(|r| {
-                running += r;
-                if total > 0.0 {
-                    (running / total) as f32
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        if let Some(last) = rows.last_mut() {
-            *last = 1.0;
+            let row: Vec<f64> = (0..width).map(|x| value(x as i64, y as i64)).collect();
+            columns.extend(intervals(&row));
+            row_sums.push(row.iter().sum::<f64>() * row_weight(y));
         }
         Self {
             width,
             height,
-            rows,
-            columns: columns.into_iter().map(|c| c as f32).collect(),
+            rows: intervals(&row_sums),
+            columns,
         }
     }
 
@@ -70,6 +51,37 @@ impl Distribution {
         let row = &self.columns[y * self.width..(y + 1) * self.width];
         step(&self.rows, y) * step(row, x) * (self.width * self.height) as f32
     }
+}
+
+/// Upper ends of intervals in proportion to values that are not negative, on the grid of primary samples; a value that is not 0 has a cell
+/// or more. If all are zero, the first has all.
+pub fn intervals(values: &[f64]) -> Vec<f32> {
+    let total: f64 = values.iter().sum();
+    if total.is_nan() || total <= 0.0 {
+        return vec![1.0; values.len()];
+    }
+    let least = |value: &f64| u32::from(*value > 0.0);
+    let (mut sum, mut before) = (0.0, 0);
+    let mut ends: Vec<u32> = (values.iter())
+        .map(|value| {
+            sum += value;
+            let own = (sum / total * f64::from(CELLS)).round() as u32;
+            before = own.max(before + least(value));
+            before
+        })
+        .collect();
+    // What was set aside may have pushed the last ones beyond the end.
+    let mut limit = CELLS;
+    for (end, value) in ends.iter_mut().zip(values).rev() {
+        *end = (*end).min(limit);
+        limit = end.saturating_sub(least(value));
+    }
+    if let Some(last) = ends.last_mut() {
+        *last = CELLS;
+    }
+    (ends.into_iter())
+        .map(|end| end as f32 / CELLS as f32)
+        .collect()
 }
 
 /// What a bilinear look-up within texel `(x, y)` comes to on average: the tent-filtered image, positive wherever the look-up is.
@@ -124,6 +136,31 @@ mod tests {
                 assert!(x < 1.0 / size[0] as f32 && y < 1.0 / size[1] as f32);
             }
             assert_eq!(black.density(0, 0), (size[0] * size[1]) as f32);
+        }
+    }
+
+    /// Every primary sample, counted: what a texel's width says is how often it is chosen, and nothing that shines is left out.
+    #[test]
+    fn beside_a_sun_every_texel_has_its_samples() {
+        let n = 4096;
+        for (sun, at) in [(1e3, 7), (1e6, 2000), (1e12, 0), (1e12, n - 1)] {
+            let values: Vec<f64> = (0..n)
+                .map(|i| match i {
+                    i if i == at => sun,
+                    i if i % 64 == 5 => 0.0,
+                    i => 1.0 + f64::from(i as u32 % 3),
+                })
+                .collect();
+            let ends = intervals(&values);
+            let mut count = vec![0u32; n];
+            for cell in 0..CELLS {
+                count[invert(&ends, cell as f32 / CELLS as f32).0] += 1;
+            }
+            for (i, value) in values.iter().enumerate() {
+                let start = if i == 0 { 0.0 } else { ends[i - 1] };
+                assert_eq!(count[i] as f32 / CELLS as f32, ends[i] - start, "{i}");
+                assert_eq!(count[i] > 0, *value > 0.0, "{i}");
+            }
         }
     }
 }

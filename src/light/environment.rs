@@ -27,11 +27,12 @@ impl Environment {
     ) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let texels: Vec<Rgb> = (image.texels.iter())
-            .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).max(0.0)))
+            .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).clamp(0.0, f32::MAX)))
             .collect();
         let size = [width, height];
-        let value =
-            |x: i64, y: i64| f64::from(super::mean(texels[wrapped(layout, size, x, y)]).max(0.0));
+        let value = |x: i64, y: i64| {
+            f64::from(super::mean(texels[wrapped(layout, size, x, y)]).clamp(0.0, f32::MAX))
+        };
         let distribution = Distribution::new(
             size,
             |x, y| match filtering {
@@ -103,6 +104,12 @@ impl Environment {
         if !(u.is_finite() && v.is_finite()) {
             return [0.0; 4];
         }
+        self.at(u, v, solid)
+    }
+
+    /// What the map has at a place of its square, and the density of sampling it, per solid angle; there are `solid` steradians to the
+    /// square there.
+    fn at(&self, u: f32, v: f32, solid: f32) -> [f32; 4] {
         let (x, y) = (u * self.width as f32, v * self.height as f32);
         let tx = (x as usize).min(self.width - 1);
         let ty = (y as usize).min(self.height - 1);
@@ -120,21 +127,24 @@ impl Environment {
         [r, g, b, pdf]
     }
 
-    /// A direction towards the map.
-    pub fn sample(&self, u: [f32; 2]) -> [f32; 3] {
+    /// A unit direction towards the map, and what [`Self::look_up`] means to find there: of the sample itself, as its direction may be
+    /// rounded into the texel beside, which may be a sun.
+    pub fn sample(&self, u: [f32; 2]) -> [f32; 7] {
         let [u, v] = self.distribution.sample(u);
-        let local = match self.layout {
+        let (local, solid) = match self.layout {
             EnvLayout::LatLong => {
                 let ((sin_t, cos_t), (sin_p, cos_p)) = ((v * PI).sin_cos(), (u * TAU).sin_cos());
-                [sin_t * cos_p, sin_t * sin_p, cos_t]
+                ([sin_t * cos_p, sin_t * sin_p, cos_t], TAU * PI * sin_t)
             }
-            EnvLayout::EqualArea => equal_area_sphere(u, v),
+            EnvLayout::EqualArea => (equal_area_sphere(u, v), 2.0 * TAU),
         };
+        let [r, g, b, pdf] = self.at(u, v, solid);
         // Rows are orthonormal: the inverse is the transpose.
         let d: [f32; 3] =
             std::array::from_fn(|c| (0..3).map(|r| self.to_light[r][c] * local[r]).sum::<f32>());
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-        d.map(|x| x / length)
+        let [x, y, z] = d.map(|x| x / length);
+        [x, y, z, r, g, b, pdf]
     }
 }
 
@@ -150,7 +160,8 @@ fn row_weight(layout: EnvLayout, height: usize, y: usize) -> f64 {
 fn wrapped(layout: EnvLayout, [width, height]: [usize; 2], x: i64, y: i64) -> usize {
     let (w, h) = (width as i64, height as i64);
     let (x, y) = match layout {
-        EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
+        // pbrt-v3 repeats its maps both ways: beyond a pole lies the other one.
+        EnvLayout::LatLong => (x.rem_euclid(w), y.rem_euclid(h)),
         EnvLayout::EqualArea => octahedral_wrap(x, y, w),
     };
     (y * w + x) as usize

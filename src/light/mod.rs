@@ -13,7 +13,7 @@ mod area;
 mod build;
 mod choice;
 mod distant;
-mod distribution;
+pub(crate) mod distribution;
 mod environment;
 mod picture;
 mod point;
@@ -98,13 +98,13 @@ impl Kind {
     }
 }
 
-/// All lights of a scene.
+/// All lights of a scene. There may be none: samples of such a table are not valid, whatever light they are asked of.
 pub struct LightTable {
     kinds: Vec<Kind>,
-    /// `[probability of choice, r, g, b, two-sided or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
-    /// are indices into one of the tables below.
+    /// `[probability of choice, r, g, b, sides or falloff, primitive (bits), image (bits), 1 / area of a triangle]`; images
+    /// are indices into one of the tables below. Sides of area lights: 0 for one and 1 for two; -1 and 2 if no ray meets the light.
     base: Vec<Row>,
-    /// `[position or direction (3), axis (3), cos total, cos falloff]`.
+    /// `[position or direction (3), axis (3), one minus the cosine of the whole cone, and of its full part]`.
     place: Vec<Row>,
     environments: Vec<Environment>,
     projectors: Vec<Projector>,
@@ -113,6 +113,8 @@ pub struct LightTable {
     pub infinite: Vec<u32>,
     choice: LightChoice,
     present: Vec<Kind>,
+    /// Some area lights are met by no ray.
+    hides: bool,
     /// Radius of the ball that distant lights shine on.
     radius: f32,
 }
@@ -174,9 +176,11 @@ pub struct Emitted<L: Lanes> {
 }
 
 impl LightTable {
-    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there.
+    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there; a table without lights stays as it is.
     pub fn try_every_kind(&mut self) {
-        self.present = Kind::ALL.into();
+        if !self.is_empty() {
+            self.present = Kind::ALL.into();
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -206,12 +210,18 @@ impl LightTable {
         chosen
     }
 
+    /// Rays can meet it by chance.
+    pub fn is_met(&self, light: u32) -> bool {
+        let sides = self.base[light as usize].0[4];
+        !self.kind(light).is_delta() && !(self.kind(light).is_area() && is_hidden(sides))
+    }
+
     /// The primitive that a light is, or [`NONE`].
     pub fn primitive(&self, geometry: &Geometry, light: u32) -> u32 {
         let index = self.base[light as usize].0[5].to_bits();
-        match self.kind(light) {
-            Kind::Triangle | Kind::ImageTriangle => index,
-            Kind::Sphere | Kind::ImageSphere => geometry.triangles() + index,
+        match self.kinds.get(light as usize) {
+            Some(Kind::Triangle | Kind::ImageTriangle) => index,
+            Some(Kind::Sphere | Kind::ImageSphere) => geometry.triangles() + index,
             _ => NONE,
         }
     }
@@ -240,7 +250,7 @@ impl LightTable {
         }
         let mut bits = 0;
         for (i, l) in light.iter().enumerate() {
-            bits |= u32::from(self.kinds[*l as usize] == kind) << i;
+            bits |= u32::from(self.kinds.get(*l as usize) == Some(&kind)) << i;
         }
         L::Mask::from_bits(bits)
     }
@@ -371,6 +381,11 @@ impl LightTable {
             Kind::InfiniteConstant | Kind::InfiniteImage => self.emission_environment(lot, u),
         }
     }
+}
+
+/// An area light that no ray meets, by what its row of [`LightTable::base`] says of its sides.
+fn is_hidden(sides: f32) -> bool {
+    sides < 0.0 || sides > 1.0
 }
 
 /// Mean of the channels, the measure of power here and of a path's contribution in the chains.

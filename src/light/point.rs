@@ -17,7 +17,8 @@ impl LightTable {
             let (intensity, pdf) = self.mapped(lot, -w);
             (intensity, pdf, shines(intensity))
         } else {
-            let (factor, pdf) = self.directional(lot.kind, &place, base, -w);
+            let (factor, pdf) =
+                Self::directional(lot.kind, &place, base, Self::versine(&place, -w));
             let colour = Vec3::new(base[1], base[2], base[3]);
             (colour * factor, pdf, factor.gt(L::zero()))
         };
@@ -37,34 +38,27 @@ impl LightTable {
         let base = lot.base;
         let inv_choice = L::one() / base[0];
         let place = L::load_rows(&self.place, lot.light);
-        let direction = match lot.kind {
-            Kind::Point => math::uniform_sphere(u[2], u[3]),
-            Kind::Spot => {
-                // Uniform in the cone.
-                let drop = L::one() - place[6];
-                let z = L::one() - u[2] * drop;
-                let r = ((L::one() - z) * (L::one() + z)).max(L::zero()).sqrt();
-                let (sin, cos) = math::sin_cos_turns(u[3]);
-                Frame::new(Vec3::new(place[3], place[4], place[5])).to_world(Vec3::new(
-                    r * cos,
-                    r * sin,
-                    z,
-                ))
-            }
-            _ => self.mapped_direction(lot, [u[2], u[3]]),
-        };
-        let (beta, pdf, lit) = if lot.kind.is_mapped() {
-            let (intensity, pdf) = self.mapped(lot, direction);
-            let beta = intensity * (L::one() / pdf * inv_choice);
-            // Rounding can turn a direction into a texel that is never chosen, or out of the image.
-            let lit = shines(intensity).and(pdf.gt(L::zero()));
-            (beta.or_zero(lit), pdf, lit)
+        // Intensity and density are those of the sample, not of its direction as rounded, which may lie outside a narrow cone.
+        let (direction, intensity, pdf) = if lot.kind.is_mapped() {
+            self.mapped_sample(lot, [u[2], u[3]])
         } else {
-            let (factor, pdf) = self.directional(lot.kind, &place, base, direction);
+            // Uniform in the cone.
+            let drop = u[2] * place[6];
+            let direction = match lot.kind {
+                Kind::Point => math::uniform_sphere(u[2], u[3]),
+                _ => {
+                    let r = (drop * (L::splat(2.0) - drop)).max(L::zero()).sqrt();
+                    let (sin, cos) = math::sin_cos_turns(u[3]);
+                    let local = Vec3::new(r * cos, r * sin, L::one() - drop);
+                    Frame::new(Vec3::new(place[3], place[4], place[5])).to_world(local)
+                }
+            };
+            let (factor, pdf) = Self::directional(lot.kind, &place, base, drop);
             let colour = Vec3::new(base[1], base[2], base[3]);
-            let beta = colour * (factor / pdf * inv_choice);
-            (beta, pdf, factor.gt(L::zero()))
+            (direction, colour * factor, pdf)
         };
+        let lit = shines(intensity).and(pdf.gt(L::zero()));
+        let beta = (intensity * (inv_choice / pdf)).or_zero(lit);
         EmissionSample {
             origin: Vec3::new(place[0], place[1], place[2]),
             direction,
@@ -76,40 +70,41 @@ impl LightTable {
         }
     }
 
-    /// Intensity factor of a point or spot towards `w`, and the density over solid angle that emission samples it with.
+    /// One minus the cosine between unit `w` and the axis. From the chord between them, which keeps its digits where they are close.
     #[inline(always)]
-    fn directional<L: Lanes>(
-        &self,
-        kind: Kind,
-        place: &[L; 8],
-        base: &[L; 8],
-        w: Vec3<L>,
-    ) -> (L, L) {
+    fn versine<L: Lanes>(place: &[L; 8], w: Vec3<L>) -> L {
+        let chord = w - Vec3::new(place[3], place[4], place[5]);
+        chord.length2() * L::splat(0.5)
+    }
+
+    /// Intensity factor of a point or spot at one minus the cosine to its axis, and the density over solid angle that emission samples
+    /// it with.
+    #[inline(always)]
+    fn directional<L: Lanes>(kind: Kind, place: &[L; 8], base: &[L; 8], versine: L) -> (L, L) {
         if kind == Kind::Point {
             return (L::one(), L::splat(0.5 / TAU));
         }
-        let cos = w.dot(Vec3::new(place[3], place[4], place[5]));
         let (total, full) = (place[6], place[7]);
-        let span = full - total;
+        let span = total - full;
         let x = L::select(
             span.gt(L::zero()),
-            (cos - total) / span,
-            L::select(cos.ge(full), L::one(), L::zero()),
+            (total - versine) / span,
+            L::select(versine.le(total), L::one(), L::zero()),
         );
         let x = x.max(L::zero()).min(L::one());
         let smooth = x * x * L::splat(-2.0).mul_add(x, L::splat(3.0));
         let quartic = (x * x) * (x * x);
         let factor = L::select(base[4].gt(L::zero()), smooth, quartic);
-        let pdf = L::splat(1.0 / TAU) / (L::one() - total);
+        let pdf = L::splat(1.0 / TAU) / total;
         (factor, pdf)
     }
 
-    /// A direction in proportion to the image of a goniometric or projection light.
+    /// A direction in proportion to the image of a goniometric or projection light, the intensity and the density over solid angle there.
     #[inline(always)]
-    fn mapped_direction<L: Lanes>(&self, lot: Lot<L>, u: [L; 2]) -> Vec3<L> {
+    fn mapped_sample<L: Lanes>(&self, lot: Lot<L>, u: [L; 2]) -> (Vec3<L>, Vec3<L>, L) {
         let n = lot.light.len();
         let index = Self::column_bits(lot.base[6], lot.mask, n);
-        let mut out = [[0.0f32; 3]; 8];
+        let mut out = [[0.0f32; 7]; 8];
         for i in (0..n).filter(|i| lot.mask.bits() >> i & 1 != 0) {
             let u = [u[0].lane(i), u[1].lane(i)];
             out[i] = match lot.kind {
@@ -118,7 +113,11 @@ impl LightTable {
             };
         }
         let column = |c: usize| L::from_fn(|i| out[i][c]);
-        Vec3::new(column(0), column(1), column(2))
+        (
+            Vec3::new(column(0), column(1), column(2)),
+            Vec3::new(column(3), column(4), column(5)),
+            column(6),
+        )
     }
 
     /// Intensity of a goniometric or projection light towards unit `w`, and the density over solid angle that emission samples it with.

@@ -30,10 +30,11 @@ impl Projector {
     ) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let texels: Vec<Rgb> = (image.texels.iter())
-            .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).max(0.0)))
+            .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).clamp(0.0, f32::MAX)))
             .collect();
-        let value =
-            |x: i64, y: i64| f64::from(super::mean(texels[repeated([width, height], x, y)]));
+        let value = |x: i64, y: i64| {
+            f64::from(super::mean(texels[repeated([width, height], x, y)]).min(f32::MAX))
+        };
         let distribution = Distribution::new(
             [width, height],
             |x, y| {
@@ -83,24 +84,34 @@ impl Projector {
         if !((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v)) {
             return [0.0; 4];
         }
+        let ([r, g, b], density) = self.at(u, v);
+        [r, g, b, self.to_solid_angle(density, z)]
+    }
+
+    /// Intensity at a place of the image's square, and the density over it.
+    fn at(&self, u: f32, v: f32) -> (Rgb, f32) {
         let (x, y) = (u * self.width as f32, v * self.height as f32);
         let tx = (x as usize).min(self.width - 1);
         let ty = (y as usize).min(self.height - 1);
-        let [r, g, b] = match self.filtering {
+        let intensity = match self.filtering {
             Filtering::Nearest => self.texels[ty * self.width + tx],
             Filtering::Bilinear => {
                 let size = [self.width, self.height];
                 bilinear(|x, y| self.texels[repeated(size, x, y)], x - 0.5, y - 0.5)
             }
         };
-        // From the image to the plane at unit distance, and from there to the sphere.
-        let area = 4.0 * self.extent[0] * self.extent[1];
-        let pdf = self.distribution.density(tx, ty) / (area * (z * z * z));
-        [r, g, b, pdf]
+        (intensity, self.distribution.density(tx, ty))
     }
 
-    /// A unit direction into the frustum.
-    pub fn sample(&self, u: [f32; 2]) -> [f32; 3] {
+    /// From a density over the image to one over solid angle, at this cosine to the axis: by the plane at unit distance.
+    fn to_solid_angle(&self, density: f32, cos: f32) -> f32 {
+        let area = 4.0 * self.extent[0] * self.extent[1];
+        density / (area * (cos * cos * cos))
+    }
+
+    /// A unit direction into the frustum, and what [`Self::look_up`] means to find there. It would not always: narrow frusta are as
+    /// fine as directions are rounded.
+    pub fn sample(&self, u: [f32; 2]) -> [f32; 7] {
         let [u, v] = self.distribution.sample(u);
         let local = [
             (2.0 * u - 1.0) * self.extent[0],
@@ -111,7 +122,12 @@ impl Projector {
         let d: [f32; 3] =
             std::array::from_fn(|c| (0..3).map(|r| self.to_light[r][c] * local[r]).sum::<f32>());
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-        d.map(|x| x / length)
+        let [x, y, z] = d.map(|x| x / length);
+        if length > 1.0 / HITHER {
+            return [x, y, z, 0.0, 0.0, 0.0, 0.0];
+        }
+        let ([r, g, b], density) = self.at(u, v);
+        [x, y, z, r, g, b, self.to_solid_angle(density, 1.0 / length)]
     }
 }
 

@@ -37,6 +37,8 @@ pub enum Effect {
     Mixtures,
     /// Analytic spheres beside triangles.
     Spheres,
+    /// Surfaces that are tested in `f64`, see [`scene::large`](crate::scene::large).
+    LargeSurfaces,
     /// A kernel that samples lights of a kind.
     Light(light::Kind),
     /// A primary sample that chooses a light.
@@ -75,6 +77,7 @@ impl Effect {
             Effect::Dispersion => "dispersion",
             Effect::Mixtures => "mixtures",
             Effect::Spheres => "spheres",
+            Effect::LargeSurfaces => "large surfaces",
             Effect::Light(kind) => kind.name(),
             Effect::LightChoice => "choice of light",
             Effect::Lens => "lens",
@@ -102,7 +105,7 @@ impl Effect {
             Effect::Mixtures => Forced::Mixtures,
             Effect::Tangents => Forced::Tangents,
             Effect::ShadingNormals => Forced::Normals,
-            Effect::Spheres => Forced::Spheres,
+            Effect::Spheres | Effect::LargeSurfaces => Forced::Spheres,
             Effect::Light(_) => Forced::Lights,
             Effect::LightChoice => Forced::LightChoice,
             Effect::Lens => Forced::Lens,
@@ -130,6 +133,7 @@ impl Effect {
             Effect::Dispersion,
             Effect::Mixtures,
             Effect::Spheres,
+            Effect::LargeSurfaces,
             Effect::LightChoice,
             Effect::Lens,
             Effect::Orthographic,
@@ -172,7 +176,7 @@ pub enum Forced {
     Dispersion,
     /// Samples that choose components of mixtures.
     Mixtures,
-    /// Tests for spheres.
+    /// Tests for spheres, and for large surfaces.
     Spheres,
     /// A kernel for every kind of light.
     Lights,
@@ -351,6 +355,14 @@ impl Effects {
                 n => format!("{n} spheres"),
             });
         }
+        if !scene.large.is_empty() {
+            self.add(Effect::LargeSurfaces, || match scene.large.len() {
+                1 => "one is thousands of times larger than other things".into(),
+                n => {
+                    format!("{n} are thousands of times larger than other things, or next to such")
+                }
+            });
+        }
         let cut = |s: &&Shape| s.alpha != NONE;
         let cut_lights = scene.shapes.iter().filter(cut).any(|s| s.light != NONE);
         match scene.shapes.iter().filter(cut).count() {
@@ -373,7 +385,7 @@ impl Effects {
             let kind = table.kind(i as u32);
             let why = || format!("light, {}", light.origin);
             self.add(Effect::Light(kind), why);
-            if !kind.is_delta() {
+            if table.is_met(i as u32) {
                 self.add(Effect::ChanceHits, why);
             }
         }
@@ -404,6 +416,7 @@ impl Effects {
             tangent: self.has(Effect::Tangents),
             normals: self.has(Effect::ShadingNormals),
             spheres: self.has(Effect::Spheres),
+            large: self.has(Effect::LargeSurfaces),
         }
     }
 

@@ -94,7 +94,7 @@ pub fn unpacked_alphas(packed: f64) -> (f64, f64) {
 /// Refraction at microfacets (Walter et al. 2007), `i` and `o` on different sides of the surface with indices `eta_i` and `eta_o`, light
 /// going from `i` to `o`: the BSDF (equation 21) over the transmittance, the density of `o` given `i` (equation 17 and visible normals), and
 /// that of `i` given `o`.
-fn ggx_refraction((i, eta_i): (V, f64), (o, eta_o): (V, f64), ax: f64, ay: f64) -> [f64; 3] {
+pub fn ggx_refraction((i, eta_i): (V, f64), (o, eta_o): (V, f64), ax: f64, ay: f64) -> [f64; 3] {
     // Equation 16; the sign is that of the normal's side.
     let h = unit(add(scale(i, eta_i), scale(o, eta_o)));
     let h = scale(h, 1f64.copysign(h[2]));
@@ -182,6 +182,64 @@ fn diffuse_transmission(row: &[f64; 8], zo: f64, zi: f64) -> Value {
     }
 }
 
+/// pbrt-v3's: 1.5 outside and 1 inside.
+fn plastic_index(front: bool) -> f64 {
+    if front { f64::from(1.0f32 / 1.5) } else { 1.5 }
+}
+
+/// pbrt-v3's value where the true normal disagrees with the shading normal (its `BSDF::f` and the functions that it calls): of reflection
+/// if the directions are on different sides of the latter, of transmission if on the same.
+pub fn across(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> V {
+    let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
+    let reflects = wo[2] * wi[2] < 0.0;
+    let (zo, zi) = (wo[2].abs(), wi[2].abs());
+    let sum = add(wo, wi);
+    let h = unit(sum);
+    let h = scale(h, 1f64.copysign(h[2]));
+    let c = dot(wi, h);
+    let torrance_sparrow = |ax: f64, ay: f64, share: f64| {
+        let g = 1.0 / (1.0 + ggx_lambda(wo, ax, ay) + ggx_lambda(wi, ax, ay));
+        ggx_d(h, ax, ay) * g * share / (4.0 * zo * zi)
+    };
+    match kind {
+        Kind::DiffuseTransmission if !reflects => rgb(3).map(|t| t / PI),
+        _ if !reflects => [0.0; 3],
+        Kind::Diffuse | Kind::DiffuseTransmission => rgb(0).map(|r| r / PI),
+        Kind::OrenNayar => {
+            let (ti, to) = (zi.min(1.0).acos(), zo.min(1.0).acos());
+            let dphi = wi[1].atan2(wi[0]) - wo[1].atan2(wo[0]);
+            let (alpha, beta) = (ti.max(to), ti.min(to));
+            let g = row[3] + row[4] * dphi.cos().max(0.0) * alpha.sin() * beta.tan();
+            rgb(0).map(|r| r * g / PI)
+        }
+        Kind::RoughConductor => std::array::from_fn(|i| {
+            torrance_sparrow(row[6], row[7], conductor(c.abs(), row[i], row[3 + i]))
+        }),
+        Kind::RoughDielectric => {
+            let (ax, ay) = unpacked_alphas(row[7]);
+            let eta = if c > 0.0 { row[6] } else { 1.0 / row[6] };
+            let share = dielectric(c.abs(), eta).0;
+            rgb(0).map(|r| r * torrance_sparrow(ax, ay, share))
+        }
+        Kind::Plastic => {
+            let share = dielectric(c.abs(), plastic_index(c > 0.0)).0;
+            let glossy = torrance_sparrow(row[6], row[7], share);
+            std::array::from_fn(|i| row[i] / PI + row[3 + i] * glossy)
+        }
+        Kind::Substrate if row[..6].iter().any(|x| *x > 0.0) => {
+            let under = |z: f64| 1.0 - (1.0 - z / 2.0).powi(5);
+            let d = ggx_d(h, row[6], row[7]);
+            std::array::from_fn(|i| {
+                let (rd, rs) = (row[i], row[3 + i]);
+                let base = 28.0 / (23.0 * PI) * rd * (1.0 - rs) * under(zi) * under(zo);
+                let schlick = rs + (1.0 - c.abs()).powi(5) * (1.0 - rs);
+                base + schlick * d / (4.0 * c.abs() * zi.max(zo))
+            })
+        }
+        _ => [0.0; 3],
+    }
+}
+
 pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
     let dark = Value {
         f: [0.0; 3],
@@ -198,6 +256,7 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
         return dark;
     }
     let up = |w: V| [w[0], w[1], w[2].abs()];
+    let front = wo[2] > 0.0;
     let (wo, wi) = (up(wo), up(wi));
     let h = unit(add(wo, wi));
     let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
@@ -234,7 +293,7 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
             let (ax, ay) = (row[6], row[7]);
             let (diffuse, specular) = (rgb(0), rgb(3));
             let c = dot(wo, h).clamp(0.0, 1.0);
-            let glossy = ggx_brdf(wo, wi, ax, ay) * dielectric(c, f64::from(1.0f32 / 1.5)).0;
+            let glossy = ggx_brdf(wo, wi, ax, ay) * dielectric(c, plastic_index(front)).0;
             let p = match (diffuse == [0.0; 3], specular == [0.0; 3]) {
                 (_, true) if diffuse != [0.0; 3] => 1.0,
                 (true, _) => 0.0,

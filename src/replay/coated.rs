@@ -1,6 +1,8 @@
 //! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and [`crate::surface::coated_conductor`] over the same rows.
 
-use super::bsdf::{Value, conductor, dielectric, ggx_brdf, ggx_pdf, unpacked_alphas};
+use super::bsdf::{
+    Value, conductor, dielectric, ggx_brdf, ggx_lambda, ggx_pdf, ggx_refraction, unpacked_alphas,
+};
 use super::vector::{V, add, dot, unit};
 use crate::surface::Kind;
 use crate::surface::coat::DARK;
@@ -79,7 +81,7 @@ pub fn conductor_shares(kind: Kind, row: &[f64; 8], w: V) -> [f64; 3] {
     } else {
         w[2]
     };
-    let t = transmitted(row, w, mu);
+    let t = transmitted(row, layer(kind, row).0, w, mu);
     let brightest = later(row).into_iter().fold(0.0, f64::max);
     let coat = if coated { gloss(mu, row[3]) } else { 0.0 };
     let parts = [t, t * brightest, coat];
@@ -91,9 +93,9 @@ pub fn conductor_shares(kind: Kind, row: &[f64; 8], w: V) -> [f64; 3] {
     }
 }
 
-fn transmitted(row: &[f64; 8], w: V, mu: f64) -> f64 {
+fn transmitted(row: &[f64; 8], thickness: f64, w: V, mu: f64) -> f64 {
     if w[0].hypot(w[1]) < row[3] {
-        smooth_transmittance(mu, row[3], row[6])
+        smooth_transmittance(mu, row[3], thickness)
     } else {
         0.0
     }
@@ -133,11 +135,93 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     }
 }
 
-/// Alphas of a conductor seen through a rough coat, from the squares of its own and of the coat's slopes, of which refraction shows a part.
-fn seen_through(row: &[f64; 8], shifts2: f64, cosines: f64) -> (f64, f64) {
-    let (metal, coat) = (unpacked_alphas(row[5]), unpacked_alphas(row[4]));
-    let part = shifts2.sqrt() / cosines;
-    (metal.0.hypot(part * coat.0), metal.1.hypot(part * coat.1))
+/// Square of the alpha of slopes that add up, for one of which `far` is the square over that of the alphas.
+fn added(alphas: [f64; 3], far: f64) -> f64 {
+    let [a, b, c] = alphas;
+    squares(alphas) + 0.95 * (a * b + b * c + c * a) / (1.0 + far / 16.0)
+}
+
+fn squares(alphas: [f64; 3]) -> f64 {
+    alphas.iter().map(|a| a * a).sum()
+}
+
+/// Thickness of the coat, and what the lobe is multiplied by.
+fn layer(kind: Kind, row: &[f64; 8]) -> (f64, f64) {
+    match kind {
+        Kind::CoatedConductor => unpacked_alphas(row[6]),
+        _ => (row[6], 1.0),
+    }
+}
+
+/// What a mean visible microfacet makes of a direction: where it goes inside, the share that gets in, what the way leaves of it, and how
+/// far a slope moves it.
+fn enter(row: &[f64; 8], w: V) -> (V, f64, f64, f64) {
+    let (ax, ay) = unpacked_alphas(row[4]);
+    let eta = row[3];
+    let s = unit([w[0] * ax, w[1] * ay, w[2]]);
+    // Its disk seen from `s`, of which half is cut off at grazing angles: the mean lies on the way from `s` towards the normal.
+    let planar = s[0].hypot(s[1]);
+    let b = (1.0 - (1.0 + s[2]) / 2.0) * 8.0 / (3.0 * PI);
+    let up = (1.0 - b * b).sqrt();
+    let towards = if planar > 0.0 {
+        [-s[2] * s[0] / planar, -s[2] * s[1] / planar, planar]
+    } else {
+        [0.0; 3]
+    };
+    let n: V = std::array::from_fn(|c| towards[c] * b + s[c] * up);
+    let h = unit([n[0] * ax, n[1] * ay, n[2]]);
+    let cos = dot(w, h).clamp(0.0, 1.0);
+    let (r, cos_t) = dielectric(cos, eta);
+    let shift = cos_t - cos / eta;
+    let inside = unit(std::array::from_fn(|c| w[c] / eta + shift * h[c]));
+    let (outer, inner) = (ggx_lambda(w, ax, ay), ggx_lambda(inside, ax, ay));
+    let depth = layer(Kind::CoatedConductor, row).0 / inside[2];
+    if inside[2] <= 0.0 || depth >= f64::from(DARK) {
+        return (inside, 0.0, 0.0, shift.abs());
+    }
+    let seen = (1.0 + outer) / (1.0 + outer + inner);
+    (inside, (1.0 - r) * seen, (-depth).exp(), shift.abs())
+}
+
+/// The lobe of a conductor below a rough coat, over its reflectance, and the cosine for that
+/// ([`seen_through`](crate::surface::seen_through)).
+fn once(row: &[f64; 8], o: V, i: V) -> (f64, f64) {
+    let (coat, metal) = (unpacked_alphas(row[4]), unpacked_alphas(row[5]));
+    let eta = row[3];
+    let (p, share_o, way_o, shift_o) = enter(row, o);
+    let (q, share_i, way_i, shift_i) = enter(row, i);
+    let h = unit(add(p, q));
+    let cos = dot(p, h).clamp(0.0, 1.0);
+    if way_o == 0.0 || way_i == 0.0 {
+        return (0.0, cos);
+    }
+    let slope = [h[0] / h[2], h[1] / h[2]];
+    let level = p[2] + q[2];
+    let alphas = [(coat.0, metal.0), (coat.1, metal.1)]
+        .map(|(coat, metal)| [coat * shift_i / level, coat * shift_o / level, metal]);
+    let far: f64 = (0..2).map(|j| slope[j].powi(2) / squares(alphas[j])).sum();
+    let wide = alphas.map(|a| added(a, far).sqrt());
+    let area = |k: usize| alphas[0][k] * alphas[1][k];
+    let whole: f64 = (0..3).map(area).sum();
+    // Trowbridge-Reitz over slopes, but for pi.
+    let density = |x: f64, y: f64| {
+        1.0 / (x * y * (1.0 + (slope[0] / x).powi(2) + (slope[1] / y).powi(2)).powi(2))
+    };
+    let sum = density(wide[0], wide[1]);
+    let bend = |outside: V, inside: V, k: usize| {
+        if area(k) == 0.0 {
+            return 0.0;
+        }
+        let turned = [inside[0], inside[1], -inside[2]];
+        let [f, ..] = ggx_refraction((turned, eta), (outside, 1.0), coat.0, coat.1);
+        f * area(k) / whole * sum / density(alphas[0][k], alphas[1][k])
+    };
+    let out = bend(i, p, 0) * share_o;
+    let back = bend(o, q, 1) * share_i;
+    let turned =
+        ggx_brdf(p, q, wide[0], wide[1]) * share_o * share_i / (eta * eta) * area(2) / whole;
+    let lobe = (out + back + turned) * way_o * way_i;
+    (if lobe.is_finite() { lobe } else { 0.0 }, cos)
 }
 
 /// The square of `cos' - cos / eta`.
@@ -148,7 +232,12 @@ fn shift2(row: &[f64; 8], mu: f64, below: f64) -> f64 {
 /// Alphas that a conductor is sampled by from a direction with cosines `mu` outside and `below` inside.
 pub fn sampled_alphas(kind: Kind, row: &[f64; 8], mu: f64, below: f64) -> (f64, f64) {
     match kind {
-        Kind::CoatedConductor => seen_through(row, 2.0 * shift2(row, mu, below), 2.0 * below),
+        Kind::CoatedConductor => {
+            let (metal, coat) = (unpacked_alphas(row[5]), unpacked_alphas(row[4]));
+            let part = shift2(row, mu, below).sqrt() / (2.0 * below);
+            let widest = |metal, coat: f64| added([part * coat, part * coat, metal], 0.0).sqrt();
+            (widest(metal.0, coat.0), widest(metal.1, coat.1))
+        }
         _ => unpacked_alphas(row[5]),
     }
 }
@@ -182,7 +271,8 @@ fn conductor_below(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
             w[2]
         }
     };
-    let t = transmitted(row, wo, mu(wo)) * transmitted(row, wi, mu(wi));
+    let thickness = layer(kind, row).0;
+    let t = transmitted(row, thickness, wo, mu(wo)) * transmitted(row, thickness, wi, mu(wi));
     // Snell's law.
     let refract = |w: V| {
         let (x, y) = (w[0] / eta, w[1] / eta);
@@ -190,19 +280,15 @@ fn conductor_below(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     };
     let (p, q) = (refract(wo), refract(wi));
     let both = p[2] > 0.0 && q[2] > 0.0;
-    let (ax, ay) = match coated {
-        true => seen_through(
-            row,
-            shift2(row, wo[2], p[2]) + shift2(row, wi[2], q[2]),
-            p[2] + q[2],
-        ),
-        false => unpacked_alphas(row[5]),
-    };
     let (cx, cy) = unpacked_alphas(row[4]);
-    let lobe = if both {
-        ggx_brdf(p, q, ax, ay) / (eta * eta)
+    let (lobe, cos) = if coated {
+        let (lobe, cos) = once(row, wo, wi);
+        (lobe * layer(kind, row).1, cos)
+    } else if both {
+        let (ax, ay) = unpacked_alphas(row[5]);
+        (t * ggx_brdf(p, q, ax, ay) / (eta * eta), half_cosine(p, q))
     } else {
-        0.0
+        (0.0, 1.0)
     };
     let coat = if coated {
         dielectric(half_cosine(wo, wi), eta).0 * ggx_brdf(wo, wi, cx, cy)
@@ -212,12 +298,7 @@ fn conductor_below(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     let later = later(row);
     let f = |c: usize| {
         let (n, k) = unpacked_alphas(row[c]);
-        let metal = if both {
-            conductor(half_cosine(p, q), n, k) * lobe
-        } else {
-            0.0
-        };
-        t * (metal + later[c] / PI) + coat
+        conductor(cos, n, k) * lobe + t * later[c] / PI + coat
     };
     let density = |from: V, to: V, from_inside: V, to_inside: V| {
         let [metal, diffuse, gloss] = conductor_shares(kind, row, from);

@@ -11,12 +11,12 @@ use super::coated;
 use super::lights::ellipsoid;
 use super::panorama;
 use super::path::{End, Path, Vertex};
-use super::reference::axes;
+use super::reference::{axes, twin};
 use super::vector::*;
 use super::walk::{Step, Subpath, Walk};
 use super::warp;
 use crate::plan::DepthPlan;
-use crate::scene::{LightKind, Projection};
+use crate::scene::{LightKind, Projection, Sides};
 use crate::surface::Kind;
 use std::f64::consts::TAU;
 
@@ -102,7 +102,10 @@ impl Recorder<'_> {
         for (j, step) in steps.iter().enumerate() {
             let v = self.hit(ray, &step.vertex)?;
             if j + 1 < steps.len() || leaves {
-                ray = (v.p, bend(&v, scale(ray.1, -1.0), samples(j), step));
+                ray = (
+                    v.p,
+                    bend(self.world.sides, &v, scale(ray.1, -1.0), samples(j), step),
+                );
             }
             vertices.push(v);
         }
@@ -191,7 +194,7 @@ impl Recorder<'_> {
         let v = Vertex {
             p,
             ng,
-            ns: if dot(smooth, smooth) > 1e-12 {
+            ns: if dot(smooth, smooth) > 0.0 {
                 unit(smooth)
             } else {
                 ng
@@ -332,11 +335,14 @@ impl Recorder<'_> {
             (
                 _,
                 LightKind::Spot {
-                    p, axis, cos_total, ..
+                    p,
+                    axis,
+                    versine_total,
+                    ..
                 },
             ) => {
-                let z = 1.0 - u[2] * (1.0 - f64::from(*cos_total));
-                let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+                let drop = u[2] * f64::from(*versine_total);
+                let (z, r) = (1.0 - drop, (drop * (2.0 - drop)).max(0.0).sqrt());
                 let (sin, cos) = (TAU * u[3]).sin_cos();
                 let direction = around(unit(wide(axis.to_array())), [r * cos, r * sin, z]);
                 Some(((wide(p.to_array()), direction), end))
@@ -389,8 +395,9 @@ fn from_axes([s, t, n]: [V; 3], local: V) -> V {
 }
 
 /// The direction that a BSDF samples for a path arriving along `wo`; `step` says which lobe.
-fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
+fn bend(sides: Option<Sides>, v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
     let (s, t) = axes(v);
+    let exchanges = sides == Some(Sides::Geometric) && !v.kind.is_delta();
     let wo = [dot(wo, s), dot(wo, t), dot(wo, v.ns)];
     let row = v.row.map(f64::from);
     let (x, y, z) = (wo[0], wo[1], wo[2]);
@@ -404,7 +411,12 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
     let with_side = |w: V| [w[0], w[1], w[2] * 1f64.copysign(z)];
     // The side that the sample in `f32` went to.
     let reflected = || {
-        let ns = step.vertex.ns;
+        // Of two twins, the true normal tells which lobe they are of.
+        let ns = if exchanges {
+            step.vertex.ng
+        } else {
+            step.vertex.ns
+        };
         let side = |w: [f32; 3]| dot(wide(w), ns) > 0.0;
         step.sampled.is_some_and(|s| side(s.wi) == side(step.wo))
     };
@@ -490,7 +502,20 @@ fn bend(v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V {
             }
         }
     };
-    unit(from_axes([s, t, v.ns], wi))
+    let sampled = |w: V| {
+        let w = unit(from_axes([s, t, v.ns], w));
+        let off = step.sampled.map_or([0.0; 3], |s| sub(w, wide(s.wi)));
+        (w, dot(off, off))
+    };
+    let (mut w, off) = sampled(wi);
+    if exchanges {
+        let ng = [dot(v.ng, s), dot(v.ng, t), dot(v.ng, v.ns)];
+        let (other, less) = sampled(twin(wi, ng));
+        if less < off {
+            w = other;
+        }
+    }
+    w
 }
 
 /// A visible normal of the Trowbridge-Reitz distribution (Heitz 2018, listing 1).

@@ -26,7 +26,7 @@ impl Frustum {
     ) -> Self {
         let size = [image.width as usize, image.height as usize];
         let texels: Vec<V> = (image.texels.iter())
-            .map(|t| std::array::from_fn(|c| f64::from((t[c] * scale[c]).max(0.0))))
+            .map(|t| std::array::from_fn(|c| f64::from((t[c] * scale[c]).clamp(0.0, f32::MAX))))
             .collect();
         let extent = extent.map(f64::from);
         let value = |x, y| brightness(texels[repeated(size, x, y)]);

@@ -1,10 +1,9 @@
 //! The last step of a recorded path, in `f32`: it meets a light, or its tips are joined; contribution, MIS weight, visibility.
 
+use super::Recorder;
 use super::path::End;
 use super::vector::wide;
 use super::walk::{Fate, Flight, Meeting, Tip, Walk, reversed};
-use super::{Recorder, kernel};
-use crate::geometry::shading_frame;
 use crate::light::Kind;
 use crate::scene::NONE;
 use crate::simd::{Row, Vec3};
@@ -183,22 +182,15 @@ impl Recorder<'_> {
         wi: Vec3<f32>,
         side: Side,
     ) -> Value {
-        let frame = shading_frame(tip.ns, tip.tangent);
-        let value = kernel::eval(
-            *kind,
-            row,
-            frame.to_local(tip.wo),
-            frame.to_local(wi),
-            side.mode(),
-        );
+        let surface = tip.surface(self.world.sides, row);
+        let value = surface.eval(*kind, [tip.wo, wi], side.mode());
         let wi_ng = wi.dot(tip.ng);
         let cos = match side {
             Side::Camera => wi.dot(tip.ns).abs(),
             Side::Light => mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)),
         };
-        let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
         Value {
-            f: (value.f * cos).or_zero(agree),
+            f: value.f * cos,
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
             cos: wi_ng.abs(),

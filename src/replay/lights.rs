@@ -90,7 +90,7 @@ impl Recorder<'_> {
                     normal: Some(unit(n)),
                     direction: [0.0; 3],
                     pdf: choice * 2.0 / length(n),
-                    is_delta: false,
+                    is_delta: !self.world.lights.is_met(light),
                 }
             }
             (
@@ -104,7 +104,7 @@ impl Recorder<'_> {
                     normal: Some(normal),
                     direction: [0.0; 3],
                     pdf: choice * pdf,
-                    is_delta: false,
+                    is_delta: !self.world.lights.is_met(light),
                 }
             }
             (
@@ -226,24 +226,25 @@ impl Recorder<'_> {
                 Some(LightKind::Spot {
                     axis,
                     i,
-                    cos_total,
-                    cos_falloff,
+                    versine_total,
+                    versine_full,
                     falloff,
                     ..
                 }),
             ) => {
-                let (total, full) = (f64::from(*cos_total), f64::from(*cos_falloff));
-                let cos = dot(w, wide(axis.to_array()));
-                let x = if full > total {
-                    ((cos - total) / (full - total)).clamp(0.0, 1.0)
+                let (total, full) = (f64::from(*versine_total), f64::from(*versine_full));
+                let chord = sub(w, unit(wide(axis.to_array())));
+                let versine = dot(chord, chord) / 2.0;
+                let x = if full < total {
+                    ((total - versine) / (total - full)).clamp(0.0, 1.0)
                 } else {
-                    f64::from(u8::from(cos >= full))
+                    f64::from(u8::from(versine <= total))
                 };
                 let factor = match falloff {
                     SpotFalloff::V3 => x.powi(4),
                     SpotFalloff::V4 => x * x * (3.0 - 2.0 * x),
                 };
-                (scale(wide(*i), factor), 1.0 / (TAU * (1.0 - total)))
+                (scale(wide(*i), factor), 1.0 / (TAU * total))
             }
             (End::Distant { .. }, Some(LightKind::Distant { l, .. })) => (wide(*l), disk),
             (End::Sky { direction, .. }, _) => (self.sky(light, *direction).0, disk),

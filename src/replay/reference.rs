@@ -17,7 +17,7 @@
 use super::path::{Path, Vertex};
 use super::vector::*;
 use super::{Recorder, bsdf, coated, panorama};
-use crate::scene::Projection;
+use crate::scene::{Projection, Sides};
 use crate::surface::{Kind, Mode};
 
 /// What [`Recorder::reference`] finds.
@@ -155,7 +155,14 @@ impl Recorder<'_> {
             inv_d2[0] = 1.0;
         }
         let joints: Vec<Joint> = (0..k)
-            .map(|j| joint(&x[j], scale(towards[j], -1.0), towards[j + 1]))
+            .map(|j| {
+                joint(
+                    self.world.sides,
+                    &x[j],
+                    scale(towards[j], -1.0),
+                    towards[j + 1],
+                )
+            })
             .collect();
         let end_cos = |w: V| end.normal.map_or(1.0, |n| dot(w, n).abs());
         let leaving = scale(towards[k], -1.0);
@@ -253,7 +260,7 @@ impl Recorder<'_> {
     }
 }
 
-fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
+fn joint(sides: Option<Sides>, v: &Vertex, wo: V, wi: V) -> Joint {
     let row = v.row.map(f64::from);
     let (co, ci) = (dot(wo, v.ns), dot(wi, v.ns));
     let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
@@ -287,12 +294,28 @@ fn joint(v: &Vertex, wo: V, wi: V) -> Joint {
         | Kind::CoatedConductorBase => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
-            let value = bsdf::eval(v.kind, &row, local(wo), local(wi), Mode::Radiance);
-            (scale(value.f, ci.abs()), value.pdf, value.pdf_reverse)
+            let (o, i) = (local(wo), local(wi));
+            let eval = |o: V, i: V| bsdf::eval(v.kind, &row, o, i, Mode::Radiance);
+            if sides == Some(Sides::Geometric) && is_disputed(v, wo, wi) {
+                let other = |w: V| twin(w, local(v.ng));
+                let f = bsdf::across(v.kind, &row, o, i);
+                let pdf = eval(o, other(i)).pdf;
+                (scale(f, ci.abs()), pdf, eval(other(o), i).pdf_reverse)
+            } else {
+                let value = eval(o, i);
+                (scale(value.f, ci.abs()), value.pdf, value.pdf_reverse)
+            }
         }
     };
+    let delta = v.kind.is_delta();
+    let valid = co * ci != 0.0
+        && match sides {
+            None => sides_agree(wo, wi, v),
+            Some(Sides::Geometric) if !delta => true,
+            Some(_) => v.ns != v.ng || sides_agree(wo, wi, v),
+        };
     Joint {
-        f_cos: if sides_agree(wo, wi, v) {
+        f_cos: if valid {
             std::array::from_fn(|c| f_cos[c] * f64::from(v.share[c]))
         } else {
             [0.0; 3]
@@ -313,6 +336,22 @@ pub(super) fn axes(v: &Vertex) -> (V, V) {
         super::warp::frame(v.ns)[0]
     };
     (s, cross(v.ns, s))
+}
+
+/// The true and the shading normal disagree whether this is a reflection.
+pub(super) fn is_disputed(v: &Vertex, wo: V, wi: V) -> bool {
+    let reflects = |n: V| dot(wo, n) * dot(wi, n) > 0.0;
+    reflects(v.ng) != reflects(v.ns)
+}
+
+/// The direction that has the same density where the normals disagree ([`sides`](crate::transport::sides)); all in the shading frame.
+pub(super) fn twin(w: V, ng: V) -> V {
+    let mirrored = [w[0], w[1], -w[2]];
+    if dot(mirrored, ng) * dot(w, ng) < 0.0 {
+        mirrored
+    } else {
+        scale(w, -1.0)
+    }
 }
 
 /// Reflection stays on the side it came from, transmission leaves it, for the true and for the shading surface.

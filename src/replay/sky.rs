@@ -38,9 +38,14 @@ impl Sky {
                 to_light,
                 layout,
             } => {
-                let filtering = Filtering::Bilinear;
                 let image = image(*index)?;
-                Sky::Image(Map::new(image, *scale, *to_light, *layout, filtering))
+                Sky::Image(Map::new(
+                    image,
+                    *scale,
+                    *to_light,
+                    *layout,
+                    layout.filtering(),
+                ))
             }
             LightKind::Goniometric {
                 image: index,
@@ -49,12 +54,14 @@ impl Sky {
                 layout,
                 ..
             } => {
-                let filtering = match layout {
-                    EnvLayout::LatLong => Filtering::Bilinear,
-                    EnvLayout::EqualArea => Filtering::Nearest,
-                };
                 let image = image(*index)?;
-                Sky::Image(Map::new(image, *scale, *to_light, *layout, filtering))
+                Sky::Image(Map::new(
+                    image,
+                    *scale,
+                    *to_light,
+                    *layout,
+                    layout.filtering(),
+                ))
             }
             LightKind::Projection {
                 image: index,
@@ -100,7 +107,7 @@ impl Map {
     ) -> Self {
         let size = [image.width as usize, image.height as usize];
         let texels: Vec<V> = (image.texels.iter())
-            .map(|t| std::array::from_fn(|c| f64::from((t[c] * scale[c]).max(0.0))))
+            .map(|t| std::array::from_fn(|c| f64::from((t[c] * scale[c]).clamp(0.0, f32::MAX))))
             .collect();
         let value = |x, y| brightness(texels[wrapped(layout, size, x, y)]);
         // The sine of a row's angle in a lat-long map.
@@ -182,7 +189,7 @@ impl Map {
 fn wrapped(layout: EnvLayout, [width, height]: [usize; 2], x: i64, y: i64) -> usize {
     let (w, h) = (width as i64, height as i64);
     let (x, y) = match layout {
-        EnvLayout::LatLong => (x.rem_euclid(w), y.clamp(0, h - 1)),
+        EnvLayout::LatLong => (x.rem_euclid(w), y.rem_euclid(h)),
         EnvLayout::EqualArea => {
             // Beyond an edge of the octahedral square lies the same edge, turned round.
             let over = |a: i64, b: i64| match a {

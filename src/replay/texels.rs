@@ -1,9 +1,10 @@
 //! Images in `f64`: densities that are constant over their texels, and look-ups between them.
 //!
-//! The probability of a texel is by definition what the renderer's tables say: the differences of cumulative sums rounded to `f32`. The
-//! tables are made once more here.
+//! The probability of a texel is by definition what the renderer's tables say, cells of the primary samples' grid. The tables are made once
+//! more here.
 
 use super::vector::V;
+use crate::light::distribution::intervals;
 
 /// A density over the unit square.
 pub struct Table {
@@ -23,26 +24,15 @@ impl Table {
     ) -> Self {
         let mut columns = Vec::with_capacity(width * height);
         let mut rows = Vec::with_capacity(height);
-        let mut all = 0.0;
         for y in 0..height as i64 {
-            let mut ends = Vec::with_capacity(width);
-            let mut running = 0.0;
-            for x in 0..width as i64 {
-                running += weight(x, y);
-                ends.push(running);
-            }
-            columns.extend(ends.iter().map(|e| rounded(*e, running)));
-            all += running * of_row(y);
-            rows.push(all);
-        }
-        let mut rows: Vec<f64> = rows.iter().map(|e| rounded(*e, all)).collect();
-        if let Some(last) = rows.last_mut() {
-            *last = 1.0;
+            let row: Vec<f64> = (0..width as i64).map(|x| weight(x, y)).collect();
+            columns.extend(intervals(&row).into_iter().map(f64::from));
+            rows.push(row.iter().sum::<f64>() * of_row(y));
         }
         Self {
             width,
             height,
-            rows,
+            rows: intervals(&rows).into_iter().map(f64::from).collect(),
             columns,
         }
     }
@@ -78,7 +68,7 @@ impl Table {
 /// Mean of the channels of a texel, in the renderer's precision.
 pub fn brightness(texel: V) -> f64 {
     let [r, g, b] = texel.map(|v| v as f32);
-    f64::from(((r + g + b) / 3.0).max(0.0))
+    f64::from(((r + g + b) / 3.0).clamp(0.0, f32::MAX))
 }
 
 /// An image seen through a tent of two texels' radius.
@@ -104,15 +94,6 @@ pub fn bilinear(texel: impl Fn(i64, i64) -> V, x: f64, y: f64) -> V {
         }
     }
     sum
-}
-
-/// A cumulative sum's part of the whole, as the renderer keeps it.
-fn rounded(part: f64, whole: f64) -> f64 {
-    if whole > 0.0 {
-        f64::from((part / whole) as f32)
-    } else {
-        1.0
-    }
 }
 
 /// The interval that holds `u`, and where in it.

@@ -4,18 +4,19 @@
 //! renderer's to the last bit: [`World::evaluate_multiplexed`](crate::transport::World::evaluate_multiplexed) gives the same
 //! contribution, without the vertices. `join` is the last step.
 
+use super::kernel::Surface;
 use super::path::{End, Path, Vertex};
 use super::vector::{V, scale, wide};
-use super::{Recorder, kernel, spectral};
-use crate::geometry::shading_frame;
+use super::{Recorder, spectral};
 use crate::plan::DepthPlan;
-use crate::scene::NONE;
+use crate::scene::{NONE, Sides};
 use crate::simd::{Row, Vec3};
 use crate::surface::texture::Place;
 use crate::trace::offset;
 use crate::transport::cutout::Through;
 use crate::transport::mis::{self, Partial};
 use crate::transport::paths::Side;
+use crate::transport::sides::{Normals, Sampled as Sided};
 use crate::transport::wavelength::Wavelength;
 use std::fmt;
 
@@ -534,10 +535,9 @@ impl Recorder<'_> {
 
     fn scatter(&self, step: &mut Step, u: [f32; 3], side: Side) -> Option<Flight> {
         let tip = Tip::of(step);
-        let frame = shading_frame(tip.ns, tip.tangent);
         let v = &step.vertex;
-        let sample = kernel::sample(v.kind, &v.row, frame.to_local(tip.wo), u, side.mode());
-        let wi = frame.to_world(sample.wi).normalize();
+        let surface = tip.surface(self.world.sides, &v.row);
+        let Sided { wi, sample, valid } = surface.sample(v.kind, tip.wo, u, side.mode());
         let wi_ng = wi.dot(tip.ng);
         let mut weight = sample.weight.mul_elem(Vec3::splat(v.share));
         let mut beta = tip.beta.mul_elem(sample.weight);
@@ -566,7 +566,7 @@ impl Recorder<'_> {
             v.kind.is_delta(),
         );
         let lit = beta.x.max(beta.y).max(beta.z) > 0.0;
-        (lit && mis::sides_agree(tip.wo, wi, tip.ng, tip.ns)).then(|| Flight {
+        (lit && valid).then(|| Flight {
             origin: tip.offset(wi).lane(0),
             direction: wi.lane(0),
             beta: beta.lane(0),
@@ -625,6 +625,18 @@ impl Tip {
             tangent: back(v.tangent),
             beta: Vec3::splat(step.beta),
             partial: step.partial,
+        }
+    }
+
+    pub fn surface<'a>(&self, sides: Option<Sides>, row: &'a [f32; 8]) -> Surface<'a> {
+        Surface {
+            sides,
+            row,
+            normals: Normals {
+                ng: self.ng,
+                ns: self.ns,
+                tangent: self.tangent,
+            },
         }
     }
 

@@ -3,6 +3,7 @@
 use super::Loading;
 use crate::memory::Bytes;
 use std::cell::Cell;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// Memory that a scene may take while it is loaded, and what it has taken.
@@ -60,6 +61,56 @@ impl Budget {
     }
 }
 
+/// Bytes of a budget that something holds as long as it lives.
+#[derive(Debug)]
+pub(super) struct Charge {
+    budget: Rc<Budget>,
+    bytes: u64,
+}
+
+impl Charge {
+    /// Takes the first bytes.
+    pub fn of(budget: &Rc<Budget>, bytes: u64) -> Result<Self, String> {
+        budget.take(bytes)?;
+        Ok(Self {
+            budget: Rc::clone(budget),
+            bytes,
+        })
+    }
+
+    /// Takes nothing yet.
+    pub fn none(budget: &Rc<Budget>) -> Self {
+        Self {
+            budget: Rc::clone(budget),
+            bytes: 0,
+        }
+    }
+
+    /// Takes more.
+    pub fn add(&mut self, bytes: u64) -> Result<(), String> {
+        self.budget.take(bytes)?;
+        self.bytes += bytes;
+        Ok(())
+    }
+
+    /// Takes what a list needs to hold `more` entries, if it must grow for them.
+    pub fn grow<T>(&mut self, list: &Vec<T>, more: usize) -> Result<(), String> {
+        let (length, capacity) = (list.len().saturating_add(more), list.capacity());
+        if length <= capacity {
+            return Ok(());
+        }
+        let grown = length.max(2 * capacity).max(4) - capacity;
+        self.add(grown as u64 * size_of::<T>() as u64)
+    }
+}
+
+impl Drop for Charge {
+    fn drop(&mut self) {
+        let taken = self.budget.taken.get();
+        self.budget.taken.set(taken.saturating_sub(self.bytes));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -74,7 +125,17 @@ mod tests {
             message,
             "needs 41 B of memory beside 60 B for what comes before, and the limit is 100 B"
         );
-        budget.take(40).unwrap();
+        budget.take(10).unwrap();
+        let budget = Rc::new(budget);
+        let mut charge = Charge::of(&budget, 10).unwrap();
+        charge.add(21).unwrap_err();
+        charge.add(20).unwrap();
+        drop(charge);
+        let mut charge = Charge::of(&budget, 10).unwrap();
+        charge.grow(&Vec::<u32>::with_capacity(3), 3).unwrap();
+        assert_eq!(budget.taken.get(), 80);
+        charge.grow(&Vec::<u32>::with_capacity(3), 4).unwrap();
+        assert_eq!(budget.taken.get(), 92);
         Budget::default().take(u64::MAX).unwrap();
     }
 }

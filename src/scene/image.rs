@@ -1,10 +1,12 @@
 //! Pictures as textures and lights use them: linear, `f32`, row 0 on top.
 
+mod png;
+
 use std::fs::{self, File};
-use std::io::BufReader;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::formats::{Picture, check_size, exr, file_bytes, pfm, srgb};
 
@@ -92,10 +94,12 @@ pub fn bytes_needed(path: &Path) -> Result<u64, String> {
             let decoded = samples.saturating_mul(size_of::<f32>() as u64);
             texels.saturating_mul(texel).saturating_add(decoded)
         }),
-        Some("pfm") => Ok(bytes.saturating_mul(2)),
-        _ => decoder(path).map(|decoder| {
-            let (width, height) = decoder.dimensions();
-            let decoded = decoder.total_bytes().saturating_mul(2);
+        // Grey is three times as long in memory.
+        Some("pfm") => {
+            begins_with(path, b"Pf").map(|grey| bytes.saturating_mul(if grey { 4 } else { 2 }))
+        }
+        _ => size_of_other(path, bytes).map(|(width, height, decoded)| {
+            let decoded = decoded.saturating_mul(2);
             (texels(width.into(), height.into()).saturating_mul(texel)).saturating_add(decoded)
         }),
     });
@@ -108,13 +112,100 @@ fn one_line(name: &str, message: &str) -> String {
     format!("{name}: {}", words.join(" "))
 }
 
-fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
+fn begins_with(path: &Path, magic: &[u8; 2]) -> Result<bool, String> {
+    let mut bytes = [0; 2];
+    let mut file = File::open(path).map_err(|e| e.to_string())?;
+    Ok(file.read_exact(&mut bytes).is_ok() && bytes == *magic)
+}
+
+/// Width, height and bytes of the decoded picture, by the header of a file of so many bytes.
+fn size_of_other(path: &Path, file_bytes: u64) -> Result<(u32, u32, u64), String> {
+    let reader = reader(path)?;
+    match reader.format() {
+        Some(ImageFormat::Png) => return png::size(path),
+        Some(ImageFormat::Jpeg) => {
+            // The decoder reads the file whole, and copies what it holds besides the picture.
+            let (width, height) = jpeg_size(path)?;
+            let pixels = u64::from(width) * u64::from(height);
+            return Ok((width, height, 3 * pixels + file_bytes));
+        }
+        _ => {}
+    }
+    let decoder = decoder(reader)?;
+    let (width, height) = decoder.dimensions();
+    Ok((width, height, decoder.total_bytes()))
+}
+
+/// Width and height of a JPEG file, from its frame header; 0 if there is none, as the decoder will say.
+fn jpeg_size(path: &Path) -> Result<(u32, u32), String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let mut file = BufReader::new(file);
+    Ok(jpeg_frame(&mut file).unwrap_or_default())
+}
+
+/// Walks the segments after the first marker: a marker, the length of the rest, the rest (ITU-T T.81, annex B).
+fn jpeg_frame(file: &mut BufReader<File>) -> std::io::Result<(u32, u32)> {
+    file.seek_relative(2)?;
+    loop {
+        let mut marker = [0; 2];
+        file.read_exact(&mut marker)?;
+        if marker == [0xff; 2] {
+            // Markers may be preceded by any number of such bytes.
+            file.seek_relative(-1)?;
+            continue;
+        }
+        let mut length = [0; 2];
+        file.read_exact(&mut length)?;
+        let frame = matches!(marker[1], 0xc0..=0xcf) && !matches!(marker[1], 0xc4 | 0xc8 | 0xcc);
+        if frame {
+            let mut size = [0; 5];
+            file.read_exact(&mut size)?;
+            let [_, h1, h0, w1, w0] = size;
+            let of = |high, low| u16::from_be_bytes([high, low]).into();
+            return Ok((of(w1, w0), of(h1, h0)));
+        }
+        let rest = i64::from(u16::from_be_bytes(length)) - 2;
+        if marker[0] != 0xff || rest < 0 {
+            return Ok((0, 0));
+        }
+        file.seek_relative(rest)?;
+    }
+}
+
+type Reader = ImageReader<BufReader<File>>;
+
+/// Knows the format, by content or extension.
+fn reader(path: &Path) -> Result<Reader, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     let mut reader = ImageReader::new(BufReader::new(file));
-    if let Ok(format) = image::ImageFormat::from_path(path) {
+    if let Ok(format) = ImageFormat::from_path(path) {
         reader.set_format(format);
     }
-    let mut reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
+    let reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
+    if reader.format() == Some(ImageFormat::Hdr) {
+        check_hdr_header(path)?;
+    }
+    Ok(reader)
+}
+
+/// Longest header of an HDR file: the decoder keeps every line of it.
+const MAX_HDR_HEADER: usize = 1 << 16;
+
+fn check_hdr_header(path: &Path) -> Result<(), String> {
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let mut start = Vec::new();
+    let read = file.take(MAX_HDR_HEADER as u64).read_to_end(&mut start);
+    read.map_err(|e| e.to_string())?;
+    let blank = start.windows(2).position(|two| two == b"\n\n");
+    // The size of the picture is in the line after the blank one.
+    let whole = blank.is_some_and(|at| start[at + 2..].contains(&b'\n'));
+    if !whole && start.len() == MAX_HDR_HEADER {
+        return Err(format!("its header is longer than {MAX_HDR_HEADER} bytes"));
+    }
+    Ok(())
+}
+
+fn decoder(mut reader: Reader) -> Result<impl ImageDecoder, String> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
@@ -124,10 +215,16 @@ fn decoder(path: &Path) -> Result<impl ImageDecoder, String> {
 
 fn read_other(path: &Path, encoding: Encoding) -> Result<Picture, String> {
     let file_bytes = file_bytes(path)?;
-    let decoder = decoder(path)?;
-    let (width, height) = decoder.dimensions();
-    check_size(width as u64, height as u64, file_bytes)?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+    let reader = reader(path)?;
+    let decoded = if reader.format() == Some(ImageFormat::Png) {
+        png::read(path, file_bytes)?
+    } else {
+        let decoder = decoder(reader)?;
+        let (width, height) = decoder.dimensions();
+        check_size(width as u64, height as u64, file_bytes)?;
+        DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?
+    };
+    let (width, height) = (decoded.width(), decoded.height());
     let pixels = linear(decoded, encoding);
     Ok(Picture {
         width,

@@ -1,13 +1,14 @@
 //! What a scene file says, as plain tables without behaviour.
 //!
 //! Every table is in *internal space*: the world of the scene file, translated so that the centre of its bounds is the
-//! origin and scaled by a power of two so that its bounding sphere has a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
+//! origin (or the small things, if they are far from it) and scaled by a power of two so that all lies within a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
 //! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
 //! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
 
 mod budget;
 pub mod film;
 pub mod image;
+pub mod large;
 mod loading;
 pub mod pbrt;
 pub mod ply;
@@ -20,6 +21,7 @@ use spectrum::IndexCurve;
 use std::sync::Arc;
 
 pub use self::image::Image;
+pub use self::large::Large;
 pub use self::loading::Loading;
 pub use self::pbrt::{SceneError, load, load_str, load_within};
 pub use self::texture::{
@@ -38,7 +40,8 @@ pub type Rgb = [f32; 3];
 pub struct Vertex {
     /// Position, internal space.
     pub p: [f32; 3],
-    /// Unit shading normal, or zero where the mesh has none (the geometric normal then serves).
+    /// Shading normal of any length, interpolated before it is normalised, or zero where the mesh has none (the geometric
+    /// normal then serves).
     pub n: [f32; 3],
     /// Texture coordinates.
     pub uv: [f32; 2],
@@ -181,6 +184,13 @@ pub enum MaterialKind {
         alphas: [f32; 2],
         coat: Coat,
     },
+    /// Either of the two where a roughness or the conductor is looked up in textures. `interface` is the roughness of the coat; if that varies, the
+    /// alphas in `coat` mean nothing, and it counts as rough. If the coat is smooth, the base alone.
+    TexturedCoat {
+        base: CoatedBase,
+        interface: Roughness,
+        coat: Coat,
+    },
     /// What a smooth coat reflects; `eta` is inside over outside.
     Coat { eta: f32 },
     /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
@@ -201,6 +211,17 @@ pub struct Coat {
     pub thickness: f32,
     /// Events that a path between the layers may have; every other one is at the base.
     pub max_depth: u32,
+}
+
+/// What is under a coat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CoatedBase {
+    Diffuse(Param),
+    /// Its index is relative to the outside.
+    Conductor {
+        fresnel: ConductorFresnel,
+        roughness: Roughness,
+    },
 }
 
 /// Alpha below which an interface counts as smooth (pbrt-v4, `EffectivelySmooth`).
@@ -335,13 +356,14 @@ pub enum LightKind {
     },
     /// Intensity `i` (W/sr, per internal length squared) at `p`.
     Point { p: Vec3, i: Rgb },
-    /// As pbrt: intensity `i` times `smoothstep`-like falloff between the two cosines around unit `axis`.
+    /// As pbrt: intensity `i` times `smoothstep`-like falloff between two cones around unit `axis`. An angle is kept as one minus its
+    /// cosine: of a narrow cone, `f32` holds nothing in the cosine itself.
     Spot {
         p: Vec3,
         axis: Vec3,
         i: Rgb,
-        cos_total: f32,
-        cos_falloff: f32,
+        versine_total: f32,
+        versine_full: f32,
         falloff: SpotFalloff,
     },
     /// Intensity `scale * image(direction)` at `p`, negative texels as 0; `to_light` are the rows of the rotation from internal to light space (`y` and
@@ -381,13 +403,13 @@ pub enum LightKind {
 /// How a light's image is looked up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filtering {
-    /// pbrt-v4's projection and goniometric lights.
+    /// pbrt-v4's lights.
     Nearest,
     /// pbrt-v3's.
     Bilinear,
 }
 
-/// How the spot's smooth edge is shaped between `cos_total` (0) and `cos_falloff` (1), `x` linear in the cosine.
+/// How the spot's smooth edge is shaped between `versine_total` (0) and `versine_full` (1), `x` linear in the cosine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpotFalloff {
     /// pbrt-v3: `x^4`.
@@ -402,6 +424,16 @@ pub enum EnvLayout {
     LatLong,
     /// v4: square equal-area octahedral map (Clarberg 2008).
     EqualArea,
+}
+
+impl EnvLayout {
+    /// How pbrt looks such maps up. A bilinear look-up takes a lat-long map to be repeated both ways, so that the poles meet.
+    pub fn filtering(self) -> Filtering {
+        match self {
+            EnvLayout::LatLong => Filtering::Bilinear,
+            EnvLayout::EqualArea => Filtering::Nearest,
+        }
+    }
 }
 
 /// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed), unit length internal.
@@ -446,8 +478,43 @@ pub struct Film {
     pub crop: [u32; 4],
     pub filename: Option<String>,
     pub filter: Filter,
-    /// Factor on all values written (v3 `scale`; v4 imaging ratio `exposuretime * iso / 100`, 1 by default).
+    /// Factor on all values written (v3 `scale`; v4 imaging ratio, the time the shutter is open times `iso / 100`, 1 by default).
     pub scale: f32,
+    /// Linear sRGB to what is written, if that is something else: rows of a matrix.
+    pub colour: Option<[[f32; 3]; 3]>,
+    /// `x y` of the red, green, blue and white that are written, if they are not those of sRGB.
+    pub chromaticities: Option<[f32; 8]>,
+    /// What samples are cut down to; chains never are.
+    pub clamp: Option<Clamp>,
+}
+
+/// The most that one sample may bring to a pixel, in units of the film's input: brighter ones keep their colour and lose the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clamp {
+    /// Of luminance (v3 `maxsampleluminance`).
+    Luminance(f32),
+    /// Of X, Y or Z, whichever is largest: what pbrt-v4's default sensor sees (`maxcomponentvalue`).
+    Xyz(f32),
+}
+
+impl Clamp {
+    /// What is left of a sample.
+    pub fn of(self, colour: Rgb) -> Rgb {
+        let [r, g, b] = colour;
+        let y = spectrum::luminance(colour);
+        let (value, most) = match self {
+            Clamp::Luminance(most) => (y, most),
+            Clamp::Xyz(most) => {
+                let x = 0.412453 * r + 0.357580 * g + 0.180423 * b;
+                let z = 0.019334 * r + 0.119193 * g + 0.950227 * b;
+                (x.max(y).max(z), most)
+            }
+        };
+        match value > most {
+            true => colour.map(|c| c * (most / value)),
+            false => colour,
+        }
+    }
 }
 
 /// Reconstruction filter; radii in pixels.
@@ -489,6 +556,8 @@ pub struct IntegratorSettings {
     pub sigma: f32,
     /// A picture of each bidirectional strategy is wanted, too (`bdpt`).
     pub strategies: bool,
+    /// Of the random numbers.
+    pub seed: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -570,6 +639,7 @@ impl Default for IntegratorSettings {
             large_step_probability: 0.3,
             sigma: 0.01,
             strategies: false,
+            seed: 0,
         }
     }
 }
@@ -579,6 +649,15 @@ impl Default for IntegratorSettings {
 pub struct Space {
     pub centre: DVec3,
     pub scale: f64,
+}
+
+/// What decides whether two directions are on one side of a surface, where its shading normal is not its true one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The true normal, as in pbrt-v3.
+    Geometric,
+    /// The shading normal, as in pbrt-v4.
+    Shading,
 }
 
 /// Everything a scene file says.
@@ -597,6 +676,10 @@ pub struct Scene {
     pub film: Film,
     pub integrator: IntegratorSettings,
     pub space: Space,
+    /// Of surfaces with shading normals.
+    pub sides: Sides,
+    /// What is kept in `f64` as well; empty in most scenes.
+    pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
     pub bounds: [Vec3; 2],
     /// Things ignored or replaced at load, ready to print, each with file and line.
@@ -604,6 +687,21 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// An area light that shines and that no ray meets: its shape has no surface.
+    pub fn is_hidden(&self, light: &LightKind) -> bool {
+        let shape = match light {
+            LightKind::Triangle { triangle, .. } | LightKind::ImageTriangle { triangle, .. } => {
+                self.triangles[*triangle as usize].shape
+            }
+            LightKind::Sphere { sphere, .. } | LightKind::ImageSphere { sphere, .. } => {
+                self.spheres[*sphere as usize].shape
+            }
+            _ => return false,
+        };
+        let material = self.shapes[shape as usize].material;
+        (self.materials.get(material as usize)).is_some_and(|m| m.kind == MaterialKind::Interface)
+    }
+
     /// Memory of its tables, in bytes.
     pub fn bytes(&self) -> u64 {
         let texels = self.images.iter().map(|i| size_of_val(&i.texels[..]));

@@ -20,14 +20,14 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::shapes::MeshData;
+use super::shapes::{MeshData, Room};
 use crate::formats::file_bytes;
 
 const DEFLATE_RATIO: u64 = 1032;
 /// Longest header that is read.
 const MAX_HEADER: u64 = 1 << 20;
-/// Longest line of an ASCII file that is read.
-const MAX_LINE: u64 = 1 << 24;
+/// Longest line of an ASCII file, and longest element of a binary one, that is read: polygons do not have a million corners.
+const MAX_LINE: u64 = 1 << 22;
 /// Longest error message passed on.
 const MAX_MESSAGE: usize = 200;
 
@@ -55,7 +55,12 @@ impl PlyMesh {
 /// Reads the `vertex` and `face` elements. Normals and texture coordinates are read where all their components are there; other
 /// elements and properties are skipped.
 pub fn read_ply(path: &Path) -> Result<PlyMesh, String> {
-    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes));
+    read_ply_within(path, &mut |_| Ok(()))
+}
+
+/// [`read_ply`]; `room` is asked for memory, in bytes, beyond what [`bytes_needed`] foresees.
+pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
+    let mesh = open(path).and_then(|(reader, bytes)| read(reader, bytes, room));
     mesh.map_err(|message| one_line(path, &message))
 }
 
@@ -94,7 +99,7 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
-fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
+fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh, String> {
     let (header, lines) = read_header(&mut source)?;
     check_counts(&header, bytes)?;
     let mut reader = Lines {
@@ -136,6 +141,7 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
     };
     let mut quads = Vec::new();
     let (mut skipped, mut fans) = (0usize, 0usize);
+    let mut foreseen = 2 * header.elements["face"].count as u64;
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => each(&mut reader, &header, element, |v: Vertex| {
@@ -154,6 +160,13 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64) -> Result<PlyMesh, String> {
                     [] | [_] | [_, _] => skipped += 1,
                     [a, b, c, d] => quads.push([a, b, c, d]),
                     [first, ref rest @ ..] => {
+                        let triangles = (mesh.triangles.len() + rest.len()) as u64;
+                        if triangles > foreseen {
+                            // The table grows by doubling.
+                            let more = foreseen.max(triangles);
+                            room(more * size_of::<[u32; 3]>() as u64)?;
+                            foreseen += more;
+                        }
                         fans += usize::from(rest.len() > 3);
                         let edges = rest.windows(2);
                         (mesh.triangles).extend(edges.map(|edge| [first, edge[0], edge[1]]));
@@ -293,16 +306,26 @@ fn each<E: PropertyAccess>(
     if element.properties.is_empty() && header.encoding != Encoding::Ascii {
         return Ok(());
     }
+    let has_lists =
+        (element.properties.values()).any(|p| matches!(p.data_type, PropertyType::List(..)));
+    let most = if has_lists { MAX_LINE } else { u64::MAX };
     for i in 0..element.count {
-        let source = &mut reader.source;
+        let source = &mut *reader.source;
         let parsed = match header.encoding {
             Encoding::Ascii => reader.next().and_then(|line| ascii::element(line, element)),
-            Encoding::BinaryLittleEndian => parser
-                .read_little_endian_element(source, element)
-                .map_err(|e| e.to_string()),
-            Encoding::BinaryBigEndian => parser
-                .read_big_endian_element(source, element)
-                .map_err(|e| e.to_string()),
+            encoding => {
+                let mut source = source.take(most);
+                let read = match encoding {
+                    Encoding::BinaryLittleEndian => {
+                        parser.read_little_endian_element(&mut source, element)
+                    }
+                    _ => parser.read_big_endian_element(&mut source, element),
+                };
+                read.map_err(|e| match source.limit() {
+                    0 => format!("longer than {most} bytes"),
+                    _ => e.to_string(),
+                })
+            }
         };
         let read = parsed.map_err(|message| {
             let place = format!("{} {i} of {}", element.name, element.count);

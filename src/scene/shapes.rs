@@ -6,9 +6,12 @@ mod bilinear;
 mod disk;
 mod subdivision;
 
-pub use bilinear::{append_patches, bilinear_mesh};
+pub use bilinear::{append_patches, bilinear_mesh, bilinear_mesh_within};
 pub use disk::disk;
 pub use subdivision::loop_subdivide;
+
+/// Takes memory, in bytes, or says that there is none.
+pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -81,6 +84,18 @@ impl MeshData {
             *p = place;
         }
     }
+}
+
+/// Normals in `f32`: all times one power of two, where their lengths would leave its range.
+fn narrow_normals(normals: &[glam::DVec3]) -> Vec<[f32; 3]> {
+    let longest = (normals.iter()).fold(0.0, |most: f64, n| most.max(n.abs().max_element()));
+    let scale = match longest {
+        1e-10..=1e10 | 0.0 => 1.0,
+        _ => (-longest.log2().round()).clamp(-1000.0, 1000.0).exp2(),
+    };
+    (normals.iter())
+        .map(|n| (*n * scale).as_vec3().to_array())
+        .collect()
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ pub use self::glass::{Sellmeier, glass_index};
 pub use self::index::IndexCurve;
 pub use self::response::{FIRST, LAST, responses, spectral_white};
 
+use crate::formats::file_bytes;
 use std::fs;
 use std::path::Path;
 
@@ -38,8 +39,9 @@ pub enum Meaning {
     Index,
 }
 
-/// Largest `.spd` file read; measured spectra have a few thousand lines at most.
-const MAX_SPD_BYTES: u64 = 16 << 20;
+/// Largest `.spd` file read, and longest list of samples; measured spectra have a few thousand lines at most.
+const MAX_SPD_BYTES: u64 = 1 << 20;
+const MAX_SAMPLES: usize = 1 << 18;
 
 /// XYZ to linear sRGB (Rec. 709 primaries, D65 white), rounded as in pbrt-v3.
 const XYZ_TO_RGB: [[f64; 3]; 3] = [
@@ -71,6 +73,17 @@ fn to_xyz(f: impl Fn(f64) -> f64) -> [f64; 3] {
     xyz.map(|v| v / y)
 }
 
+/// The same, 0 beyond both ends.
+fn interpolate_within(spectrum: &[Sample], lambda: f64) -> f64 {
+    let (Some(first), Some(last)) = (spectrum.first(), spectrum.last()) else {
+        return 0.0;
+    };
+    if !(f64::from(first.0)..=f64::from(last.0)).contains(&lambda) {
+        return 0.0;
+    }
+    interpolate(spectrum, lambda)
+}
+
 /// Linear interpolation, held constant beyond both ends. `spectrum` is sorted and not empty.
 fn interpolate(spectrum: &[Sample], lambda: f64) -> f64 {
     let above = spectrum.partition_point(|s| (s.0 as f64) < lambda);
@@ -91,42 +104,66 @@ fn finish(rgb: [f64; 3]) -> [f32; 3] {
 }
 
 fn reduce(spectrum: &[Sample], meaning: Meaning) -> [f32; 3] {
+    reduce_law(|l| interpolate(spectrum, l), meaning)
+}
+
+/// The colour of `f(wavelength in nm)`.
+fn reduce_law(f: impl Fn(f64) -> f64, meaning: Meaning) -> [f32; 3] {
     match meaning {
-        Meaning::Illuminant | Meaning::Index => {
-            finish(xyz_to_rgb(to_xyz(|l| interpolate(spectrum, l))))
-        }
+        Meaning::Illuminant | Meaning::Index => finish(xyz_to_rgb(to_xyz(f))),
         Meaning::Reflectance => {
             let d65 = |l: f64| interpolate(&tables::ILLUMINANT_D65, l);
             let white = xyz_to_rgb(to_xyz(d65));
-            let seen = xyz_to_rgb(to_xyz(|l| d65(l) * interpolate(spectrum, l)));
+            let seen = xyz_to_rgb(to_xyz(|l| d65(l) * f(l)));
             finish(std::array::from_fn(|i| seen[i] / white[i]))
         }
     }
 }
 
-/// Scales a colour to luminance 1, as pbrt-v4 does with the spectrum of every light; black stays black.
-pub fn unit_luminance(rgb: [f32; 3]) -> [f32; 3] {
-    let y = luminance(rgb);
-    if y > 0.0 && y.is_finite() {
-        rgb.map(|v| v / y)
-    } else {
-        [0.0; 3]
+/// The colour of `f(wavelength in nm)` at luminance 1, as pbrt-v4 has every light; channels out of gamut are cut to 0 after that, so that the
+/// others keep their value. Black if there is no light to speak of.
+fn unit_light(f: impl Fn(f64) -> f64) -> [f32; 3] {
+    let xyz = to_xyz(f);
+    if !(xyz[1].is_normal() && xyz[1] > 0.0 && xyz.iter().all(|v| v.is_finite())) {
+        return [0.0; 3];
     }
+    finish(xyz_to_rgb(xyz.map(|v| v / xyz[1])))
 }
 
 /// Reduces pairs of wavelength (nm) and value, in any order, interpolated linearly and held constant beyond the ends. The
-/// scale of an illuminant is kept (pbrt-v3); a pbrt-v4 light wants [`unit_luminance`] of it.
+/// scale of an illuminant is kept (pbrt-v3).
 pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], String> {
+    Ok(reduce(&sorted(lambda_value)?, meaning))
+}
+
+/// The same, but 0 beyond the ends (pbrt-v4).
+pub fn bounded_samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], String> {
+    let sorted = sorted(lambda_value)?;
+    Ok(reduce_law(|l| interpolate_within(&sorted, l), meaning))
+}
+
+/// What a pbrt-v4 light of such a spectrum sends: 0 beyond the ends, luminance 1.
+pub fn light_samples(lambda_value: &[Sample]) -> Result<[f32; 3], String> {
+    let sorted = sorted(lambda_value)?;
+    Ok(unit_light(|l| interpolate_within(&sorted, l)))
+}
+
+/// Checked, and by wavelength.
+fn sorted(lambda_value: &[Sample]) -> Result<Vec<Sample>, String> {
     check(lambda_value)?;
     let mut sorted = lambda_value.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(reduce(&sorted, meaning))
+    Ok(sorted)
 }
 
 /// What keeps pairs of wavelength and value from being a spectrum, if anything.
 fn check(lambda_value: &[Sample]) -> Result<(), String> {
     if lambda_value.is_empty() {
         return Err("a spectrum needs at least one pair of wavelength and value".into());
+    }
+    if lambda_value.len() > MAX_SAMPLES {
+        let count = lambda_value.len();
+        return Err(format!("{count} samples are too many for a spectrum"));
     }
     for &(lambda, value) in lambda_value {
         if !(lambda > 0.0 && lambda.is_finite()) {
@@ -157,7 +194,7 @@ const PLANCK_C2: f64 = 1.438_776_877e7;
 /// Wien's displacement constant in nanometre kelvins (CODATA 2018).
 const WIEN: f64 = 2.897_771_955e6;
 
-/// The colour of a black body at luminance 1 (`0.2127 R + 0.7152 G + 0.0722 B = 1`; out-of-gamut channels are cut to 0 before
+/// The colour of a black body at luminance 1 (`0.2127 R + 0.7152 G + 0.0722 B = 1`; out-of-gamut channels are cut to 0 after
 /// the luminance is set). That is what a pbrt-v4 light given `"blackbody" T` and scale 1 emits: pbrt-v4 normalises the
 /// spectrum to a maximum of 1, which cancels, and divides by its photometric integral. Black for temperatures that are not
 /// positive or so low that nothing visible is left.
@@ -165,11 +202,42 @@ pub fn blackbody(kelvin: f32) -> [f32; 3] {
     if !(kelvin > 0.0 && kelvin.is_finite()) {
         return [0.0; 3];
     }
-    let xyz = to_xyz(|l| planck_shape(l, kelvin as f64));
-    if !(xyz[1].is_normal() && xyz.iter().all(|v| v.is_finite())) {
-        return [0.0; 3];
+    unit_light(|l| planck_shape(l, kelvin as f64))
+}
+
+/// pbrt-v4's `"blackbody" T` as a reflectance: the law divided by its value at Wien's maximum, visible or not.
+pub fn blackbody_reflectance(kelvin: f32) -> [f32; 3] {
+    let reflectance = planck_of_peak(kelvin.into());
+    reduce_law(|l| reflectance(l).clamp(0.0, 1.0), Meaning::Reflectance)
+}
+
+/// Planck's law relative to its maximum.
+fn planck_of_peak(kelvin: f64) -> impl Fn(f64) -> f64 {
+    let law = move |nm: f64| 1.0 / ((PLANCK_C2 / (nm * kelvin)).exp_m1() * (nm * 1e-3).powi(5));
+    let peak = law(WIEN / kelvin);
+    move |nm| law(nm) / peak
+}
+
+/// CIE `x y` of daylight, of a black body where daylight is not defined (below 4000 K), as pbrt-v4 balances films for: the temperature is
+/// that of today's second radiation constant.
+pub fn daylight(kelvin: f64) -> [f64; 2] {
+    let cct = kelvin * (1.4388 / 1.4380);
+    if cct < 4000.0 {
+        let [x, y, z] = to_xyz(|l| planck_shape(l, cct));
+        return [x / (x + y + z), y / (x + y + z)];
     }
-    unit_luminance(finish(xyz_to_rgb(xyz.map(|v| v / xyz[1]))))
+    let powers = match cct <= 7000.0 {
+        true => [0.244063, 0.09911e3, 2.9678e6, -4.6070e9],
+        false => [0.237040, 0.24748e3, 1.9018e6, -2.0064e9],
+    };
+    let x = powers.iter().rev().fold(0.0, |sum, c| sum / cct + c);
+    [x, -3.0 * x * x + 2.870 * x - 0.275]
+}
+
+/// CIE XYZ of the white of ACES, `Y` 1.
+pub fn white_of_d60() -> [f64; 3] {
+    let [x, y, z] = to_xyz(|l| interpolate(&tables::ILLUMINANT_D60, l));
+    [x / y, 1.0, z / y]
 }
 
 /// pbrt-v3's `"blackbody" [T scale]` with scale 1: the spectrum divided by its value at Wien's maximum, visible or not, and
@@ -178,10 +246,7 @@ pub fn blackbody_v3(kelvin: f32) -> [f32; 3] {
     if !(kelvin > 0.0 && kelvin.is_finite()) {
         return [0.0; 3];
     }
-    let kelvin = kelvin as f64;
-    let law = |nm: f64| 1.0 / ((PLANCK_C2 / (nm * kelvin)).exp_m1() * (nm * 1e-3).powi(5));
-    let peak = law(WIEN / kelvin);
-    let rgb = xyz_to_rgb(to_xyz(|l| law(l) / peak));
+    let rgb = xyz_to_rgb(to_xyz(planck_of_peak(kelvin.into())));
     if rgb.iter().all(|v| v.is_finite()) {
         finish(rgb)
     } else {
@@ -205,7 +270,7 @@ pub fn named(name: &str) -> Option<[f32; 3]> {
     if let Some(glass) = glass_index(name) {
         return Some([glass.at_d() as f32; 3]);
     }
-    illuminant(name).map(|s| unit_luminance(reduce(s, Meaning::Illuminant)))
+    illuminant(name).map(|s| unit_light(|l| interpolate(s, l)))
 }
 
 /// The colour of a measured metal by the file name pbrt-v3 scenes use (`spds/metals/Au.eta.spd`, any folder), for scenes that
@@ -278,9 +343,7 @@ pub fn named_index(name: &str) -> Option<IndexCurve> {
 /// Reads pairs of wavelength (nm) and value, separated by any white space; `#` starts a comment.
 pub fn read_spd(path: &Path) -> Result<Vec<Sample>, String> {
     let name = path.display();
-    let size = fs::metadata(path)
-        .map_err(|e| format!("{name}: {e}"))?
-        .len();
+    let size = file_bytes(path).map_err(|e| format!("{name}: {e}"))?;
     if size > MAX_SPD_BYTES {
         return Err(format!("{name}: {size} bytes are too many for a spectrum"));
     }

@@ -146,6 +146,8 @@ pub enum Wrap {
     Repeat,
     Black,
     Clamp,
+    /// An equal-area octahedral map: beyond an edge lies the same edge, turned round.
+    Octahedral,
 }
 
 impl Mapping {

@@ -133,8 +133,9 @@ pub fn tilt(
             tangent: normalized(s),
         };
     }
-    // pbrt's Faceforward.
-    let n = if n.dot(ng) < 0.0 { -n } else { n };
+    // pbrt's Faceforward; the true normal is on the side of the vertices' normals already.
+    let side = if ns.dot(ng) < 0.0 { -ng } else { ng };
+    let n = if n.dot(side) < 0.0 { -n } else { n };
     Tilted { ns: n, tangent }
 }
 

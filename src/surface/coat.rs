@@ -121,6 +121,32 @@ impl Interface {
 }
 
 impl Interface {
+    /// Between `a` and `b`, `t` of the way.
+    pub fn between(a: &Self, b: &Self, t: f32) -> Self {
+        let mix = |a: f32, b: f32| (b - a).mul_add(t, a);
+        let scale = a.scale.max(b.scale);
+        let (x, y) = (a.coefficients(), b.coefficients());
+        Self {
+            packed: pack(std::array::from_fn(|i| mix(x[i], y[i]) / scale)),
+            scale,
+            internal: mix(a.internal, b.internal),
+        }
+    }
+
+    /// Those of the transmittance.
+    fn coefficients(&self) -> [f32; DEGREE + 1] {
+        std::array::from_fn(|i| {
+            let pair = self.packed[i / 2];
+            let first = (pair / 4096.0).floor();
+            let steps = if i % 2 == 0 {
+                first
+            } else {
+                pair - 4096.0 * first
+            };
+            (LOW + steps * (RANGE / STEPS)) * self.scale
+        })
+    }
+
     /// Of a smooth coat, whose transmittance is known ([`smooth_transmittance`]).
     pub fn smooth(eta: f32, thickness: f32) -> Self {
         let strata = 1 << 14;
@@ -174,8 +200,12 @@ fn fit(samples: &[(f32, f64)], eta: f32, scale: f64) -> [f32; 3] {
             }
         }
     }
+    pack(std::array::from_fn(|i| (m[i][N] / m[i][i]) as f32))
+}
+
+fn pack(coefficients: [f32; DEGREE + 1]) -> [f32; 3] {
     let quantised = |i: usize| {
-        let x = (m[i][N] / m[i][i]) as f32;
+        let x = coefficients[i];
         (((x - LOW) / RANGE * STEPS).clamp(0.0, STEPS)).round()
     };
     std::array::from_fn(|i| quantised(2 * i) * 4096.0 + quantised(2 * i + 1))
@@ -256,12 +286,31 @@ pub fn share<L: Lanes>(base: L, coat: L) -> L {
 pub const PATHS: u32 = 1 << 13;
 
 /// What a walk between a coat and a conductor says of the light that leaves again, of light from all sides as from a white sky.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Walk {
-    /// Albedo of what meets the conductor once, in the green channel.
-    pub once: f32,
+    /// The part of the first of `each` that comes from the steeper half of the sky.
+    pub steep: f32,
     /// Albedo of what meets it more than once.
     pub later: [f32; 3],
+    /// Albedos of what meets it once, twice and so on, in the green channel.
+    pub each: Vec<f32>,
+}
+
+/// Whether the path is of the half that comes from steep directions: squares of cosines are evenly spread.
+pub fn is_steep(path: u32) -> bool {
+    2 * path >= PATHS
+}
+
+/// Bounces that [`walk`] follows light for, at most: what has not left by then is little.
+const LONGEST: u32 = 64;
+
+/// Thickness and gain of a row of a coated conductor.
+pub fn unpacked_layer(packed: f32, smooth: bool) -> [f32; 2] {
+    if smooth {
+        [packed, 1.0]
+    } else {
+        super::microfacet::unpack_halves(packed)
+    }
 }
 
 /// Follows light between the layers.
@@ -284,7 +333,8 @@ pub fn walk(layers: &Layers) -> Walk {
         (h, cos)
     };
     let mut sum = [0.0f64; 3];
-    let mut once = 0.0f64;
+    let mut each = vec![0.0f64; layers.bounces.clamp(1, LONGEST) as usize];
+    let mut steep = 0.0f64;
     let mut random = Random(1);
     for i in 0..PATHS {
         let [u, v, turns] = evenly(i as usize);
@@ -305,7 +355,7 @@ pub fn walk(layers: &Layers) -> Walk {
         let mut light = Vec3::splat([1.0; 3])
             * ((1.0 - boundary.reflectance) * masked(&surface, outside, w) * way(w));
         // `w` points from the conductor to where the light came from.
-        for bounces in 1..=layers.bounces {
+        for bounces in 1..=layers.bounces.min(LONGEST) {
             let (h, cos) = bounce(&metal, w, random.pair());
             let up = h.mul_add(2.0 * cos, -w);
             if up.z <= 0.0 {
@@ -319,9 +369,14 @@ pub fn walk(layers: &Layers) -> Walk {
             let leaving = -h.mul_add(cos * eta - boundary.cos_t, up * -eta);
             if leaving.z > 0.0 && boundary.reflectance < 1.0 {
                 let share = (1.0 - boundary.reflectance) * masked(&surface, up, leaving);
-                if bounces == 1 {
-                    once += f64::from(light.y * share);
+                let seen = f64::from(light.y * share);
+                each[bounces as usize - 1] += seen;
+                steep += if bounces == 1 && is_steep(i) {
+                    seen
                 } else {
+                    0.0
+                };
+                if bounces > 1 {
                     for (sum, light) in sum.iter_mut().zip([light.x, light.y, light.z]) {
                         *sum += f64::from(light * share);
                     }
@@ -340,8 +395,9 @@ pub fn walk(layers: &Layers) -> Walk {
     }
     let mean = |sum: f64| (sum / f64::from(PATHS)) as f32;
     Walk {
-        once: mean(once),
+        steep: mean(steep),
         later: sum.map(mean),
+        each: each.into_iter().map(mean).collect(),
     }
 }
 

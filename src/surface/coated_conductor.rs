@@ -6,19 +6,19 @@
 //!
 //! 1. it is reflected by the coat;
 //! 2. it is refracted into the coat, meets the conductor once, and is refracted out. Below a smooth coat that is exact: `T(wo) T(wi) / eta^2` times
-//!    the conductor's BRDF of the refracted directions. A rough coat bends light at its microfacets as well, which widens the conductor's lobe: to
-//!    its slopes' variance comes that of the two refractions ([`seen_through`]);
+//!    the conductor's BRDF of the refracted directions. A rough coat bends light at its microfacets as well, which gives the lobe another shape
+//!    ([`seen_through`](super::seen_through));
 //! 3. it meets the conductor more than once, the coat having reflected it down again, wholly beyond the critical angle. What leaves then has
 //!    gone in many directions: it is taken for diffuse, in the amount that a walk between the layers gives when the scene is loaded ([`coat::walk`]).
 //!
-//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise, against a transcription of the random walk
-//! (`tests/coated.rs`; alphas of coat and copper 0 to 0.6, indices 1.3 to 2), albedos differ by less than 0.04: with a smooth coat most at grazing
-//! angles on a nearly smooth conductor, whose later bounces are a lobe as well; with a rough coat by what its microfacets send into each other, which is
-//! taken for absorption. Values at a lobe's peak differ by less than a fifth under a smooth coat and conductors rougher than 0.3; under
-//! rough coats over smooth conductors the shape of the lobe is only approximate.
+//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise `tests/coated.rs` says how far albedos and values are
+//! from a transcription of the random walk (alphas of coat and copper 0 to 0.6, indices 1.3 to 2). Most at grazing angles, where
+//! later bounces are a lobe as well.
 
 use super::diffuse::{cosine_sample, same_side};
 use super::microfacet::{TrowbridgeReitz, pack_alphas, pack_halves, unpack_halves, upper};
+use super::rough_dielectric::resolved_eta;
+use super::seen_through::{Slopes, once};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode, coat, fresnel, mirror};
 use crate::simd::{Lanes, Mask, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
@@ -31,10 +31,10 @@ pub struct Coat;
 pub struct Smooth;
 
 /// Conductor under a rough coat. Row: conductor eta and k relative to the coat, a pair per channel ([`pack_halves`], 3), coat eta, alphas of
-/// the coat, alphas of the conductor, thickness, colour of later bounces ([`pack_colour`]).
+/// the coat, alphas of the conductor, thickness and gain ([`pack_halves`]; [`Layers::row`]), colour of later bounces ([`pack_colour`]).
 pub struct Rough;
 
-/// Rough conductor under a smooth coat, without the coat's reflection. Row: that of [`Rough`].
+/// Rough conductor under a smooth coat, without the coat's reflection. Row: that of [`Rough`], but for the thickness, which is alone.
 pub struct Base;
 
 /// A thickness whose last eight bits say how often light may meet the conductor.
@@ -45,6 +45,9 @@ pub fn pack_bounces(thickness: f32, bounces: u32) -> f32 {
 
 /// Greatest number of a packed colour.
 pub const BRIGHTEST: f32 = 2.0;
+
+/// What the lobe of a rough coat's conductor may be multiplied by, at least and at most.
+const GAIN: [f32; 2] = [0.25, 4.0];
 
 /// Three numbers of eight bits, 0 to [`BRIGHTEST`], as one whole number.
 pub fn pack_colour(colour: [f32; 3]) -> f32 {
@@ -82,6 +85,22 @@ pub struct Layers {
 impl Layers {
     /// Row of [`Rough`] or, if the coat is smooth, [`Base`].
     pub fn row(&self) -> [f32; 8] {
+        let Calibration {
+            mut row,
+            walk,
+            missing,
+            square,
+        } = self.calibrated();
+        let vector = |c: [f32; 3]| Vec3::new(c[0], c[1], c[2]);
+        let metal = fresnel::conductor(0.8, vector(self.eta), vector(self.k));
+        let tint = metal * (1.0 / metal.y.max(1e-6));
+        let later = vector(walk.later) + tint * missing;
+        row[7] = pack_colour((later * (1.0 / square)).lane(0));
+        row
+    }
+
+    /// Sets the lobe to what a walk between the layers says.
+    pub fn calibrated(&self) -> Calibration {
         let coat = self.coat.unwrap_or([0.0; 2]);
         let pair = |c: usize| pack_halves(self.eta[c], self.k[c]);
         let mut row = [
@@ -95,29 +114,46 @@ impl Layers {
             0.0,
         ];
         let walk = coat::walk(self);
-        // What microfacets lose to each other is lost as if the coat were thicker.
-        if self.coat.is_some() {
-            let (once, _) = means::<true>(&row);
-            let lost = (once / walk.once.max(1e-6)).max(1.0).ln();
-            let cos = (1.0 - 0.5 / (self.coat_eta * self.coat_eta))
-                .max(0.25)
-                .sqrt();
-            row[6] += 0.5 * lost * cos;
+        let mut missing = 0.0;
+        if let Some([ax, ay]) = self.coat {
+            row[3] = resolved_eta(self.coat_eta, ax.min(ay));
+            // Of steep directions the lobe has the albedo of the walk; of all, what is missing has gone far astray.
+            row[6] = pack_halves(self.thickness, 1.0);
+            let [steep, once, _] = means::<true>(&row);
+            let gain = (walk.steep / steep.max(1e-6)).clamp(GAIN[0], GAIN[1]);
+            row[6] = pack_halves(self.thickness, gain);
+            missing = (walk.each[0] - gain * once).max(0.0);
         }
         let transmittance = match self.coat {
-            Some(_) => means::<true>(&row).1,
-            None => means::<false>(&row).1,
+            Some(_) => means::<true>(&row)[2],
+            None => means::<false>(&row)[2],
         };
         let square = (transmittance * transmittance).max(1e-12);
-        row[7] = pack_colour(walk.later.map(|later| later / square));
-        row
+        Calibration {
+            row,
+            walk,
+            missing,
+            square,
+        }
     }
 }
 
-/// Means over a white sky: albedo of what meets the conductor once, in the green channel, and transmittance of the coat.
-fn means<const COAT: bool>(row: &[f32; 8]) -> (f32, f32) {
+/// What [`Layers::calibrated`] finds.
+pub struct Calibration {
+    /// But for the colour of later bounces.
+    pub row: [f32; 8],
+    pub walk: coat::Walk,
+    /// Albedo of what meets the conductor once and is not in its lobe, in the green channel.
+    pub missing: f32,
+    /// Square of the coat's transmittance, over which the colour of later bounces is.
+    pub square: f32,
+}
+
+/// Means over a white sky: albedo of what meets the conductor once, in the green channel, from the steeper half of the sky
+/// and from all of it, and transmittance of the coat.
+fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
     let surface = TrowbridgeReitz::of_packed(row[4]);
-    let [mut once, mut through] = [0.0f64; 2];
+    let [mut steep, mut once, mut through] = [0.0f64; 3];
     for i in 0..coat::PATHS {
         let [u, v, turns] = coat::evenly(i as usize);
         let mu = ((i as f32 + 0.5) / coat::PATHS as f32).sqrt();
@@ -127,25 +163,25 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> (f32, f32) {
         } else {
             mu
         };
-        through += f64::from(inside(row, o, cos).transmittance);
+        let [thickness, _] = layer::<f32, COAT>(row);
+        let below = inside(row, o, (cos, thickness)).transmittance;
+        through += f64::from(below);
         // The lobe of the conductor alone: its share of samples is divided out.
         let s = sample::<f32, COAT>(row, o, [u, v, 0.0]);
         let value = eval::<f32, COAT>(row, o, s.wi);
         if COAT && value.pdf > 0.0 && s.weight.y > 0.0 {
             let r = surface.reflection(o, s.wi);
-            let cos = ((o + s.wi).length2().sqrt() * 0.5).min(1.0);
-            let coat = r.brdf * fresnel::dielectric(cos, row[3]).reflectance;
-            let [share, ..] = shares(
-                inside(row, o, effective_cosine(&surface, o)).transmittance,
-                Vec3::zero(),
-                coat::gloss(effective_cosine(&surface, o), row[3]),
-            );
+            let half = ((o + s.wi).length2().sqrt() * 0.5).min(1.0);
+            let coat = r.brdf * fresnel::dielectric(half, row[3]).reflectance;
+            let [share, ..] = shares(below, Vec3::zero(), coat::gloss(cos, row[3]));
             let lobe = (value.pdf - (1.0 - share) * r.pdf).max(1e-6 * value.pdf) / share;
-            once += f64::from((value.f.y - coat).max(0.0) * s.wi.z / lobe);
+            let share = f64::from((value.f.y - coat).max(0.0) * s.wi.z / lobe);
+            once += share;
+            steep += if coat::is_steep(i) { share } else { 0.0 };
         }
     }
     let mean = |sum: f64| (sum / f64::from(coat::PATHS)) as f32;
-    (mean(once), mean(through))
+    [steep, once, through].map(mean)
 }
 
 impl Bsdf for Coat {
@@ -230,14 +266,14 @@ fn effective_cosine<L: Lanes>(coat: &TrowbridgeReitz<L>, w: Vec3<L>) -> L {
 }
 
 #[inline(always)]
-fn inside<L: Lanes>(row: &[L; 8], w: Vec3<L>, cos: L) -> Inside<L> {
+fn inside<L: Lanes>(row: &[L; 8], w: Vec3<L>, (cos, thickness): (L, L)) -> Inside<L> {
     let inverse = L::one() / row[3];
     let (x, y) = (w.x * inverse, w.y * inverse);
     let square = L::one() - x * x - y * y;
     let exists = square.gt(L::zero());
     Inside {
         w: Vec3::new(x, y, L::select(exists, square.sqrt(), L::one())),
-        transmittance: coat::smooth_transmittance(cos, row[3], row[6]).or_zero(exists),
+        transmittance: coat::smooth_transmittance(cos, row[3], thickness).or_zero(exists),
         exists,
     }
 }
@@ -249,21 +285,30 @@ fn shift2<L: Lanes>(cos: L, below: L, eta: L) -> L {
     shift * shift
 }
 
-/// The conductor as seen through a rough coat. A slope `s` of the interface moves the refracted direction by `(cos' - cos / eta) s` along the
-/// surface (the derivative of Snell's law in vector form), and with it the half vector by that over `cos'_o + cos'_i`; the variances of the slopes
-/// of the conductor and of the two refractions add up.
+/// What sampling takes the conductor for under a rough coat, of a direction with cosine `below` inside: both refractions are taken to widen
+/// its lobe alike ([`Slopes`]).
 #[inline(always)]
-fn seen_through<L: Lanes>(
+fn sampled<L: Lanes>(
     metal: &TrowbridgeReitz<L>,
     coat: &TrowbridgeReitz<L>,
-    shifts2: L,
-    cosines: L,
+    shift2: L,
+    below: L,
 ) -> TrowbridgeReitz<L> {
-    let spread = shifts2 / (cosines * cosines);
-    let widened = |metal: L, coat: L| metal.mul_add(metal, spread * (coat * coat)).sqrt();
+    let part = shift2.sqrt() / (L::splat(2.0) * below);
+    let widened = |metal: L, coat: L| Slopes::of([coat * part, coat * part, metal]).widest();
     TrowbridgeReitz {
         ax: widened(metal.ax, coat.ax),
         ay: widened(metal.ay, coat.ay),
+    }
+}
+
+/// Thickness of the coat and gain of the lobe.
+#[inline(always)]
+fn layer<L: Lanes, const COAT: bool>(row: &[L; 8]) -> [L; 2] {
+    if COAT {
+        unpack_halves(row[6])
+    } else {
+        [row[6], L::one()]
     }
 }
 
@@ -293,24 +338,21 @@ fn eval<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> B
         }
     };
     let (co, ci) = (cosine(o), cosine(i));
-    let (below_o, below_i) = (inside(row, o, co), inside(row, i, ci));
+    let [thickness, gain] = layer::<L, COAT>(row);
+    let (below_o, below_i) = (
+        inside(row, o, (co, thickness)),
+        inside(row, i, (ci, thickness)),
+    );
     let (p, q) = (below_o.w, below_i.w);
     let both = below_o.exists.and(below_i.exists);
 
     let bare = TrowbridgeReitz::of_packed(row[5]);
     let mut metal = bare.reflection(p, q);
     if COAT {
-        let (so, si) = (shift2(o.z, p.z, row[3]), shift2(i.z, q.z, row[3]));
-        let two = L::splat(2.0);
-        let (from_o, from_i) = (two * p.z, two * q.z);
-        metal.brdf = seen_through(&bare, &surface, so + si, p.z + q.z)
-            .reflection(p, q)
-            .brdf;
         // Sampling knows one of the directions only.
-        metal.pdf = seen_through(&bare, &surface, two * so, from_o)
-            .reflection(p, q)
-            .pdf;
-        metal.pdf_reverse = seen_through(&bare, &surface, two * si, from_i)
+        let (so, si) = (shift2(o.z, p.z, row[3]), shift2(i.z, q.z, row[3]));
+        metal.pdf = sampled(&bare, &surface, so, p.z).reflection(p, q).pdf;
+        metal.pdf_reverse = sampled(&bare, &surface, si, q.z)
             .reflection(p, q)
             .pdf_reverse;
     }
@@ -320,17 +362,19 @@ fn eval<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> B
         let [eta, k] = unpack_halves(row[c]);
         (eta, k)
     });
-    let reflectance = fresnel::conductor(
-        half_cosine(p, q),
-        Vec3::new(ex, ey, ez),
-        Vec3::new(kx, ky, kz),
-    );
+    let conductor = |cos: L| fresnel::conductor(cos, Vec3::new(ex, ey, ez), Vec3::new(kx, ky, kz));
     let later = unpack_colour(row[7]);
     let inv_pi = L::splat(FRAC_1_PI);
     let squeeze = L::one() / (row[3] * row[3]);
     let through = below_o.transmittance * below_i.transmittance;
-    let mut f = reflectance * (metal.brdf * squeeze).or_zero(both) + later * inv_pi;
-    f = f * through;
+    let mut f = later * (inv_pi * through);
+    if COAT {
+        let (lobe, cos) = once(&surface, &bare, [o, i], row[3], thickness);
+        f = f + conductor(cos) * (lobe * gain);
+    } else {
+        let lobe = (metal.brdf * squeeze).or_zero(both);
+        f = f + conductor(half_cosine(p, q)) * (lobe * through);
+    }
 
     let (gloss_o, gloss_i) = if COAT {
         (coat::gloss(co, row[3]), coat::gloss(ci, row[3]))
@@ -368,7 +412,7 @@ fn sample<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, u: [L; 3]) -> B
     } else {
         (o.z, L::zero())
     };
-    let below = inside(row, o, cos);
+    let below = inside(row, o, (cos, layer::<L, COAT>(row)[0]));
     let [metal, diffuse, _] = shares(below.transmittance, unpack_colour(row[7]), gloss);
     let on_metal = u[2].lt(metal);
     let on_coat = u[2].ge(metal + diffuse);
@@ -376,9 +420,7 @@ fn sample<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, u: [L; 3]) -> B
     let p = below.w;
     let mut normals = TrowbridgeReitz::of_packed(row[5]);
     if COAT {
-        let two = L::splat(2.0);
-        let shifts2 = two * shift2(o.z, p.z, row[3]);
-        normals = seen_through(&normals, &surface, shifts2, two * p.z);
+        normals = sampled(&normals, &surface, shift2(o.z, p.z, row[3]), p.z);
     }
     let h = normals.sample_normal(p, u[0], u[1]);
     let q = h.mul_add(L::splat(2.0) * p.dot(h), -p);

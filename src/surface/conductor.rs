@@ -38,6 +38,7 @@ impl Bsdf for Smooth {
 impl Bsdf for Rough {
     const DELTA: bool = false;
     const LOBES: bool = false;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -67,5 +68,11 @@ impl Bsdf for Rough {
             pdf: r.pdf.or_zero(valid),
             pdf_reverse: r.pdf_reverse.or_zero(valid),
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let (brdf, cos) = TrowbridgeReitz::of_row(row).reflection_across(wo, wi);
+        reflectance(row, cos.abs()) * brdf
     }
 }

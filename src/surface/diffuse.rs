@@ -28,6 +28,12 @@ pub(super) fn cosine_sample<L: Lanes>(wo: Vec3<L>, u: [L; 3]) -> (Vec3<L>, L) {
     (wi, pdf)
 }
 
+/// True where the directions are strictly on different sides.
+#[inline(always)]
+pub(super) fn opposite<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
+    (wo.z * wi.z).lt(L::zero())
+}
+
 /// True where both directions are strictly on one side.
 #[inline(always)]
 pub(super) fn same_side<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
@@ -37,6 +43,7 @@ pub(super) fn same_side<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
 impl Bsdf for Diffuse {
     const DELTA: bool = false;
     const LOBES: bool = false;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -58,6 +65,12 @@ impl Bsdf for Diffuse {
             pdf: wi.z.abs() * inv_pi,
             pdf_reverse: wo.z.abs() * inv_pi,
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let inv_pi = L::splat(FRAC_1_PI).or_zero(opposite(wo, wi));
+        Vec3::new(row[0], row[1], row[2]) * inv_pi
     }
 }
 
@@ -83,6 +96,7 @@ impl OrenNayar {
 impl Bsdf for OrenNayar {
     const DELTA: bool = false;
     const LOBES: bool = false;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -103,5 +117,10 @@ impl Bsdf for OrenNayar {
             f: lambert.f * Self::factor(row, wo, wi),
             ..lambert
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        Diffuse::across(row, wo, wi) * Self::factor(row, wo, wi)
     }
 }

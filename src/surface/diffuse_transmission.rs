@@ -1,7 +1,7 @@
 //! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on either side (pbrt-v4,
 //! `DiffuseTransmissionBxDF`).
 
-use super::diffuse::{cosine_sample, same_side};
+use super::diffuse::{cosine_sample, opposite, same_side};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
@@ -23,6 +23,7 @@ fn reflection_probability<L: Lanes>(row: &[L; 8]) -> L {
 impl Bsdf for DiffuseTransmission {
     const DELTA: bool = false;
     const LOBES: bool = true;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
@@ -61,5 +62,15 @@ impl Bsdf for DiffuseTransmission {
             pdf: wi.z.abs() * inv_pi * chance,
             pdf_reverse: wo.z.abs() * inv_pi * chance,
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let albedo = Vec3::select(
+            opposite(wo, wi),
+            Vec3::new(row[0], row[1], row[2]),
+            Vec3::new(row[3], row[4], row[5]),
+        );
+        albedo * L::splat(FRAC_1_PI)
     }
 }

@@ -3,6 +3,7 @@
 use super::Kind;
 use super::bump::{self, Relief, Tilted};
 use super::coat::Interface;
+use super::coat_table::{Base, CoatTable};
 use super::coated_conductor::{Layers, pack_bounces};
 use super::coated_diffuse::base_of;
 use super::diffuse::oren_nayar_coefficients;
@@ -13,8 +14,8 @@ use super::texture::{self, Place};
 use crate::geometry::Derivatives;
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{
-    Bump, ConductorFresnel, Image, Material, MaterialKind, Param, Remap, Roughness, Scene, Texture,
-    is_smooth,
+    Bump, Coat, CoatedBase, ConductorFresnel, Image, Material, MaterialKind, Param, Remap,
+    Roughness, Scene, Texture, is_smooth,
 };
 use crate::simd::Row;
 use glam::DVec3;
@@ -51,6 +52,8 @@ pub struct MaterialTable<'a> {
     images: &'a [Image],
     /// Of coated diffuse materials.
     interfaces: Vec<Option<Interface>>,
+    /// Of textured coats.
+    tables: Vec<Option<Arc<CoatTable>>>,
     /// Image textures of each material.
     looked_up: Vec<Vec<u32>>,
     /// Some texture looks at texture coordinates.
@@ -71,6 +74,7 @@ impl<'a> MaterialTable<'a> {
             textures: &scene.textures,
             images: &scene.images,
             interfaces: Vec::new(),
+            tables: Vec::new(),
             looked_up: Vec::new(),
             uses_uv: false,
             uses_point: false,
@@ -90,6 +94,8 @@ impl<'a> MaterialTable<'a> {
             table
                 .interfaces
                 .push(table.interface(&scene.materials, kind));
+            let of_coat = table.table(kind);
+            table.tables.push(of_coat);
             let mut images = Vec::new();
             let mut list = params(kind);
             match bump {
@@ -150,6 +156,79 @@ impl<'a> MaterialTable<'a> {
             true => Interface::smooth(coat.eta, coat.thickness),
             false => Interface::of(coat.alphas.map(resolved), coat.eta, coat.thickness),
         }))
+    }
+
+    /// What is tabulated of a textured coat; shared among those of which it is the same.
+    fn table(&self, kind: &MaterialKind) -> Option<Arc<CoatTable>> {
+        let MaterialKind::TexturedCoat {
+            base,
+            interface,
+            coat,
+        } = kind
+        else {
+            return None;
+        };
+        let base = match base {
+            CoatedBase::Diffuse(_) => Base::Diffuse,
+            CoatedBase::Conductor { roughness, .. } => Base::Conductor(constant_alphas(roughness)),
+        };
+        let fixed = constant_alphas(interface).is_some();
+        let same = |table: &&Arc<CoatTable>| table.is_of(coat, base, fixed);
+        let earlier = self.tables.iter().flatten().find(same).cloned();
+        Some(earlier.unwrap_or_else(|| Arc::new(CoatTable::new(*coat, base, fixed))))
+    }
+
+    /// The row of a textured coat with these parameters, at a place.
+    fn textured_coat(
+        &self,
+        material: usize,
+        (base, interface, coat): (&CoatedBase, &Roughness, &Coat),
+        at: &dyn Fn(Param) -> [f32; 3],
+    ) -> [f32; 8] {
+        let Some(table) = &self.tables[material] else {
+            return [0.0; 8];
+        };
+        let alphas = |r: &Roughness| [r.u, r.v].map(|p| alpha(at(p)[0], r.remap));
+        match *base {
+            CoatedBase::Diffuse(reflectance) => {
+                let alphas = alphas(interface);
+                let Interface {
+                    packed,
+                    scale,
+                    internal,
+                } = table.interface(alphas);
+                let [t, u, v] = packed;
+                let [r, g, b] = at(reflectance).map(|r| {
+                    let r = r.clamp(0.0, 1.0);
+                    scale * scale * base_of(r, coat.eta, internal, coat.visits())
+                });
+                [
+                    r,
+                    g,
+                    b,
+                    coat.eta,
+                    pack_alphas(alphas[0], alphas[1]),
+                    t,
+                    u,
+                    v,
+                ]
+            }
+            CoatedBase::Conductor { fresnel, roughness } => {
+                let index = match fresnel {
+                    ConductorFresnel::EtaK { eta, k } => [at(eta), at(k)],
+                    ConductorFresnel::Reflectance(r) => {
+                        [[1.0; 3], at(r).map(|r| k_of_reflectance(r.clamp(0.0, 1.0)))]
+                    }
+                };
+                // The conductor is what the coat ends at.
+                let [eta, k] = index.map(|c| c.map(|x| x.max(0.0) / coat.eta));
+                if self.entries[material].kind == Kind::CoatedMirror {
+                    let bounces = pack_bounces(coat.thickness, coat.visits());
+                    return [eta[0], eta[1], eta[2], k[0], k[1], k[2], coat.eta, bounces];
+                }
+                table.conductor([eta, k], alphas(interface), alphas(&roughness))
+            }
+        }
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
@@ -348,6 +427,11 @@ impl<'a> MaterialTable<'a> {
                     row = layers.row();
                 }
             }
+            MaterialKind::TexturedCoat {
+                base,
+                interface,
+                coat,
+            } => row = self.textured_coat(material, (base, interface, coat), &at),
             MaterialKind::Coat { eta } => row[0] = *eta,
             MaterialKind::Mixture { .. } | MaterialKind::Interface => {}
         }
@@ -366,6 +450,15 @@ fn is_anisotropic(kind: &MaterialKind) -> bool {
         MaterialKind::CoatedDiffuse { coat, .. } => differ(&coat.alphas),
         MaterialKind::CoatedConductor { coat, alphas, .. } => {
             differ(&coat.alphas) || differ(alphas)
+        }
+        MaterialKind::TexturedCoat {
+            base, interface, ..
+        } => {
+            let below = match base {
+                CoatedBase::Conductor { roughness, .. } => roughness.u != roughness.v,
+                CoatedBase::Diffuse(_) => false,
+            };
+            below || interface.u != interface.v
         }
         _ => false,
     }
@@ -404,6 +497,17 @@ fn kernel(kind: &MaterialKind) -> Kind {
                 (false, _) => Kind::CoatedConductor,
             }
         }
+        MaterialKind::TexturedCoat { base, coat, .. } => match base {
+            CoatedBase::Diffuse(_) => Kind::CoatedDiffuse,
+            CoatedBase::Conductor { roughness, .. } => {
+                let smooth = constant_alphas(roughness).is_some_and(is_smooth);
+                match (coat.is_smooth(), smooth) {
+                    (true, true) => Kind::CoatedMirror,
+                    (true, false) => Kind::CoatedConductorBase,
+                    (false, _) => Kind::CoatedConductor,
+                }
+            }
+        },
         MaterialKind::Coat { .. } => Kind::Coat,
         // Never asked for: a component takes the mixture's place, and interfaces are left out of the tracer.
         MaterialKind::Mixture { .. } | MaterialKind::Interface => Kind::Diffuse,
@@ -482,11 +586,37 @@ fn params(kind: &MaterialKind) -> Vec<Param> {
             ..
         } => [*reflectance, *transmittance].concat(),
         MaterialKind::CoatedDiffuse { reflectance, .. } => vec![*reflectance],
+        MaterialKind::TexturedCoat {
+            base, interface, ..
+        } => {
+            let mut list = rough(interface).to_vec();
+            match base {
+                CoatedBase::Diffuse(reflectance) => list.push(*reflectance),
+                CoatedBase::Conductor { fresnel, roughness } => {
+                    list.extend(rough(roughness));
+                    match fresnel {
+                        ConductorFresnel::EtaK { eta, k } => list.extend([*eta, *k]),
+                        ConductorFresnel::Reflectance(r) => list.push(*r),
+                    }
+                }
+            }
+            list
+        }
         MaterialKind::CoatedConductor { .. } | MaterialKind::Coat { .. } => Vec::new(),
         MaterialKind::Mixture { components } => (components.iter())
             .flat_map(|c| [&[c.weight.param()], &c.albedo[..]].concat())
             .collect(),
         MaterialKind::Interface => Vec::new(),
+    }
+}
+
+/// Alphas, if they are the same everywhere.
+fn constant_alphas(roughness: &Roughness) -> Option<[f32; 2]> {
+    match (roughness.u, roughness.v) {
+        (Param::Constant([u, ..]), Param::Constant([v, ..])) => {
+            Some([u, v].map(|x| raw_alpha(x, roughness.remap).min(1e3)))
+        }
+        _ => None,
     }
 }
 

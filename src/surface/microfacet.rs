@@ -1,8 +1,8 @@
 //! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
 
-use super::diffuse::cosine_sample;
+use super::diffuse::{cosine_sample, opposite};
 use super::{Bsdf, BsdfSample, Mode};
-use crate::simd::{Lanes, UintLanes, Vec3, math};
+use crate::simd::{Lanes, Mask, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
 pub use crate::scene::SMOOTH_ALPHA;
@@ -102,6 +102,20 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         }
     }
 
+    /// `D G / (4 cos_o cos_i)` of directions on different sides of the surface, as pbrt-v3 has it: of the half vector between them,
+    /// wherever it points, and cosines without sign. Also the cosine between `wi` and the half vector turned up.
+    #[inline(always)]
+    pub fn reflection_across(&self, wo: Vec3<L>, wi: Vec3<L>) -> (L, L) {
+        let sum = wo + wi;
+        let length = sum.length2().sqrt();
+        let d = self.d(sum.normalize()) * L::splat(0.5);
+        let (lo, li) = (self.stretch(wo), self.stretch(wi));
+        let brdf = d / wo.z.abs().mul_add(li, wi.z.abs() * lo);
+        let cos = (length * L::splat(0.5)).min(L::one()).copysign(sum.z);
+        let across = opposite(wo, wi).and(length.gt(L::zero()));
+        (brdf.or_zero(across), cos)
+    }
+
     /// A visible normal (Heitz 2018, "Sampling the GGX Distribution of Visible Normals", listing 1).
     #[inline(always)]
     pub fn sample_normal(&self, wo: Vec3<L>, u: L, v: L) -> Vec3<L> {
@@ -138,10 +152,11 @@ pub fn sample_coated<B: Bsdf, L: Lanes>(
     let h = distribution.sample_normal(up, u[0], u[1]);
     let glossy = h.mul_add(L::splat(2.0) * up.dot(h), -up);
     let wi = Vec3::select(u[2].lt(diffuse), cosine_sample(up, u).0, glossy);
-    let value = B::eval(row, up, wi, mode);
+    let wi = Vec3::new(wi.x, wi.y, wi.z * sign);
+    let value = B::eval(row, wo, wi, mode);
     let valid = value.pdf.gt(L::zero());
     BsdfSample {
-        wi: Vec3::new(wi.x, wi.y, wi.z * sign),
+        wi,
         weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,

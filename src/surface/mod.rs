@@ -9,6 +9,7 @@
 
 pub mod bump;
 pub mod coat;
+pub mod coat_table;
 pub mod coated_conductor;
 pub mod coated_diffuse;
 pub mod conductor;
@@ -23,6 +24,7 @@ pub mod mirror;
 pub mod mixture;
 pub mod plastic;
 pub mod rough_dielectric;
+pub mod seen_through;
 pub mod substrate;
 pub mod texture;
 pub mod thin_dielectric;
@@ -206,6 +208,8 @@ pub trait Bsdf {
     const DELTA: bool;
     /// Sampling reads a third primary sample, the choice of lobe.
     const LOBES: bool;
+    /// [`Bsdf::across`] is not 0.
+    const ACROSS: bool = false;
 
     /// Samples a direction from three primary samples (the third is 0 unless [`Kind::has_lobes`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
@@ -213,4 +217,11 @@ pub trait Bsdf {
     /// Value and densities for two given directions (0 for delta BSDFs). Reflection is the same in both modes; of transmission, one mode is
     /// the other with the directions swapped.
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L>;
+
+    /// What pbrt-v3 makes of directions about which the true surface and this one disagree: the value of reflection if they are on
+    /// different sides of this one, of transmission if on the same.
+    #[inline(always)]
+    fn across<L: Lanes>(_row: &[L; 8], _wo: Vec3<L>, _wi: Vec3<L>) -> Vec3<L> {
+        Vec3::zero()
+    }
 }

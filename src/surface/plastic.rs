@@ -1,6 +1,6 @@
 //! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
 
-use super::diffuse::same_side;
+use super::diffuse::{opposite, same_side};
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
 use crate::simd::{Lanes, Vec3};
@@ -9,9 +9,16 @@ use std::f32::consts::FRAC_1_PI;
 /// Row: diffuse (3), specular (3), alpha x, alpha y.
 pub struct Plastic;
 
-/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside (`FresnelDielectric(1.5f, 1.f)`), so that the
-/// lobe reflects fully beyond 41.8 degrees; its scenes are made for that look.
-const ETA: f32 = 1.0 / 1.5;
+/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside (`FresnelDielectric(1.5f, 1.f)`), so that from the
+/// front the lobe reflects fully beyond 41.8 degrees, and from the back as glass does; its scenes are made for that look.
+const ETA: f32 = 1.5;
+
+/// What is reflected of directions from the front or from the back.
+#[inline(always)]
+fn reflectance<L: Lanes>(cos: L, front: L::Mask) -> L {
+    let eta = L::select(front, L::splat(1.0 / ETA), L::splat(ETA));
+    fresnel::dielectric(cos, eta).reflectance
+}
 
 /// Probability of sampling the diffuse lobe: a half, unless one of the lobes is black.
 #[inline(always)]
@@ -25,6 +32,7 @@ fn diffuse_probability<L: Lanes>(row: &[L; 8]) -> L {
 impl Bsdf for Plastic {
     const DELTA: bool = false;
     const LOBES: bool = true;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
@@ -38,10 +46,10 @@ impl Bsdf for Plastic {
         let valid = same_side(wo, wi);
         let (o, i) = (upper(wo).0, upper(wi).0);
         let r = distribution.reflection(o, i);
-        let reflectance = fresnel::dielectric(r.cos_h, L::splat(ETA)).reflectance;
+        let share = reflectance(r.cos_h, wo.z.gt(L::zero()));
         let inv_pi = L::splat(FRAC_1_PI);
         let f = (Vec3::new(row[0], row[1], row[2]) * inv_pi)
-            + Vec3::new(row[3], row[4], row[5]) * (r.brdf * reflectance);
+            + Vec3::new(row[3], row[4], row[5]) * (r.brdf * share);
         let p = diffuse_probability(row);
         let mix = |cos: L, glossy: L| (p * inv_pi).mul_add(cos, (L::one() - p) * glossy);
         BsdfValue {
@@ -49,5 +57,13 @@ impl Bsdf for Plastic {
             pdf: mix(i.z, r.pdf).or_zero(valid),
             pdf_reverse: mix(o.z, r.pdf_reverse).or_zero(valid),
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let (brdf, cos) = TrowbridgeReitz::of_row(row).reflection_across(wo, wi);
+        let glossy = brdf * reflectance(cos.abs(), cos.gt(L::zero()));
+        let diffuse = L::splat(FRAC_1_PI).or_zero(opposite(wo, wi));
+        Vec3::new(row[0], row[1], row[2]) * diffuse + Vec3::new(row[3], row[4], row[5]) * glossy
     }
 }

@@ -46,7 +46,7 @@ fn indices<L: Lanes>(row: &[L; 8], wo: Vec3<L>) -> (L, L) {
 /// What values and densities of a refraction have in common: `2 (1 - F) D |o . h| |i . h| / |n_o o + n_i i|^2`, and 0 if no microfacet
 /// refracts one direction into the other. `o.z >= 0 >= i.z`; `no` and `ni` are the indices on their sides.
 #[inline(always)]
-fn refraction<L: Lanes>(
+pub(super) fn refraction<L: Lanes>(
     distribution: &TrowbridgeReitz<L>,
     (o, no): (Vec3<L>, L),
     (i, ni): (Vec3<L>, L),
@@ -71,6 +71,7 @@ fn refraction<L: Lanes>(
 impl Bsdf for Rough {
     const DELTA: bool = false;
     const LOBES: bool = true;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
@@ -152,5 +153,14 @@ impl Bsdf for Rough {
             pdf: pick(r.pdf, t * ni * ni / (zo + lo)),
             pdf_reverse: pick(r.pdf_reverse, t * no * no / (zi + li)),
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let (brdf, cos) = TrowbridgeReitz::of_packed(row[7]).reflection_across(wo, wi);
+        let outside = cos.gt(L::zero());
+        let eta = L::select(outside, row[6], L::one() / row[6]);
+        let reflectance = fresnel::dielectric(cos.abs(), eta).reflectance;
+        Vec3::new(row[0], row[1], row[2]) * (brdf * reflectance)
     }
 }

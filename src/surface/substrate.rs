@@ -4,7 +4,7 @@
 //! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
 //! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
 
-use super::diffuse::same_side;
+use super::diffuse::{opposite, same_side};
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
 use super::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
@@ -27,9 +27,42 @@ fn admitted<L: Lanes>(cos: L) -> L {
     x * (five - x * (ten - x * (ten - x * (five - x))))
 }
 
+impl Substrate {
+    /// The value for two directions, and where there is one; they may be on different sides.
+    #[inline(always)]
+    fn value<L: Lanes>(row: &[L; 8], o: Vec3<L>, i: Vec3<L>) -> (Vec3<L>, L::Mask) {
+        // Half the length of the sum: of two directions along the surface, and opposite, either one's cosine against the half vector is left
+        // to the rounding of its length.
+        let sum = o + i;
+        let cos_h = (sum.length2().sqrt() * L::splat(0.5)).min(L::one());
+        let base = Vec3::new(row[0], row[1], row[2]);
+        let coat = Vec3::new(row[3], row[4], row[5]);
+        let rest = Vec3::splat([1.0; 3]) - coat;
+        let (zo, zi) = (o.z.abs(), i.z.abs());
+        let diffuse = base.mul_elem(rest) * (L::splat(BASE) * admitted(zo) * admitted(zi));
+        let d = TrowbridgeReitz::of_row(row).d(sum.normalize());
+        let cosines = (cos_h * zo.max(zi)).max(L::splat(LEAST));
+        // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself would cancel.
+        let away = (o - i).length2() * L::splat(0.25) / (L::one() + cos_h);
+        let away2 = away * away;
+        let fresnel = coat + rest * (away2 * away2 * away);
+        let f = diffuse + fresnel * (d * L::splat(0.25) / cosines);
+        // There may be no half vector at all.
+        (f, cos_h.gt(L::zero()))
+    }
+
+    /// pbrt leaves the model out where both colours are black, although its coat reflects at grazing angles whatever its colour.
+    #[inline(always)]
+    fn exists<L: Lanes>(row: &[L; 8]) -> L::Mask {
+        let brightest = row[1..6].iter().fold(row[0], |most, &c| most.max(c));
+        brightest.gt(L::zero())
+    }
+}
+
 impl Bsdf for Substrate {
     const DELTA: bool = false;
     const LOBES: bool = true;
+    const ACROSS: bool = true;
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L> {
@@ -39,34 +72,22 @@ impl Bsdf for Substrate {
 
     #[inline(always)]
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, _: Mode) -> BsdfValue<L> {
-        let distribution = TrowbridgeReitz::of_row(row);
         let (o, i) = (upper(wo).0, upper(wi).0);
-        let r = distribution.reflection(o, i);
-        // Half the length of the sum: of two directions along the surface, and opposite, either one's cosine against the half vector is left
-        // to the rounding of its length.
-        let sum = o + i;
-        let cos_h = (sum.length2().sqrt() * L::splat(0.5)).min(L::one());
-        // There may be no half vector at all.
-        let valid = same_side(wo, wi).and(cos_h.gt(L::zero()));
-        let base = Vec3::new(row[0], row[1], row[2]);
-        let coat = Vec3::new(row[3], row[4], row[5]);
-        // pbrt leaves the model out where both colours are black, although its coat reflects at grazing angles whatever its colour.
-        let brightest = row[1..6].iter().fold(row[0], |most, &c| most.max(c));
-        let rest = Vec3::splat([1.0; 3]) - coat;
-        let diffuse = base.mul_elem(rest) * (L::splat(BASE) * admitted(o.z) * admitted(i.z));
-        let d = distribution.d(sum.normalize());
-        let cosines = (cos_h * o.z.max(i.z)).max(L::splat(LEAST));
-        // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself would cancel.
-        let away = (o - i).length2() * L::splat(0.25) / (L::one() + cos_h);
-        let away2 = away * away;
-        let fresnel = coat + rest * (away2 * away2 * away);
-        let f = diffuse + fresnel * (d * L::splat(0.25) / cosines);
+        let r = TrowbridgeReitz::of_row(row).reflection(o, i);
+        let (f, some) = Self::value(row, o, i);
+        let valid = same_side(wo, wi).and(some);
         let half = L::splat(0.5);
         let mix = |cos: L, glossy: L| half * L::splat(FRAC_1_PI).mul_add(cos, glossy);
         BsdfValue {
-            f: f.or_zero(valid.and(brightest.gt(L::zero()))),
+            f: f.or_zero(valid.and(Self::exists(row))),
             pdf: mix(i.z, r.pdf).or_zero(valid),
             pdf_reverse: mix(o.z, r.pdf_reverse).or_zero(valid),
         }
+    }
+
+    #[inline(always)]
+    fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
+        let (f, some) = Self::value(row, wo, wi);
+        f.or_zero(opposite(wo, wi).and(some).and(Self::exists(row)))
     }
 }

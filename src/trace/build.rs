@@ -1,5 +1,5 @@
 //! From scene to tree: obvhs clusters the boxes (PLOC, Meister and Bittner 2017, then reinsertion, 2018), and its tree
-//! is flattened into nodes that hold the boxes of both children.
+//! is flattened into nodes that hold the boxes of both children. `split.rs` makes trees that clustering takes too long for.
 
 use std::time::Duration;
 
@@ -10,15 +10,18 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 
+use super::crowd;
+use super::large::{LargeSurface, surfaces};
 use super::node::{Bounds, Child, Link, NOWHERE, Node, union};
 use super::packet::MAX_DEPTH;
 use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
+use super::split::Split;
 use super::triangle::is_degenerate;
 use crate::scene::{MaterialKind, NONE, Scene};
 
 /// Most primitives per leaf.
-const LEAF_SIZE: u32 = 4;
+pub const LEAF_SIZE: u32 = 4;
 
 /// What a build yields.
 pub struct Tree {
@@ -26,24 +29,55 @@ pub struct Tree {
     /// Triangles in leaf order; those of a subtree are neighbours.
     pub triangles: Vec<u32>,
     pub spheres: Vec<LeafSphere>,
+    /// What leaves of spheres refer to beside spheres.
+    pub large: Vec<LargeSurface>,
     pub extent: Extent,
     pub depth: usize,
 }
 
 /// A primitive to be sorted into the tree.
 #[derive(Clone, Copy)]
-enum Primitive {
+pub enum Primitive {
     Triangle(u32),
     Sphere(u32),
+    /// Index into [`Tree::large`].
+    Large(u32),
 }
 
-/// The best tree that obvhs builds in reasonable time, if it is not too deep.
-pub fn cluster(scene: &Scene) -> Option<Tree> {
-    let (primitives, boxes) = collect(scene);
-    let mut flat = Flattening::new(scene, &primitives, &boxes);
+/// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many primitives lie in one place.
+pub fn best(scene: &Scene) -> Option<Tree> {
+    let large = surfaces(scene);
+    let (mut primitives, mut boxes) = collect(scene, &large);
+    let mut is_crowded = crowd::is_crowded(&boxes);
+    if is_crowded {
+        drop_equals(scene, &mut primitives, &mut boxes);
+        is_crowded = crowd::is_crowded(&boxes);
+    }
+    let mut flat = Flattening::new(scene, &primitives, &boxes, large);
+    if is_crowded {
+        flat.split(Split::Area);
+        return Some(flat.tree);
+    }
     let boxes: &[Boxed] = bytemuck::cast_slice(&boxes);
     let bvh = build_bvh2(boxes, quality(boxes.len()), &mut Duration::default());
     flat.flatten(&bvh).then_some(flat.tree)
+}
+
+/// Leaves out what lies where an earlier primitive lies.
+fn drop_equals(scene: &Scene, primitives: &mut Vec<Primitive>, boxes: &mut Vec<Bounds>) {
+    let mut equals = crowd::Equals::default();
+    let kept: Vec<bool> = primitives
+        .iter()
+        .map(|p| match *p {
+            Primitive::Triangle(index) => equals.is_first_triangle(scene, index),
+            Primitive::Sphere(index) => equals.is_first_sphere(scene, index),
+            Primitive::Large(_) => true,
+        })
+        .collect();
+    let mut of_boxes = kept.iter();
+    boxes.retain(|_| of_boxes.next() == Some(&true));
+    let mut of_primitives = kept.iter();
+    primitives.retain(|_| of_primitives.next() == Some(&true));
 }
 
 /// Bounds as obvhs asks for them.
@@ -58,16 +92,19 @@ impl Boundable for Boxed {
     }
 }
 
-/// A tree of bounded depth for what no clustering sorts well: halves at the median centre of the longest axis.
+/// A tree of bounded depth: halves at the median centre of the longest axis.
 pub fn halve(scene: &Scene) -> Tree {
-    let (primitives, boxes) = collect(scene);
-    let mut flat = Flattening::new(scene, &primitives, &boxes);
-    flat.halve();
+    let large = surfaces(scene);
+    let (primitives, boxes) = collect(scene, &large);
+    let mut flat = Flattening::new(scene, &primitives, &boxes, large);
+    flat.split(Split::Half);
     flat.tree
 }
 
 /// All primitives a ray can meet, and their boxes. Primitives that are not finite or have no area are left out.
-fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
+fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds>) {
+    let places = (scene.large).places(scene.triangles.len(), scene.spheres.len());
+    let place = |i: usize| places.get(i).copied().unwrap_or(NONE);
     let visible = |shape: u32| {
         let material = scene.shapes[shape as usize].material;
         material == NONE
@@ -87,13 +124,22 @@ fn collect(scene: &Scene) -> (Vec<Primitive>, Vec<Bounds>) {
             })
         };
         let bounds = [range(0), range(1), range(2)];
+        if place(i) != NONE {
+            let bounds = large[place(i) as usize].bounds();
+            let usable = visible(t.shape) && finite(&bounds);
+            return usable.then_some((Primitive::Large(place(i)), bounds));
+        }
         let usable = finite(&bounds) && !is_degenerate(p);
         (visible(t.shape) && usable).then_some((Primitive::Triangle(i as u32), bounds))
     });
     let spheres = scene.spheres.iter().enumerate().filter_map(|(i, s)| {
         let bounds = sphere_bounds(s);
         let usable = finite(&bounds) && s.to_unit.iter().flatten().all(|x| x.is_finite());
-        (visible(s.shape) && usable).then_some((Primitive::Sphere(i as u32), bounds))
+        let primitive = match place(scene.triangles.len() + i) {
+            NONE => Primitive::Sphere(i as u32),
+            place => Primitive::Large(place),
+        };
+        (visible(s.shape) && usable).then_some((primitive, bounds))
     });
     // Filtered iterators cannot tell their length, and growing tables of this size takes as long as filling them.
     let count = scene.triangles.len() + scene.spheres.len();
@@ -127,22 +173,28 @@ fn quality(primitives: usize) -> BvhBuildParams {
     }
 }
 
-struct Flattening<'a> {
+/// A tree that is being put together.
+pub struct Flattening<'a> {
     scene: &'a Scene,
-    primitives: &'a [Primitive],
-    boxes: &'a [Bounds],
-    tree: Tree,
+    pub primitives: &'a [Primitive],
+    pub boxes: &'a [Bounds],
+    pub tree: Tree,
 }
 
 /// A node waiting to be filled, and what belongs there.
-struct Pending<T> {
-    node: usize,
-    depth: usize,
-    content: T,
+pub struct Pending<T> {
+    pub node: usize,
+    pub depth: usize,
+    pub content: T,
 }
 
 impl<'a> Flattening<'a> {
-    fn new(scene: &'a Scene, primitives: &'a [Primitive], boxes: &'a [Bounds]) -> Self {
+    fn new(
+        scene: &'a Scene,
+        primitives: &'a [Primitive],
+        boxes: &'a [Bounds],
+        large: Vec<LargeSurface>,
+    ) -> Self {
         let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
         Self {
             scene,
@@ -152,7 +204,8 @@ impl<'a> Flattening<'a> {
                 nodes: vec![EMPTY_NODE],
                 triangles: Vec::with_capacity(primitives.len()),
                 spheres: Vec::new(),
-                extent: Extent::new(bounds),
+                extent: Extent::new(bounds, !large.is_empty()),
+                large,
                 depth: 1,
             },
         }
@@ -190,7 +243,7 @@ impl<'a> Flattening<'a> {
                 let from = &bvh.nodes[content + side];
                 let b = from.aabb();
                 let bounds: Bounds = std::array::from_fn(|k| [b.min[k], b.max[k]]);
-                self.tree.nodes[node].bounds[side] = grow(bounds, self.tree.extent.pad);
+                self.tree.nodes[node].bounds[side] = self.tree.extent.grown(bounds);
                 self.tree.nodes[node].link[side].child = if from.is_leaf() {
                     let first = from.first_index as usize;
                     let range = first..first + from.prim_count as usize;
@@ -209,73 +262,17 @@ impl<'a> Flattening<'a> {
         true
     }
 
-    fn halve(&mut self) {
-        let mut order: Vec<u32> = (0..self.primitives.len() as u32).collect();
-        let mut pending = vec![Pending {
-            node: 0,
-            depth: 1,
-            content: 0..order.len(),
-        }];
-        while let Some(Pending {
-            node,
-            depth,
-            content,
-        }) = pending.pop()
-        {
-            self.tree.depth = self.tree.depth.max(depth + 2);
-            let part = &mut order[content.clone()];
-            let centre = |i: u32, k: usize| {
-                let b = self.boxes[i as usize][k];
-                0.5 * b[0] + 0.5 * b[1]
-            };
-            let extent = |k: usize| {
-                let range = part.iter().fold([f32::MAX, f32::MIN], |r, &i| {
-                    [r[0].min(centre(i, k)), r[1].max(centre(i, k))]
-                });
-                range[1] - range[0]
-            };
-            let axis = (0..3)
-                .max_by(|&a, &b| extent(a).total_cmp(&extent(b)))
-                .unwrap_or(0);
-            let middle = part.len() / 2;
-            if middle > 0 {
-                part.select_nth_unstable_by(middle, |&a, &b| {
-                    centre(a, axis).total_cmp(&centre(b, axis)).then(a.cmp(&b))
-                });
-            }
-            let middle = content.start + middle;
-            for (side, range) in [content.start..middle, middle..content.end]
-                .into_iter()
-                .enumerate()
-            {
-                let members = order[range.clone()].to_vec();
-                self.tree.nodes[node].bounds[side] = self.padded(&members);
-                self.tree.nodes[node].link[side].child = if members.len() <= LEAF_SIZE as usize {
-                    self.leaf(&members)
-                } else {
-                    let index = self.push_node();
-                    pending.push(Pending {
-                        node: index,
-                        depth: depth + 1,
-                        content: range,
-                    });
-                    Child::inner(index)
-                };
-            }
-        }
-    }
-
-    fn push_node(&mut self) -> usize {
+    pub fn push_node(&mut self) -> usize {
         self.tree.nodes.push(EMPTY_NODE);
         self.tree.nodes.len() - 1
     }
 
-    /// Stores the members of a leaf. Triangles and spheres that share one are parted by a node.
-    fn leaf(&mut self, members: &[u32]) -> Child {
-        if self.scene.spheres.is_empty() {
+    /// Stores the members of a leaf. Triangles and others that share one are parted by a node.
+    pub fn leaf(&mut self, members: &[u32]) -> Child {
+        if self.scene.spheres.is_empty() && self.tree.large.is_empty() {
             return self.homogeneous_leaf(members);
         }
-        let is_sphere = |i: &u32| matches!(self.primitives[*i as usize], Primitive::Sphere(_));
+        let is_sphere = |i: &u32| !matches!(self.primitives[*i as usize], Primitive::Triangle(_));
         let (spheres, triangles): (Vec<u32>, Vec<u32>) = members.iter().partition(|i| is_sphere(i));
         match (triangles.is_empty(), spheres.is_empty()) {
             (_, true) => self.homogeneous_leaf(&triangles),
@@ -306,17 +303,21 @@ impl<'a> Flattening<'a> {
                     let sphere = &self.scene.spheres[index as usize];
                     self.tree.spheres.push(LeafSphere::new(sphere, prim));
                 }
+                Primitive::Large(index) => {
+                    spheres = true;
+                    self.tree.spheres.push(LeafSphere::large(index));
+                }
             }
         }
         Child::leaf(spheres, first[spheres as usize], members.len())
     }
 
-    fn padded(&self, members: &[u32]) -> Bounds {
+    pub fn padded(&self, members: &[u32]) -> Bounds {
         members
             .iter()
             .map(|&i| self.boxes[i as usize])
             .reduce(union)
-            .map_or(NOWHERE, |b| grow(b, self.tree.extent.pad))
+            .map_or(NOWHERE, |b| self.tree.extent.grown(b))
     }
 }
 
@@ -324,7 +325,3 @@ const EMPTY_NODE: Node = Node {
     bounds: [NOWHERE; 2],
     link: [Link::EMPTY; 2],
 };
-
-fn grow(b: Bounds, pad: f32) -> Bounds {
-    b.map(|[min, max]| [min - pad, max + pad])
-}

@@ -7,17 +7,23 @@
 //!    scenes eight such rays take turns. A packet that comes apart on its way changes over to this.
 //! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the smallest (t, index), so every
 //!    width, packet and order of traversal gives the same bits.
-//! 5. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
+//! 5. Surfaces that are thousands of times larger than others are tested in `f64` (`large.rs`), and boxes are then grown by what is
+//!    near them instead of the size of the scene; scenes without such surfaces have none of it in their loops.
+//! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the top down (`crowd.rs`, `split.rs`).
+//! 7. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
 
 mod build;
 mod bvh8;
+mod crowd;
 mod fast;
+mod large;
 mod node;
 pub mod offset;
 mod packet;
 mod ray;
 mod single;
 mod sphere;
+mod split;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -32,6 +38,7 @@ use crate::switches::{self, Switch};
 
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
+use self::large::LargeSurface;
 use self::node::Node;
 use self::packet::Best;
 use self::ray::{Extent, Ray};
@@ -78,6 +85,7 @@ pub struct Tracer {
     wide: Table<Node8>,
     triangles: Triangles,
     spheres: Vec<LeafSphere>,
+    large: Vec<LargeSurface>,
     extent: Extent,
     size: Size,
     stats: Stats,
@@ -89,6 +97,7 @@ struct Trees<'a> {
     wide: &'a [Node8],
     triangles: View<'a>,
     spheres: &'a [LeafSphere],
+    large: &'a [LargeSurface],
     /// Whether single rays take turns.
     in_turns: bool,
 }
@@ -138,7 +147,7 @@ impl Tracer {
             let wide = bvh8::collapse(&tree);
             (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
         };
-        let (tree, wide) = build::cluster(scene)
+        let (tree, wide) = build::best(scene)
             .and_then(widen)
             .or_else(|| widen(build::halve(scene)))
             .expect("halves are not deep");
@@ -159,6 +168,7 @@ impl Tracer {
             depth: tree.depth,
             bytes: size_of_val(&tree.nodes[..])
                 + size_of_val(&tree.spheres[..])
+                + size_of_val(&tree.large[..])
                 + size_of_val(&wide.nodes[..])
                 + triangles.bytes(),
             build_time: start.elapsed(),
@@ -169,6 +179,7 @@ impl Tracer {
             wide: Table::new(wide.nodes),
             triangles,
             spheres: tree.spheres,
+            large: tree.large,
             extent: tree.extent,
             stats,
         }
@@ -202,10 +213,11 @@ impl Tracer {
         let store = |packet: &[u32], ray: &Ray<L>, best: &Best<L>| {
             best.store(ray, rays, packet, hits);
         };
-        if switches::on(Switch::FastTriangles) {
-            self.trace::<L, false, true>(coherence, rays, list, store);
-        } else {
-            self.trace::<L, false, false>(coherence, rays, list, store);
+        match (switches::on(Switch::FastTriangles), self.extent.vast) {
+            (false, false) => self.trace::<L, false, false, false>(coherence, rays, list, store),
+            (false, true) => self.trace::<L, false, false, true>(coherence, rays, list, store),
+            (true, false) => self.trace::<L, false, true, false>(coherence, rays, list, store),
+            (true, true) => self.trace::<L, false, true, true>(coherence, rays, list, store),
         }
     }
 
@@ -229,15 +241,16 @@ impl Tracer {
                 blocked[i as usize] = hit >> lane & 1;
             }
         };
-        if switches::on(Switch::FastTriangles) {
-            self.trace::<L, true, true>(coherence, rays, list, store);
-        } else {
-            self.trace::<L, true, false>(coherence, rays, list, store);
+        match (switches::on(Switch::FastTriangles), self.extent.vast) {
+            (false, false) => self.trace::<L, true, false, false>(coherence, rays, list, store),
+            (false, true) => self.trace::<L, true, false, true>(coherence, rays, list, store),
+            (true, false) => self.trace::<L, true, true, false>(coherence, rays, list, store),
+            (true, true) => self.trace::<L, true, true, true>(coherence, rays, list, store),
         }
     }
 
     #[inline(always)]
-    fn trace<L: Lanes, const ANY: bool, const FAST: bool>(
+    fn trace<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
         &self,
         coherence: Coherence,
         rays: &[Row],
@@ -251,7 +264,7 @@ impl Tracer {
                 let ray = Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
                 match self.way(coherence, &ray) {
-                    Way::Together(few) => packet::traverse::<L, ANY, FAST>(
+                    Way::Together(few) => packet::traverse::<L, ANY, FAST, VAST>(
                         &trees,
                         &ray,
                         &mut best,
@@ -260,11 +273,11 @@ impl Tracer {
                         few,
                     ),
                     Way::Apart if trees.in_turns => {
-                        single::traverse::<L, ANY, FAST, true>(&trees, &ray, &mut best, walks)
+                        single::traverse::<L, ANY, FAST, VAST, true>(&trees, &ray, &mut best, walks)
                     }
-                    Way::Apart => {
-                        single::traverse::<L, ANY, FAST, false>(&trees, &ray, &mut best, walks)
-                    }
+                    Way::Apart => single::traverse::<L, ANY, FAST, VAST, false>(
+                        &trees, &ray, &mut best, walks,
+                    ),
                 }
                 store(packet, &ray, &best);
             }
@@ -277,6 +290,7 @@ impl Tracer {
             wide: self.wide.entries(),
             triangles: self.triangles.view(),
             spheres: &self.spheres,
+            large: &self.large,
             in_turns: self.size == Size::Large,
         }
     }

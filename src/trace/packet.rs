@@ -105,7 +105,7 @@ impl<L: Lanes> Best<L> {
 /// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
 /// traversal, Wald et al. 2014).
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool>(
+pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
@@ -115,20 +115,20 @@ pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool>(
 ) {
     match ray.agreement() {
         Some(agreement) => {
-            descend::<L, ANY, FAST, true>(trees, ray, &agreement, best, stack, walks, few);
+            descend::<L, ANY, FAST, VAST, true>(trees, ray, &agreement, best, stack, walks, few);
         }
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, FAST, false>(trees, ray, &any, best, stack, walks, few);
+            descend::<L, ANY, FAST, VAST, false>(trees, ray, &any, best, stack, walks, few);
         }
     }
 }
 
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
+fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const AGREE: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     agreement: &Agreement,
@@ -152,14 +152,18 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
         {
             let stored = stored.get_or_insert_with(|| Stored::new(ray));
             *best = if trees.in_turns {
-                single::leave::<L, ANY, FAST, true>(trees, ray, stored, bits, wide, *best, walks)
+                single::leave::<L, ANY, FAST, VAST, true>(
+                    trees, ray, stored, bits, wide, *best, walks,
+                )
             } else {
-                single::leave::<L, ANY, FAST, false>(trees, ray, stored, bits, wide, *best, walks)
+                single::leave::<L, ANY, FAST, VAST, false>(
+                    trees, ray, stored, bits, wide, *best, walks,
+                )
             };
         } else if !current.child.is_leaf() {
             let node: &Node = &trees.nodes[current.child.index()];
-            let (near0, meets0) = enter::<L, AGREE>(ray, agreement, &node.bounds[0], best.t);
-            let (near1, meets1) = enter::<L, AGREE>(ray, agreement, &node.bounds[1], best.t);
+            let (near0, meets0) = enter::<L, VAST, AGREE>(ray, agreement, &node.bounds[0], best.t);
+            let (near1, meets1) = enter::<L, VAST, AGREE>(ray, agreement, &node.bounds[1], best.t);
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
             match (bits0 != 0, bits1 != 0) {
                 (true, true) => {
@@ -194,7 +198,13 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
             }
         } else if current.child.is_sphere_leaf() {
             for sphere in &trees.spheres[current.child.range()] {
-                let found = sphere.hit::<L, ANY>(ray, best.t);
+                if VAST && let Some(large) = sphere.as_large() {
+                    let large = &trees.large[large];
+                    let (found, b) = large.hit::<L, ANY>(ray, best.t);
+                    record::<L, ANY>(best, found.mask, found.t, large.primitive(), || b);
+                    continue;
+                }
+                let found = sphere.hit::<L, ANY, VAST>(ray, best.t);
                 let zero = L::zero();
                 record::<L, ANY>(best, found.mask, found.t, sphere.index(), || [zero, zero]);
             }
@@ -206,7 +216,7 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
             let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
                 let index = || trees.triangles.index(position);
-                test_triangle::<L, ANY, FAST, AGREE>(ray, &group, place + i, best, index);
+                test_triangle::<L, ANY, FAST, VAST, AGREE>(ray, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -229,7 +239,7 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
 
 /// Where rays enter a box, and which do so no later than their best hit.
 #[inline(always)]
-fn enter<L: Lanes, const AGREE: bool>(
+fn enter<L: Lanes, const VAST: bool, const AGREE: bool>(
     ray: &Ray<L>,
     agreement: &Agreement,
     bounds: &Bounds,
@@ -241,7 +251,11 @@ fn enter<L: Lanes, const AGREE: bool>(
     for k in 0..3 {
         let side = agreement.negative[k];
         let (t0, t1) = (plane(k, side), plane(k, 1 - side));
-        if AGREE {
+        if VAST {
+            let grown = ray.growth(k);
+            near = near.max(t0.min(t1) - grown);
+            far = far.min(t0.max(t1) + grown);
+        } else if AGREE {
             near = near.max(t0);
             far = far.min(t1);
         } else {
@@ -253,7 +267,13 @@ fn enter<L: Lanes, const AGREE: bool>(
 }
 
 #[inline(always)]
-fn test_triangle<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>(
+fn test_triangle<
+    L: Lanes,
+    const ANY: bool,
+    const FAST: bool,
+    const VAST: bool,
+    const AGREE: bool,
+>(
     ray: &Ray<L>,
     group: &Ordered,
     place: usize,
@@ -271,7 +291,7 @@ fn test_triangle<L: Lanes, const ANY: bool, const FAST: bool, const AGREE: bool>
     }
     let (mask, weights) = covers(&ray.own, &p);
     if mask.any() {
-        let found = hit::<L, ANY>(&ray.own, &p, mask, best.t, ray.pad);
+        let found = hit::<L, ANY, VAST>(&ray.own, &p, mask, best.t, ray.own_pad::<VAST>());
         record::<L, ANY>(best, found.mask, found.t, index(), || barycentrics(weights));
     }
 }

@@ -30,19 +30,45 @@ pub struct Extent {
     /// an edge: projected vertices are off by at most some 5 roundings of `|p - o|`, at most `6 * radius`, and the
     /// slabs' own rounding adds as much again.
     pub pad: f32,
+    /// Boxes are grown by their own places and those of the rays' origins instead: the scene has things so small that they are lost in
+    /// `pad`.
+    pub vast: bool,
 }
 
+/// What boxes are grown by, in units of the largest coordinate.
+pub const PAD: f32 = 1.0 / 262_144.0;
+/// In vast scenes the box of a triangle is grown by [`PAD`] times the coordinates of the origin, the largest part of `p0 - o` and the
+/// longest edge: at most by 3 times those of its corners and twice those of the origin. The boxes of nodes are grown by more.
+const PAD_OF_BOX: f32 = 4.0 * PAD;
+pub const PAD_OF_ORIGIN: f32 = 3.0 * PAD;
+
 impl Extent {
-    pub fn new(bounds: Bounds) -> Self {
-        let largest = bounds.iter().flatten().fold(0.0f32, |m, x| m.max(x.abs()));
+    pub fn new(bounds: Bounds, vast: bool) -> Self {
+        let largest = largest(&bounds);
         // Rounded up to a power of two; at least the smallest for which the pad is still a normal number.
         let radius = f32::from_bits((largest.to_bits() + 0x007f_ffff) & 0x7f80_0000).max(1e-20);
         Self {
             bounds,
             radius,
-            pad: radius * (1.0 / 262_144.0),
+            pad: radius * PAD,
+            vast,
         }
     }
+
+    /// The box of a node or leaf as rays are to meet it.
+    pub fn grown(&self, b: Bounds) -> Bounds {
+        let pad = if self.vast {
+            PAD_OF_BOX * largest(&b)
+        } else {
+            self.pad
+        };
+        b.map(|[min, max]| [min - pad, max + pad])
+    }
+}
+
+/// The largest coordinate of a box.
+pub fn largest(b: &Bounds) -> f32 {
+    b.iter().flatten().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 /// `N` rays, ready to be tested.
@@ -66,6 +92,8 @@ pub struct Ray<L: Lanes> {
     pub t_shift: L,
     /// Growth of boxes, see [`Extent::pad`].
     pub pad: L,
+    /// [`PAD`] of the origin, for vast scenes.
+    pub reach: L,
 }
 
 /// A ray whose axes are permuted so that the direction is longest along the third (Woop et al. 2013, "Watertight
@@ -165,6 +193,7 @@ impl<L: Lanes> Ray<L> {
             t_scale,
             t_shift,
             pad: L::splat(extent.pad),
+            reach: o.max_abs() * L::splat(PAD),
         }
     }
 
@@ -243,7 +272,20 @@ impl<L: Lanes> Ray<L> {
             t_scale: self.t_scale.lane(i),
             t_shift: self.t_shift.lane(i),
             pad: self.pad.lane(i),
+            reach: self.reach.lane(i),
         }
+    }
+
+    /// What the boxes of nodes are grown by for the origins along an axis, as a distance along the rays, in vast scenes.
+    #[inline(always)]
+    pub fn growth(&self, axis: usize) -> L {
+        self.reach * L::splat(PAD_OF_ORIGIN / PAD) * self.rd[axis].abs()
+    }
+
+    /// What the triangles' own boxes are grown by, beside what `hit` adds in vast scenes.
+    #[inline(always)]
+    pub fn own_pad<const VAST: bool>(&self) -> L {
+        if VAST { self.reach } else { self.pad }
     }
 
     /// The caller's `t`.

@@ -7,7 +7,7 @@ use super::bvh8::Node8;
 use super::fast;
 use super::node::Child;
 use super::packet::Best;
-use super::ray::{Ray, Sheared};
+use super::ray::{PAD, PAD_OF_ORIGIN, Ray, Sheared};
 use super::store::WIDTH;
 use super::triangle::{barycentrics, covers, hit};
 use crate::simd::prefetch::prefetch;
@@ -52,6 +52,7 @@ struct Splat {
     rd: [f32x8; 3],
     ord: [f32x8; 3],
     own: Sheared<f32x8>,
+    /// [`Ray::own_pad`].
     pad: f32x8,
     /// 1 where the direction is negative.
     negative: [usize; 3],
@@ -69,6 +70,7 @@ pub struct Stored {
     swap_x: u32,
     swap_y: u32,
     pad: f32,
+    reach: [f32; 8],
 }
 
 impl Stored {
@@ -89,11 +91,12 @@ impl Stored {
             swap_x: ray.swap_x.bits(),
             swap_y: ray.swap_y.bits(),
             pad: ray.pad.lane(0),
+            reach: one(ray.reach),
         }
     }
 
     #[inline(always)]
-    fn splat(&self, lane: usize) -> Splat {
+    fn splat<const VAST: bool>(&self, lane: usize) -> Splat {
         let lane = lane & 7;
         let order = match (self.swap_x >> lane & 1, self.swap_y >> lane & 1) {
             (1, _) => [2, 1, 0],
@@ -113,7 +116,7 @@ impl Stored {
                 ord: own(&self.ord),
                 shear: [one(&self.shear[0]), one(&self.shear[1])],
             },
-            pad: f32x8::splat(self.pad),
+            pad: f32x8::splat(if VAST { self.reach[lane] } else { self.pad }),
             negative: [
                 usize::from(self.rd[0][lane] < 0.0),
                 usize::from(self.rd[1][lane] < 0.0),
@@ -130,7 +133,13 @@ impl Stored {
 /// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap with the work of the
 /// others: for trees that do not fit the caches.
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
+pub fn traverse<
+    L: Lanes,
+    const ANY: bool,
+    const FAST: bool,
+    const VAST: bool,
+    const INTERLEAVE: bool,
+>(
     trees: &Trees,
     rays: &Ray<L>,
     best: &mut Best<L>,
@@ -138,12 +147,20 @@ pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: b
 ) {
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
-    follow::<L, ANY, FAST, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
+    follow::<L, ANY, FAST, VAST, INTERLEAVE>(
+        trees,
+        rays,
+        &stored,
+        live,
+        Child::inner(0),
+        best,
+        walks,
+    );
 }
 
 /// Follows the rays of the lanes in `live` through the wide tree below `start`.
 #[inline(always)]
-fn follow<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
+fn follow<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const INTERLEAVE: bool>(
     trees: &Trees,
     rays: &Ray<L>,
     stored: &Stored,
@@ -161,13 +178,13 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
     if INTERLEAVE {
         for lane in bits(live) {
             walks[lane].cursor = begin(lane, &found);
-            walks[lane].ray = stored.splat(lane);
+            walks[lane].ray = stored.splat::<VAST>(lane);
         }
         let mut going = live;
         while going != 0 {
             for lane in bits(going) {
                 let Walk { cursor, ray, stack } = &mut walks[lane];
-                if cursor.step::<L, ANY, FAST>(trees, ray, stack, (rays, lane)) {
+                if cursor.step::<L, ANY, FAST, VAST>(trees, ray, stack, (rays, lane)) {
                     cursor.announce(trees);
                 } else {
                     going &= !(1 << lane);
@@ -178,9 +195,9 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
     } else {
         let stack = &mut walks[0].stack;
         for lane in bits(live) {
-            let ray = stored.splat(lane);
+            let ray = stored.splat::<VAST>(lane);
             let mut cursor = begin(lane, &found);
-            while cursor.step::<L, ANY, FAST>(trees, &ray, stack, (rays, lane)) {}
+            while cursor.step::<L, ANY, FAST, VAST>(trees, &ray, stack, (rays, lane)) {}
             found.set(lane, &cursor.best);
         }
     }
@@ -189,7 +206,13 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
 
 /// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep their registers.
 #[inline(never)]
-pub fn leave<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool>(
+pub fn leave<
+    L: Lanes,
+    const ANY: bool,
+    const FAST: bool,
+    const VAST: bool,
+    const INTERLEAVE: bool,
+>(
     trees: &Trees,
     rays: &Ray<L>,
     stored: &Stored,
@@ -198,7 +221,7 @@ pub fn leave<L: Lanes, const ANY: bool, const FAST: bool, const INTERLEAVE: bool
     mut best: Best<L>,
     walks: &mut Walks,
 ) -> Best<L> {
-    follow::<L, ANY, FAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
+    follow::<L, ANY, FAST, VAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
     best
 }
 
@@ -305,7 +328,7 @@ impl Cursor {
 
     /// Visits one node or leaf; false if that was the last.
     #[inline(always)]
-    fn step<L: Lanes, const ANY: bool, const FAST: bool>(
+    fn step<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
         &mut self,
         trees: &Trees,
         ray: &Splat,
@@ -314,7 +337,7 @@ impl Cursor {
     ) -> bool {
         if !self.current.is_leaf() {
             let node: &Node8 = &trees.wide[self.current.index()];
-            let (near, meets) = enter(ray, node, self.best.t);
+            let (near, meets) = enter::<VAST>(ray, node, self.best.t);
             if meets != 0 {
                 if ANY {
                     self.enter_any(node, meets, stack);
@@ -326,13 +349,22 @@ impl Cursor {
         } else if self.current.is_sphere_leaf() {
             let ray = rays.lane(lane);
             for sphere in &trees.spheres[self.current.range()] {
-                let found = sphere.hit::<f32, ANY>(&ray, self.best.t);
+                if VAST && let Some(large) = sphere.as_large() {
+                    let large = &trees.large[large];
+                    let (found, [b1, b2]) = large.hit::<f32, ANY>(&ray, self.best.t);
+                    if found.mask {
+                        let prim = large.primitive();
+                        record::<ANY>(&mut self.best, found.t, prim, || [b1, b2]);
+                    }
+                    continue;
+                }
+                let found = sphere.hit::<f32, ANY, VAST>(&ray, self.best.t);
                 if found.mask {
                     record::<ANY>(&mut self.best, found.t, sphere.index(), || [0.0; 2]);
                 }
             }
         } else {
-            test_group::<ANY, FAST>(trees, ray, self.current.range(), &mut self.best);
+            test_group::<ANY, FAST, VAST>(trees, ray, self.current.range(), &mut self.best);
         }
         if ANY && self.best.t < 0.0 {
             return false;
@@ -402,20 +434,26 @@ impl Cursor {
 
 /// Where the ray enters each child, and bits of those it enters no later than its best hit.
 #[inline(always)]
-fn enter(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
+fn enter<const VAST: bool>(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
     let (mut near, mut far) = (f32x8::ZERO, f32x8::splat(t_max));
     for k in 0..3 {
         let side = ray.negative[k] & 1;
         let plane =
             |side: usize| Lanes::mul_add(f32x8::new(node.bounds[k][side]), ray.rd[k], -ray.ord[k]);
-        near = Lanes::max(near, plane(side));
-        far = Lanes::min(far, plane(1 - side));
+        let grown = if VAST {
+            ray.pad * f32x8::splat(PAD_OF_ORIGIN / PAD) * Lanes::abs(ray.rd[k])
+        } else {
+            f32x8::ZERO
+        };
+        let (t0, t1) = (plane(side), plane(1 - side));
+        near = Lanes::max(near, if VAST { t0 - grown } else { t0 });
+        far = Lanes::min(far, if VAST { t1 + grown } else { t1 });
     }
     (near, Mask::bits(Lanes::le(near, far)))
 }
 
 #[inline(always)]
-fn test_group<const ANY: bool, const FAST: bool>(
+fn test_group<const ANY: bool, const FAST: bool, const VAST: bool>(
     trees: &Trees,
     ray: &Splat,
     range: Range<usize>,
@@ -434,7 +472,7 @@ fn test_group<const ANY: bool, const FAST: bool>(
     if covered == 0 {
         return;
     }
-    let found = hit::<f32x8, ANY>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
+    let found = hit::<f32x8, ANY, VAST>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
     let mask = Mask::bits(found.mask) & covered;
     record_all::<ANY>(trees, range, mask, found.t, || barycentrics(weights), best);
 }

@@ -5,9 +5,9 @@
 //! only where the ray passes its padded box, and roots within rounding error of the ends of the ray do not count.
 
 use super::node::Bounds;
-use super::ray::{Ray, permute, slab};
+use super::ray::{PAD, Ray, largest, permute, slab};
 use super::triangle::Hit;
-use crate::scene::Sphere;
+use crate::scene::{NONE, Sphere};
 use crate::simd::{Lanes, Mask, Vec3};
 
 /// A sphere in leaf order.
@@ -23,6 +23,8 @@ pub struct LeafSphere {
     shift: f32,
     /// Number of triangles plus index of the sphere.
     index: u32,
+    /// Not a sphere but this entry of [`Tree::large`](super::build::Tree::large), unless [`NONE`].
+    large: u32,
 }
 
 /// 2^-24, the rounding of one operation.
@@ -40,8 +42,28 @@ impl LeafSphere {
                 .fold(0.0, f32::max),
             shift: m.iter().map(|r| r[3].abs()).fold(0.0, f32::max),
             index,
+            large: NONE,
         }
     }
+
+    /// The place of a large surface in a leaf.
+    pub fn large(index: u32) -> Self {
+        Self {
+            to_unit: [[0.0; 4]; 3],
+            bounds: [[0.0; 2]; 3],
+            stretch: 0.0,
+            shift: 0.0,
+            index: 0,
+            large: index,
+        }
+    }
+
+    /// The large surface that this stands for, if any.
+    #[inline(always)]
+    pub fn as_large(&self) -> Option<usize> {
+        (self.large != NONE).then_some(self.large as usize)
+    }
+
     #[inline(always)]
     pub fn index(&self) -> u32 {
         self.index
@@ -49,7 +71,11 @@ impl LeafSphere {
 
     /// The nearest root in `(0, t_max]`. With `ANY`, roots within rounding error of the far end do not count.
     #[inline(always)]
-    pub fn hit<L: Lanes, const ANY: bool>(&self, ray: &Ray<L>, t_max: L) -> Hit<L> {
+    pub fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
+        &self,
+        ray: &Ray<L>,
+        t_max: L,
+    ) -> Hit<L> {
         let zero = L::zero();
         let o = ray.o.transform_point(&self.to_unit);
         let d = ray.d.transform_vector(&self.to_unit);
@@ -78,8 +104,13 @@ impl LeafSphere {
         let ok0 = real.and(c.abs().gt(error_c)).and(t0.gt(zero));
         let ok1 = real.and(q.abs().gt(error_q)).and(t1.gt(zero));
 
-        let low = [0, 1, 2].map(|k| L::splat(self.bounds[k][0]) - ray.pad);
-        let high = [0, 1, 2].map(|k| L::splat(self.bounds[k][1]) + ray.pad);
+        let pad = if VAST {
+            L::splat(PAD * largest(&self.bounds)) + ray.reach
+        } else {
+            ray.pad
+        };
+        let low = [0, 1, 2].map(|k| L::splat(self.bounds[k][0]) - pad);
+        let high = [0, 1, 2].map(|k| L::splat(self.bounds[k][1]) + pad);
         let (near, far) = slab(
             &ray.own,
             permute::<L>(low, ray.swap_x, ray.swap_y),

@@ -5,12 +5,12 @@
 //! zero, because rounding is monotone; the products must not be fused. Zero counts as inside. Whatever the projected mesh
 //! covers is therefore hit.
 //!
-//! A triangle is hit only where the ray passes through its own box, grown by [`Extent::pad`](super::ray::Extent::pad),
+//! A triangle is hit only where the ray passes through its own box, grown by [`Extent::pad`](super::ray::Extent::pad) (in vast scenes by less),
 //! and `t` is clamped to that passage. Slab tests are monotone in the box, so a ray that passes a triangle's box passes
 //! the boxes of all nodes above it, at a smaller or equal distance: no order of traversal, and no culling by the best hit so far,
 //! can change a result.
 
-use super::ray::{Sheared, slab};
+use super::ray::{PAD, Sheared, slab};
 use crate::simd::{Lanes, Mask};
 
 /// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest components): 39 roundings
@@ -54,9 +54,9 @@ pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) 
 /// Where the line meets the plane of the triangle: hits in `(0, t_max]`, of the lanes in `mask`.
 ///
 /// `t` must exceed the rounding of the distance of the origin to the plane, so that a ray leaving a surface does not
-/// meet it again. With `ANY`, it must fall short of `t_max` by the rounding at the far end as well.
+/// meet it again. With `ANY`, it must fall short of `t_max` by the rounding at the far end as well. `pad` is [`Ray::own_pad`](super::ray::Ray::own_pad).
 #[inline(always)]
-pub fn hit<L: Lanes, const ANY: bool>(
+pub fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
     ray: &Sheared<L>,
     p: &[[L; 3]; 3],
     mask: L::Mask,
@@ -77,6 +77,12 @@ pub fn hit<L: Lanes, const ANY: bool>(
     let scale = L::splat(PLANE_ERROR) * largest(e1) * largest(e2);
     let error = scale * largest(v);
 
+    let pad = if VAST {
+        let edge = largest(e1).max(largest(e2));
+        (largest(v) + edge).mul_add(L::splat(PAD), pad)
+    } else {
+        pad
+    };
     let low = |k: usize| p[0][k].min(p[1][k]).min(p[2][k]) - pad;
     let high = |k: usize| p[0][k].max(p[1][k]).max(p[2][k]) + pad;
     let (near, far) = slab(ray, [low(0), low(1), low(2)], [high(0), high(1), high(2)]);

@@ -6,8 +6,8 @@ use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Lists, Paths, Side, Tip};
 use super::samples::Samples;
+use super::sides;
 use crate::BARE;
-use crate::geometry::shading_frame;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::Bsdf;
@@ -308,20 +308,14 @@ impl World<'_> {
                 *slot = tip.params.lane(i).to_bits();
             }
             let row = L::load_rows(&paths.params, &params[..chunk.len()]);
-            let frame = shading_frame(tip.ns, tip.tangent);
-            let value = B::eval(
-                &row,
-                frame.to_local(tip.wo),
-                frame.to_local(wi),
-                side.mode(),
-            );
+            let value =
+                sides::eval::<B, L>(self.sides, &row, &tip.normals(), [tip.wo, wi], side.mode());
             let wi_ng = wi.dot(tip.ng);
             let cos = match side {
                 Side::Camera => wi.dot(tip.ns).abs(),
                 Side::Light => mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)),
             };
-            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
-            let f = (value.f * cos).or_zero(agree);
+            let f = value.f * cos;
             let zero = L::zero();
             L::store_rows(
                 [

@@ -150,6 +150,7 @@ impl World<'_> {
             tangent: false,
             normals: false,
             spheres: self.wanted.spheres,
+            large: self.wanted.large,
         };
         let point = (self.geometry).surface_point(&[primitive], origin, direction, hit, wanted);
         let place = Place {

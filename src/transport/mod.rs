@@ -4,11 +4,12 @@
 //! 2. [`Paths`] is the workspace of a batch. Per path it keeps a ray, a hit, a flight record, and the *tip* of each subpath; no other
 //!    vertex, since a multiplexed path connects only its tips ([`mis`] says why that suffices).
 //! 3. [`walk`] starts subpaths and advances them a ray a wave; shading runs by queue, one per BSDF kind.
-//! 4. [`connect`] joins tips with one visibility ray.
-//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
+//! 4. [`sides`] says what shading normals make of reflection and transmission.
+//! 5. [`connect`] joins tips with one visibility ray.
+//! 6. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
+//! 7. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
 //!    are joined; it keeps a workspace's tips, vertex by vertex.
-//! 7. [`host`] names the ways of evaluation that chains can march over.
+//! 8. [`host`] names the ways of evaluation that chains can march over.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -23,6 +24,7 @@ mod list;
 pub mod mis;
 pub mod paths;
 pub mod samples;
+pub mod sides;
 mod sort;
 pub mod walk;
 pub mod wavelength;
@@ -33,8 +35,8 @@ pub use self::paths::{Outcome, Paths};
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
-use crate::plan::{Effects, Forced, Plan};
-use crate::scene::Scene;
+use crate::plan::{Effect, Effects, Forced, Plan};
+use crate::scene::{Scene, Sides};
 use crate::surface::{Cutouts, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
@@ -52,6 +54,8 @@ pub struct World<'a> {
     pub wavelengths: Option<Wavelengths>,
     /// What hit points must compute.
     pub wanted: Wanted,
+    /// What tells reflections from transmissions, if there are shading normals at all.
+    pub sides: Option<Sides>,
 }
 
 impl<'a> World<'a> {
@@ -67,6 +71,8 @@ impl<'a> World<'a> {
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
         let mut effects = Effects::of(scene, &materials, &lights);
+        let tilted = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
+        let sides = tilted.then_some(scene.sides);
         effects.force(forced);
         let on = |group| forced.contains(&group) || forced.contains(&Forced::All);
         if on(Forced::Textures) {
@@ -81,6 +87,7 @@ impl<'a> World<'a> {
             wavelengths: plan.dispersion.then(Wavelengths::new),
             plan,
             wanted,
+            sides,
             tracer: Tracer::build(scene),
             cutouts: Cutouts::new(scene),
             geometry,

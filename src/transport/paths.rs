@@ -10,6 +10,7 @@ use crate::transport::clock::Clock;
 use crate::transport::cutout::Through;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
+use crate::transport::sides::Normals;
 use crate::transport::sort::Sorter;
 
 /// Which subpath.
@@ -355,6 +356,15 @@ impl Tips {
 }
 
 impl<L: Lanes> Tip<L> {
+    #[inline(always)]
+    pub fn normals(&self) -> Normals<L> {
+        Normals {
+            ng: self.ng,
+            ns: self.ns,
+            tangent: self.tangent,
+        }
+    }
+
     /// Where a ray towards `w` starts: off the surface by its error bound.
     #[inline(always)]
     pub fn offset(&self, w: Vec3<L>) -> Vec3<L> {

@@ -6,8 +6,9 @@ use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Paths, Side, Tips};
 use super::samples::Samples;
+use super::sides::{self, Sampled};
 use crate::BARE;
-use crate::geometry::{Wanted, shading_frame};
+use crate::geometry::Wanted;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::Bsdf;
 use crate::surface::bump::{Relief, Tilted};
@@ -445,9 +446,8 @@ impl World<'_> {
                     *u = samples.gather_each(&first, c, chunk);
                 }
             }
-            let frame = shading_frame(tip.ns, tip.tangent);
-            let sample = B::sample(&row, frame.to_local(tip.wo), u, mode);
-            let wi = frame.to_world(sample.wi).normalize();
+            let Sampled { wi, sample, valid } =
+                sides::sample::<B, L>(self.sides, &row, &tip.normals(), tip.wo, u, mode);
             let wi_ng = wi.dot(tip.ng);
             let cos_out = wi_ng.abs();
             let mut beta = tip.beta.mul_elem(sample.weight);
@@ -460,8 +460,6 @@ impl World<'_> {
                     mis::adjoint_cosine(wi_ng, tip.wo.dot(tip.ns), tip.wo.dot(tip.ng)) / cos;
                 beta = beta * adjoint.or_zero(cos.gt(L::zero()));
             }
-            // Reflection stays on the side it came from, transmission leaves it, in both the true and the shading geometry.
-            let agree = mis::sides_agree(tip.wo, wi, tip.ng, tip.ns);
             let partial = Partial {
                 d_vcm: tip.d_vcm,
                 d_vc: tip.d_vc,
@@ -475,7 +473,7 @@ impl World<'_> {
                 chunk,
             );
             let lit = b.x.max(b.y).max(b.z).gt(L::zero());
-            alive.push_where(chunk, agree.and(lit).bits());
+            alive.push_where(chunk, valid.and(lit).bits());
         }
     }
 }

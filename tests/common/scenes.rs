@@ -47,6 +47,59 @@ fn wave(n: usize) -> String {
     )
 }
 
+/// A quad whose vertex normals are not its own.
+fn crooked(corners: [[f32; 3]; 4], normals: [[f32; 3]; 4]) -> String {
+    let n: Vec<String> = normals.iter().flatten().map(f32::to_string).collect();
+    format!("{}\"normal N\" [{}]\n", quad(corners), n.join(" "))
+}
+
+/// A floor, a wall and a screen between them, of normals that are tilted far and across their faces.
+fn crooked_walls([floor, wall, screen]: [&str; 3]) -> String {
+    [
+        floor.to_string(),
+        crooked(
+            [
+                [-1., -1., -1.],
+                [-1., -1., 1.],
+                [1., -1., 1.],
+                [1., -1., -1.],
+            ],
+            [
+                [0.9, 0.3, 0.],
+                [0., 0.2, -1.],
+                [-0.8, 0.5, 0.2],
+                [0.3, 0.1, 1.],
+            ],
+        ),
+        wall.to_string(),
+        crooked(
+            [[-1., -1., 1.], [-1., 1., 1.], [1., 1., 1.], [1., -1., 1.]],
+            [
+                [0., 1., -0.1],
+                [0.5, 0., -0.5],
+                [-2., 0., -1.],
+                [0., -1., 0.1],
+            ],
+        ),
+        screen.to_string(),
+        crooked(
+            [
+                [-0.6, -0.7, 0.1],
+                [-0.6, 0.2, 0.3],
+                [0.5, 0.2, 0.3],
+                [0.5, -0.7, 0.1],
+            ],
+            [
+                [1., 0., -0.5],
+                [0.2, 1., -0.3],
+                [-1., 0., -0.2],
+                [0., -0.7, -0.3],
+            ],
+        ),
+    ]
+    .concat()
+}
+
 /// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right; all face inwards.
 fn walls(materials: [&str; 5]) -> String {
     let faces = [
@@ -223,6 +276,12 @@ fn texts() -> Vec<(&'static str, String)> {
     let build = |name: &'static str, view: String, world: String| {
         let film = if view.contains("Film") { "" } else { FILM };
         (name, text_of(&format!("{view}{film}"), &world))
+    };
+    let crooked = |materials| {
+        crooked_walls(materials)
+            + MATTE
+            + &area("5 4 3", false, &lamp())
+            + "LightSource \"infinite\" \"rgb L\" [.3 .4 .5]\n"
     };
     vec![
         build(
@@ -505,6 +564,21 @@ fn texts() -> Vec<(&'static str, String)> {
                 area("5 4 3", false, &lamp()),
             ),
         ),
+        build(
+            "crooked normals, plastic, matte and glass",
+            format!("{LOOK}{PINHOLE}"),
+            crooked([PLASTIC, ROUGH, FROSTED]),
+        ),
+        build(
+            "crooked normals, coat, metal and leaf",
+            format!("{LOOK}{PINHOLE}"),
+            crooked([LACQUER, METAL, SHADE]),
+        ),
+        in_v4(build(
+            "crooked normals, v4",
+            format!("{LOOK}{PINHOLE}"),
+            crooked([MATTE, MATTE, BLUE]),
+        )),
     ]
 }
 

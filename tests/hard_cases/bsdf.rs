@@ -1,4 +1,4 @@
-//! Rows 7, 8, 23, 24 and 30: surfaces.
+//! Rows 7, 8, 23, 24, 30 and 37: surfaces.
 //!
 //! `tests/scenes_hard.rs` has smooth meshes and floors under glass by both integrators (rows 7 and 8), `tests/analytic.rs` furnaces of every
 //! material and glass slabs before an emitter (rows 8 and 30), `tests/bsdf.rs` sampling against densities, values against `f64` and albedos at
@@ -7,11 +7,13 @@
 use super::COMPARISONS;
 use super::common::bsdf::{Kernels, shaken};
 use super::common::stats::{Mean, Random};
+use super::dialect::to_v4;
 use super::support::stage::{CAMERA, lamp};
 use super::support::{Estimate, Runs, head, inward_box, run, scene, settings, standard_errors};
 use phalanx::replay::bsdf;
-use phalanx::scene::IntegratorKind;
+use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::simd::{Lanes, f32x8};
+use phalanx::surface::microfacet::pack_alphas;
 use phalanx::surface::{Kind, Mode, fresnel};
 use phalanx::transport::mis::adjoint_cosine;
 
@@ -36,6 +38,103 @@ fn adjoint_corrections_are_finite() {
     // Of a surface that is what it seems, it is the cosine.
     for c in [1e-7f32, 0.1, 0.7, 1.0] {
         assert!((adjoint_cosine(0.3, c, c) - 0.3).abs() < 1e-7);
+    }
+}
+
+/// A floor of albedo 0.7 whose normals are tilted by `degrees`, seen from where it should look like any other; `v4` says the dialect.
+fn tilted_floor(v4: bool, degrees: f64, depth: u32, light: &str) -> Scene {
+    let view = "LookAt 0 -5 3  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" [10]";
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let normals = format!("0 {sin} {cos} ").repeat(4);
+    let text = head(4, 4, depth, view)
+        + light
+        + "Material \"matte\" \"rgb Kd\" [.7 .7 .7]\n\
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 0 9 -9 0 9 9 0 -9 9 0]\n"
+        + &format!("\"normal N\" [{normals}]\n");
+    scene(&if v4 { to_v4(&text) } else { text })
+}
+
+const FOUR: [IntegratorKind; 4] = [
+    IntegratorKind::Pt,
+    IntegratorKind::Lt,
+    IntegratorKind::Bdpt,
+    IntegratorKind::Mmlt,
+];
+
+/// Rows 7 and 37: normals at right angles to the face, and facing away. A Lambertian surface under the same sky everywhere is as bright as its
+/// albedo, wherever its shading normal points: in v3 light comes from the upper side of the face, in v4 from the side of the
+/// shading normal that the eye is on.
+#[test]
+fn skies_over_floors_of_any_normal() {
+    for v4 in [false, true] {
+        for degrees in [0.0, 25.0, 60.0, 90.0, 120.0, 175.0] {
+            let sky = "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
+            let scene = tilted_floor(v4, degrees, 1, sky);
+            for kind in FOUR {
+                let runs = Runs::new(&scene, &settings(&scene, kind, 256), 16);
+                let what = format!("v4 {v4}, {degrees} degrees, {kind:?}");
+                runs.whole(1).expect_among(COMPARISONS, 0.7, &what);
+            }
+        }
+    }
+}
+
+/// The same under suns above and below the floor.
+#[test]
+fn suns_over_floors_of_any_normal() {
+    for v4 in [false, true] {
+        for degrees in [0.0, 25.0, 60.0, 89.0, 120.0, 175.0f64] {
+            for sun in [[0.3f64, 0.2, 0.9], [-0.2, -0.6, 0.4], [0.1, 0.4, -0.5]] {
+                let [x, y, z] = sun;
+                let light = format!(
+                    "LightSource \"distant\" \"point from\" [{x} {y} {z}] \"point to\" [0 0 0] \"rgb L\" [1 1 1]\n"
+                );
+                let scene = tilted_floor(v4, degrees, 1, &light);
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let against = |[_, y, z]: [f64; 3]| y * sin + z * cos;
+                let seen = if v4 {
+                    against([0.0, -5.0, 3.0]) * against(sun) > 0.0
+                } else {
+                    z > 0.0
+                };
+                let length = (x * x + y * y + z * z).sqrt();
+                let lit = 0.7 / std::f64::consts::PI * against(sun).abs() / length;
+                let truth = if seen { lit } else { 0.0 };
+                for kind in FOUR {
+                    let runs = Runs::new(&scene, &settings(&scene, kind, 128), 8);
+                    let what = format!("v4 {v4}, {degrees} degrees, {sun:?}, {kind:?}");
+                    runs.whole(1).expect_among(COMPARISONS, truth, &what);
+                }
+            }
+        }
+    }
+}
+
+/// v3's plastic from behind reflects as glass does from outside, where from the front it reflects as glass from inside.
+#[test]
+fn plastic_from_behind() {
+    let gloss = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.25, 0.25];
+    let glass = |eta: f32| [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, eta, pack_alphas(0.25, 0.25)];
+    let mut random = Random(37);
+    for _ in 0..200 {
+        let [o, i] = [0, 1].map(|_| random.direction().map(|x| x as f32));
+        let up = |w: [f32; 3]| [w[0], w[1], w[2].abs().max(0.01)];
+        let down = |w: [f32; 3]| [w[0], w[1], -up(w)[2]];
+        let value = |kind, row: &[f32; 8], o, i| {
+            Kernels::eval::<f32>(kind, row, &[o], &[i], Mode::Radiance)[0].0[1]
+        };
+        let front = value(Kind::Plastic, &gloss, up(o), up(i));
+        let back = value(Kind::Plastic, &gloss, down(o), down(i));
+        let inner = value(Kind::RoughDielectric, &glass(1.0 / 1.5), up(o), up(i));
+        let outer = value(Kind::RoughDielectric, &glass(1.5), up(o), up(i));
+        assert!(
+            (front - inner).abs() <= 1e-3 * inner,
+            "{front} is not {inner}"
+        );
+        assert!(
+            (back - outer).abs() <= 1e-3 * outer,
+            "{back} is not {outer}"
+        );
     }
 }
 

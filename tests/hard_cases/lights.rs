@@ -1,4 +1,4 @@
-//! Rows 1, 25 and 28: no light, tiny lights, lights of one colour.
+//! Rows 1, 25, 28 and 38: no light, tiny lights, lights of one colour, narrow cones, lights that no ray meets.
 //!
 //! `tests/cli.rs` says what the program prints of a scene without light, and that it ends well (row 1); `tests/chains.rs` walls a light in.
 
@@ -176,4 +176,111 @@ fn saturated_light_is_no_noisier() {
     println!("noise of the blue channel, blue over white light: {ratio:.4}");
     // 192 pixels of 32 runs each measure a standard deviation to a percent or two.
     assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
+
+// --- Narrow ---
+
+/// Row 38: one flux through cones of 5 degrees to a ten-thousandth, along an axis and askew. Almost none of the room is lit by the cone itself, so
+/// what is seen has been reflected where it ends.
+#[test]
+fn cones_of_one_flux_light_a_room_alike() {
+    let room = "Material \"matte\" \"rgb Kd\" [.5 .5 .5]\nAttributeBegin\nReverseOrientation\nShape \"sphere\"\nAttributeEnd\n";
+    let render = |degrees: f64, to: &str, kind| {
+        let versine = 2.0 * (degrees.to_radians() / 2.0).sin().powi(2);
+        let i = 1.0 / versine;
+        let text = head(
+            8,
+            8,
+            3,
+            "LookAt 0 0 .9 0 0 -1 0 1 0\nCamera \"perspective\" \"float fov\" [80]",
+        ) + &format!(
+            "LightSource \"spot\" \"point from\" [.1 -.5 .2] \"point to\" [{to}] \"float coneangle\" [{degrees}] \
+                 \"float conedeltaangle\" [0] \"rgb I\" [{i} {i} {i}]\n{room}"
+        );
+        let scene = scene(&text);
+        Runs::new(&scene, &settings(&scene, kind, 64), 16).whole(1)
+    };
+    for to in [".1 .5 .2", ".6 .4 -.47"] {
+        let truth = render(1.0, to, IntegratorKind::Bdpt);
+        assert!(truth.mean > 0.01);
+        for degrees in [0.05, 0.001, 0.0001] {
+            for kind in [
+                IntegratorKind::Bdpt,
+                IntegratorKind::Lt,
+                IntegratorKind::Mmlt,
+            ] {
+                let what = format!("{degrees} degrees towards {to}, {kind:?}");
+                render(degrees, to, kind).expect_same_among(COMPARISONS, &truth, &what);
+            }
+        }
+    }
+}
+
+// --- Unseen ---
+
+/// An area light with alpha 0 lights what a black lamp in its place lights that nobody sees, is itself not seen, and casts no
+/// shadow, by every integrator.
+#[test]
+fn lights_that_no_ray_meets_shine_all_the_same() {
+    let panel = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-.5 0 -.5 .5 0 -.5 .5 0 .5 -.5 0 .5]";
+    let world = |alpha: &str, extra: &str| {
+        format!(
+            "AttributeBegin\nTranslate 0 2.2 .5\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\nAreaLightSource \"diffuse\" \"rgb L\" [6 6 6]\n\
+             {panel} {alpha}\nAttributeEnd\n{extra}"
+        ) + &stage(GREY)
+    };
+    let render = |camera: &str, world: &str, kind| {
+        let scene = scene(&(head(12, 9, 3, camera) + world));
+        Runs::new(&scene, &settings(&scene, kind, 96), 16)
+    };
+    let all = [
+        IntegratorKind::Pt,
+        IntegratorKind::Lt,
+        IntegratorKind::Bdpt,
+        IntegratorKind::Pssmlt,
+        IntegratorKind::Mmlt,
+    ];
+    let hidden = "\"float alpha\" 0";
+    // Seen from above its lit side, the lamp is out of the picture.
+    let truth = render(CAMERA, &world("", ""), IntegratorKind::Pt);
+    assert!(truth.whole(1).mean > 0.05);
+    // A lamp overhead whose light must pass through it.
+    let over = "LightSource \"point\" \"rgb I\" [30 30 30] \"point from\" [0 2.9 .5]\n";
+    let bare = |kind| render(CAMERA, &(over.to_string() + &stage(GREY)), kind);
+    let alone = bare(IntegratorKind::Pt);
+    for kind in all {
+        let lit = render(CAMERA, &world(hidden, ""), kind);
+        let both = render(CAMERA, &world(hidden, over), kind);
+        for (j, a) in lit
+            .grid(2, 2)
+            .iter()
+            .enumerate()
+            .filter(|(j, _)| j % 3 == 1)
+        {
+            let b = &truth.grid(2, 2)[j];
+            a.expect_same_among(COMPARISONS, b, &format!("{kind:?}, region {}", j / 3));
+            let sum = [
+                a.mean + alone.grid(2, 2)[j].mean,
+                a.error.hypot(alone.grid(2, 2)[j].error),
+            ];
+            let mut through = alone.grid(2, 2).swap_remove(j);
+            (through.mean, through.error) = (sum[0], sum[1]);
+            both.grid(2, 2)[j].expect_same_among(
+                COMPARISONS,
+                &through,
+                &format!("{kind:?} through it"),
+            );
+        }
+        // Straight at it from below, with nothing behind.
+        let up = "LookAt 0 1 .5 0 2 .5 0 0 1\nCamera \"perspective\" \"float fov\" [20]";
+        let light = world(hidden, "");
+        let seen = render(
+            up,
+            &light[..light
+                .find("Material \"matte\" \"rgb Kd\" [0.7")
+                .unwrap_or(light.len())],
+            kind,
+        );
+        assert_eq!(seen.whole(1).mean, 0.0, "{kind:?} sees it");
+    }
 }

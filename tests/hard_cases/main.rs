@@ -36,6 +36,11 @@
 //! | 31 | odd sizes | [`sums`] |
 //! | 32 | stops | [`stops`] |
 //! | 33 | hostile files | [`input`] |
+//! | 34 | very large surfaces | [`large`] |
+//! | 36 | lamps in other surfaces | [`large`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
+//! | 38 | narrow cones | [`lights`] |
+//! | 40 | primitives in one place | [`large`] |
 //!
 //! A module's documentation names the tests elsewhere that cover the rest of a row.
 
@@ -43,8 +48,11 @@ mod bsdf;
 mod chains;
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../support/dialect.rs"]
+mod dialect;
 mod geometry;
 mod input;
+mod large;
 mod lights;
 mod mis;
 mod scale;

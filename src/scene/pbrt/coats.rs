@@ -4,12 +4,21 @@ use super::color::Use;
 use super::error::{SceneError, Site};
 use super::materials::{Built, Part, PartMaterial, conductor_fresnel, index};
 use super::params::ParamSet;
-use super::textures::{TextureNames, color_param, color_param_or, float_param};
-use crate::scene::{Coat, ConductorFresnel, MaterialKind, Param, Weight, is_smooth};
+use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
+use crate::scene::{
+    Coat, CoatedBase, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Weight, is_smooth,
+};
 
 pub(super) fn diffuse(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
     let reflectance = color_param_or(set, names, "reflectance", 0.5)?;
-    let coat = coat(set, names, "")?;
+    let (coat, interface) = coat(set, names, "")?;
+    if alphas(&interface).is_none() {
+        return Ok(Built::One(MaterialKind::TexturedCoat {
+            base: CoatedBase::Diffuse(reflectance),
+            interface,
+            coat,
+        }));
+    }
     let base = MaterialKind::CoatedDiffuse { reflectance, coat };
     Ok(under(coat, base, reflectance))
 }
@@ -58,19 +67,32 @@ fn mean_reflectance(eta: f32) -> f32 {
 }
 
 pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
-    let coat = coat(set, names, "interface.")?;
+    let (coat, interface) = coat(set, names, "interface.")?;
     let fresnel = conductor_fresnel(set, names, "conductor.")?;
-    let [eta, k] = match fresnel {
-        ConductorFresnel::EtaK { eta, k } => [
-            constant(set, "conductor.eta", eta)?,
-            constant(set, "conductor.k", k)?,
-        ],
-        ConductorFresnel::Reflectance(r) => {
-            let r = constant(set, "reflectance", r)?.map(|r| r.clamp(0.0, 0.9999));
-            [[1.0; 3], r.map(|r| 2.0 * r.sqrt() / (1.0 - r).sqrt())]
+    let roughness = roughness(set, names, "conductor.")?;
+    let constants = match fresnel {
+        ConductorFresnel::EtaK {
+            eta: Param::Constant(eta),
+            k: Param::Constant(k),
+        } => Some([eta, k]),
+        ConductorFresnel::Reflectance(Param::Constant(r)) => {
+            let r = r.map(|r| r.clamp(0.0, 0.9999));
+            Some([[1.0; 3], r.map(|r| 2.0 * r.sqrt() / (1.0 - r).sqrt())])
         }
+        _ => None,
     };
-    let alphas = alphas(set, names, "conductor.")?;
+    let below = alphas(&roughness);
+    let (Some([eta, k]), Some(alphas), Some(_)) = (constants, below, alphas(&interface)) else {
+        let base = MaterialKind::TexturedCoat {
+            base: CoatedBase::Conductor { fresnel, roughness },
+            interface,
+            coat,
+        };
+        return Ok(match below {
+            Some(alphas) if is_smooth(alphas) => Built::One(base),
+            _ => under(coat, base, Param::Constant([0.7; 3])),
+        });
+    };
     let base = MaterialKind::CoatedConductor {
         // The conductor is what the coat ends at.
         eta: eta.map(|x| x.max(0.0) / coat.eta),
@@ -86,8 +108,12 @@ pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, S
     })
 }
 
-/// The coat of either; `prefix` is before the names of its interface's parameters.
-fn coat(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<Coat, SceneError> {
+/// The coat of either, and the roughness of its interface; `prefix` is before the names of the interface's parameters.
+fn coat(
+    set: &ParamSet,
+    names: &TextureNames,
+    prefix: &str,
+) -> Result<(Coat, Roughness), SceneError> {
     let name = format!("{prefix}eta");
     let (eta, _) = index(set, names, &name)?;
     let eta = constant(set, &name, eta)?[0];
@@ -105,28 +131,59 @@ fn coat(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<Coat, Scen
     // Of the scattering, and of a random walk that is not taken here.
     set.accept(&["g", "nsamples"]);
     let max_depth = set.int_in("maxdepth", 10, 0, i32::MAX.into())? as u32;
-    let alphas = alphas(set, names, prefix)?;
-    Ok(Coat {
-        // Nothing bends or reflects where nothing changes, however rough (pbrt-v4, `DielectricBxDF`).
-        alphas: if eta == 1.0 { [0.0; 2] } else { alphas },
+    // Nothing bends or reflects where nothing changes, however rough (pbrt-v4, `DielectricBxDF`).
+    let given = roughness(set, names, prefix)?;
+    let interface = if eta == 1.0 { SMOOTH } else { given };
+    let coat = Coat {
+        alphas: alphas(&interface).unwrap_or([1.0; 2]),
         eta: eta.clamp(1e-3, 1e3),
         thickness,
         max_depth,
+    };
+    Ok((coat, interface))
+}
+
+const SMOOTH: Roughness = Roughness {
+    u: Param::Constant([0.0; 3]),
+    v: Param::Constant([0.0; 3]),
+    remap: Remap::None,
+};
+
+fn roughness(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<Roughness, SceneError> {
+    let remap = match set.bool_or("remaproughness", true)? {
+        true => Remap::V4,
+        false => Remap::None,
+    };
+    let both = float_param_or(set, names, &format!("{prefix}roughness"), 0.0)?;
+    let one = |axis: &str| {
+        let name = format!("{prefix}{axis}roughness");
+        let roughness = float_param(set, names, &name)?.unwrap_or(both);
+        match roughness {
+            Param::Constant([x, ..]) if x < 0.0 => {
+                Err(set.error(format_args!("roughness {x} is negative")))
+            }
+            _ => Ok(roughness),
+        }
+    };
+    Ok(Roughness {
+        u: one("u")?,
+        v: one("v")?,
+        remap,
     })
 }
 
-fn alphas(set: &ParamSet, names: &TextureNames, prefix: &str) -> Result<[f32; 2], SceneError> {
-    let remap = set.bool_or("remaproughness", true)?;
-    let both = number(set, names, &format!("{prefix}roughness"))?.unwrap_or(0.0);
-    let one = |axis: &str| {
-        let roughness = number(set, names, &format!("{prefix}{axis}roughness"))?.unwrap_or(both);
-        if roughness < 0.0 {
-            return Err(set.error(format_args!("roughness {roughness} is negative")));
-        }
-        let alpha = if remap { roughness.sqrt() } else { roughness };
-        Ok(alpha.min(1e3))
+/// The alphas, if they are the same everywhere.
+fn alphas(roughness: &Roughness) -> Option<[f32; 2]> {
+    let alpha = |x: f32| match roughness.remap {
+        Remap::None => x,
+        Remap::V3 | Remap::V4 => x.sqrt(),
     };
-    Ok([one("u")?, one("v")?])
+    match (roughness.u, roughness.v) {
+        (Param::Constant([u, ..]), Param::Constant([v, ..])) => {
+            Some([u, v].map(|x| alpha(x).min(1e3)))
+        }
+        _ => None,
+    }
 }
 
 /// What the closed forms take for constant over a surface.

@@ -1,5 +1,7 @@
 //! Colours and spectra of both dialects, reduced to linear sRGB.
 
+use glam::{DMat3, DVec3};
+
 use super::dialect::Dialect;
 use super::error::SceneError;
 use super::params::{Param, ParamSet, Type, Values};
@@ -58,6 +60,7 @@ impl ColorSpace {
         })
     }
 
+    /// A reflectance of this space in linear sRGB: what is white stays white.
     fn to_srgb(self, c: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Srgb => c,
@@ -66,6 +69,62 @@ impl ColorSpace {
             Self::Aces2065 => apply(&ACES_TO_SRGB, c),
         }
     }
+
+    /// Chromaticities `x y` of red, green and blue, as pbrt-v4 has them.
+    const fn primaries(self) -> [[f64; 2]; 3] {
+        match self {
+            Self::Srgb => [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]],
+            Self::DciP3 => [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]],
+            Self::Rec2020 => [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046]],
+            Self::Aces2065 => [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077]],
+        }
+    }
+
+    /// CIE XYZ of its white, `Y` 1.
+    pub fn white(self) -> DVec3 {
+        match self {
+            Self::Aces2065 => DVec3::from(spectrum::white_of_d60()),
+            _ => matrix(&XYZ_TO_SRGB).inverse() * DVec3::ONE,
+        }
+    }
+
+    /// Linear colour to CIE XYZ.
+    pub fn to_xyz(self) -> DMat3 {
+        if self == Self::Srgb {
+            // What all spectra were reduced with, to the digit.
+            return matrix(&XYZ_TO_SRGB).inverse();
+        }
+        let [r, g, b] = (self.primaries()).map(|[x, y]| DVec3::new(x, y, 1.0 - x - y) / y);
+        let primaries = DMat3::from_cols(r, g, b);
+        primaries * DMat3::from_diagonal(primaries.inverse() * self.white())
+    }
+
+    /// What a light of this colour sends, in linear sRGB: the colour times the space's own white, which need not be that of sRGB.
+    fn emission_to_srgb(self, c: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Aces2065 => (matrix(&XYZ_TO_SRGB) * self.to_xyz() * DVec3::from(c)).to_array(),
+            _ => self.to_srgb(c),
+        }
+    }
+
+    /// What a light of this space sends that has no colour of its own.
+    pub fn illuminant(self) -> Rgb {
+        narrow(self.emission_to_srgb([1.0; 3]).map(|c| c.max(0.0)))
+    }
+
+    /// Of red, green, blue and white: `x y` each, as EXR files tell them.
+    pub fn chromaticities(self) -> [f32; 8] {
+        let white = self.white();
+        let sum = white.element_sum();
+        let [r, g, b] = self.primaries();
+        let white = [white.x / sum, white.y / sum];
+        let all = [r, g, b, white];
+        std::array::from_fn(|i| all[i / 2][i % 2] as f32)
+    }
+}
+
+fn matrix(rows: &Matrix) -> DMat3 {
+    DMat3::from_cols_array_2d(rows).transpose()
 }
 
 fn apply(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
@@ -92,36 +151,33 @@ impl ParamSet {
         let Some(param) = self.find(name) else {
             return Ok(None);
         };
-        if self.dialect == Dialect::V3
-            && let Some(whole) = self.one_color(param, meaning)?
-        {
-            return whole.map_or(Ok(None), |param| self.color_of(&param, meaning).map(Some));
+        if self.dialect == Dialect::V3 && !self.is_color(param, meaning)? {
+            return Ok(None);
         }
         self.color_of(param, meaning).map(Some)
     }
 
-    /// v3: what takes the place of a parameter that is no colour, or not just one: nothing, or for materials and textures the first colour.
-    fn one_color(&self, param: &Param, meaning: Use) -> Result<Option<Option<Param>>, SceneError> {
-        let (size, numbers) = match (param.ty, &param.values) {
-            (Type::Rgb | Type::Xyz, Values::Numbers(v)) => (3, v),
-            (Type::Blackbody, Values::Numbers(v)) => (2, v),
-            (Type::Spectrum, Values::Numbers(v)) => (v.len().max(1), v),
-            (Type::Spectrum, _) => return Ok(None),
+    /// v3: whether a parameter is a colour, or for materials and textures at least begins with one. If not, it is left out with a word.
+    fn is_color(&self, param: &Param, meaning: Use) -> Result<bool, SceneError> {
+        let size = match (param.ty, &param.values) {
+            (Type::Rgb | Type::Xyz, Values::Numbers(_)) => 3,
+            (Type::Blackbody, Values::Numbers(_)) => 2,
+            (Type::Spectrum, Values::Numbers(v)) => v.len(),
+            (Type::Spectrum, _) => return Ok(true),
             _ => {
                 let what = "is no colour; expected rgb, xyz, spectrum or blackbody";
-                return self.left_out::<Param>(param, what).map(Some);
+                return Ok(self.left_out::<()>(param, what)?.is_some());
             }
         };
-        if numbers.len() == size {
-            return Ok(None);
+        let given = param.values.len();
+        if given == 0 || given != size && meaning == Use::Emission {
+            let what = format!("has {given} numbers where {size} make a colour");
+            return Ok(self.left_out::<()>(param, &what)?.is_some());
         }
-        if numbers.is_empty() || meaning == Use::Emission {
-            let what = format!("has {} numbers where {size} make a colour", numbers.len());
-            return self.left_out::<Param>(param, &what).map(Some);
+        if given != size {
+            self.note_at(param, "the first of its values is used");
         }
-        self.note_at(param, "the first of its values is used");
-        let values = Values::Numbers(numbers[..size].to_vec());
-        Ok(Some(Some(param.with(values))))
+        Ok(true)
     }
 
     /// The colour a parameter means, or an error if it is of no such type.
@@ -134,16 +190,21 @@ impl ParamSet {
         };
         let three = |v: &[f64]| match *v {
             [r, g, b] => Ok([r, g, b]),
+            [r, g, b, ..] if self.dialect == Dialect::V3 => Ok([r, g, b]),
             _ => Err(fail(format!("expected 3 values, found {}", v.len()))),
         };
         let rgb = match (param.ty, &param.values) {
-            (Type::Rgb, Values::Numbers(v)) => narrow(param.color_space.to_srgb(three(v)?)),
+            (Type::Rgb, Values::Numbers(v)) => narrow(match meaning {
+                Use::Emission => param.color_space.emission_to_srgb(three(v)?),
+                _ => param.color_space.to_srgb(three(v)?),
+            }),
             (Type::Xyz, Values::Numbers(v)) => narrow(apply(&XYZ_TO_SRGB, three(v)?)),
             (Type::Blackbody, Values::Numbers(v)) => {
                 // v3 writes a temperature and a factor.
                 let (kelvin, scale) = match *v.as_slice() {
                     [kelvin] => (kelvin, 1.0),
                     [kelvin, scale] => (kelvin, scale),
+                    [kelvin, scale, ..] if self.dialect == Dialect::V3 => (kelvin, scale),
                     _ => {
                         return Err(fail(format!(
                             "expected a temperature in kelvin, found {} values",
@@ -156,9 +217,10 @@ impl ParamSet {
                         "temperature {kelvin} is not between 1 and 1000000 kelvin"
                     )));
                 }
-                let color = match self.dialect {
-                    Dialect::V3 => spectrum::blackbody_v3(kelvin as f32),
-                    Dialect::V4 => spectrum::blackbody(kelvin as f32),
+                let color = match (self.dialect, meaning) {
+                    (Dialect::V3, _) => spectrum::blackbody_v3(kelvin as f32),
+                    (_, Use::Emission) => spectrum::blackbody(kelvin as f32),
+                    _ => spectrum::blackbody_reflectance(kelvin as f32),
                 };
                 color.map(|c| c * scale as f32)
             }
@@ -169,8 +231,8 @@ impl ParamSet {
                         v.len()
                     )));
                 }
-                let color = spectrum::samples(&pairs(v), spectrum_meaning).map_err(fail)?;
-                self.normalised(color, meaning)
+                self.reduced(&pairs(v), meaning, spectrum_meaning)
+                    .map_err(fail)?
             }
             (Type::Spectrum, Values::Strings(v)) => {
                 let [name] = v.as_slice() else {
@@ -180,9 +242,9 @@ impl ParamSet {
                     )));
                 };
                 let path = self.dir.join(name);
-                let color = if path.is_file() {
+                if path.is_file() {
                     spectrum::read_spd(&path)
-                        .and_then(|pairs| spectrum::samples(&pairs, spectrum_meaning))
+                        .and_then(|pairs| self.reduced(&pairs, meaning, spectrum_meaning))
                         .map_err(fail)?
                 } else {
                     // v3 scenes often come without the files of measured metals they name.
@@ -200,8 +262,7 @@ impl ParamSet {
                             param.name
                         ))
                     })?
-                };
-                self.normalised(color, meaning)
+                }
             }
             _ => {
                 return Err(fail(
@@ -269,11 +330,13 @@ impl ParamSet {
         }
     }
 
-    fn normalised(&self, color: Rgb, meaning: Use) -> Rgb {
-        if self.dialect == Dialect::V4 && meaning == Use::Emission {
-            spectrum::unit_luminance(color)
-        } else {
-            color
+    /// The colour of measured samples. v3 holds the ends, v4 has nothing beyond them; where an index of refraction ends, it is held all
+    /// the same, as pbrt-v4 has no use for one of 0 either.
+    fn reduced(&self, samples: &[Sample], of: Use, meaning: Meaning) -> Result<Rgb, String> {
+        match (self.dialect, of) {
+            (Dialect::V3, _) | (_, Use::Index) => spectrum::samples(samples, meaning),
+            (_, Use::Emission) => spectrum::light_samples(samples),
+            _ => spectrum::bounded_samples(samples, meaning),
         }
     }
 }

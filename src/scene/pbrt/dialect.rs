@@ -2,10 +2,10 @@
 
 use std::collections::HashSet;
 use std::path::Path;
-use std::rc::Rc;
 
-use super::lexer::{Source, Token, TokenKind};
+use super::lexer::{Token, TokenKind};
 use super::stream::scan;
+use super::text::Text;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Dialect {
@@ -16,12 +16,15 @@ pub(super) enum Dialect {
 /// Different markers by which one dialect must lead before the rest of the text need not be read.
 const CERTAIN: usize = 4;
 
+/// Different markers after which the rest of the text is not read, either: the two are mixed at random.
+const ENOUGH: usize = 4096;
+
 /// Counts the different things in the text that only one of the dialects writes. Includes are looked at if the main file
 /// says nothing either way; if they do not either, it is v4 unless there is a `WorldEnd`.
-pub(super) fn detect(source: &Rc<Source>, dir: &Path) -> Dialect {
+pub(super) fn detect(text: &Text, dir: &Path) -> Dialect {
     for with_includes in [false, true] {
         let mut tally = Tally::default();
-        scan(source, dir, with_includes, &mut |token| tally.add(token));
+        let includes = scan(text, dir, with_includes, &mut |token| tally.add(token));
         if tally.v3.len() != tally.v4.len() {
             return if tally.v3.len() > tally.v4.len() {
                 Dialect::V3
@@ -35,6 +38,9 @@ pub(super) fn detect(source: &Rc<Source>, dir: &Path) -> Dialect {
             } else {
                 Dialect::V4
             };
+        }
+        if !includes {
+            break;
         }
     }
     Dialect::V4
@@ -79,7 +85,8 @@ impl Tally {
         }
         self.last.clear();
         self.last.push_str(text);
-        self.v3.len().abs_diff(self.v4.len()) >= CERTAIN
+        let (v3, v4) = (self.v3.len(), self.v4.len());
+        v3.abs_diff(v4) >= CERTAIN || v3 + v4 >= ENOUGH
     }
 }
 
@@ -160,13 +167,7 @@ mod tests {
     use super::*;
 
     fn of(text: &str) -> Dialect {
-        detect(
-            &Rc::new(Source {
-                name: "t".into(),
-                text: text.into(),
-            }),
-            Path::new("."),
-        )
+        detect(&Text::held("t", text), Path::new("."))
     }
 
     #[test]
@@ -201,12 +202,7 @@ mod tests {
     fn includes_decide_what_the_main_file_leaves_open() {
         let dir = tempfile::tempdir().expect("a folder");
         std::fs::write(dir.path().join("a.pbrt"), "Material \"matte\"").expect("written");
-        let main = |text: &str| {
-            Rc::new(Source {
-                name: "t".into(),
-                text: text.into(),
-            })
-        };
+        let main = |text: &str| Text::held("t", text);
         assert_eq!(detect(&main("Include \"a.pbrt\""), dir.path()), Dialect::V3);
         assert_eq!(
             detect(&main("Film \"rgb\" Include \"a.pbrt\""), dir.path()),

@@ -1,26 +1,40 @@
 //! From world space to the tables of [`Scene`] in internal space.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::collections::HashSet;
 
+use glam::{DAffine3, Vec3};
+
+use super::brightness;
+use super::dialect::Dialect;
 use super::error::SceneError;
+use super::extent::{Eyes, large_of, space_of};
+use super::flush;
 use super::geometry::{Geometry, WorldShape};
 use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Light, LightKind, NONE, Scene, Shape, Space, Sphere, Triangle, Vertex,
+    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Sides, Space, Sphere,
+    Triangle, Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
 const MIN_CROSS: f64 = 1e-18;
+
+/// Lights at points whose neighbourhoods are looked at.
+const LAMPS: usize = 4;
 
 /// Puts the scene together.
 pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let report = &mut loader.report;
     let take = |pending: Option<Pending>| pending.map(|p| (p.kind, p.set, p.ctm));
 
+    let shutter = match &loader.view.camera {
+        Some(camera) => view::shutter_time(&camera.set)?,
+        None => 1.0,
+    };
     let mut film = match take(loader.view.film.take()) {
-        Some((kind, set, _)) => view::film(&kind, &set, report)?,
+        Some((kind, set, _)) => view::film(&kind, &set, shutter, report)?,
         None => view::default_film(),
     };
     film.filter = match take(loader.view.filter.take()) {
@@ -41,10 +55,27 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         None => IntegratorSettings::default(),
     };
     if let Some((kind, set, _)) = take(loader.view.sampler.take()) {
-        integrator.pixel_samples = view::pixel_samples(&kind, &set, report)?;
+        let (samples, seed) = view::sampler(&kind, &set, report)?;
+        integrator.pixel_samples = samples;
+        loader.seed = seed.or(loader.seed);
     }
+    integrator.seed = loader.seed.unwrap_or(0);
 
-    let space = space_of(&loader.geometry, camera.position());
+    // A few lights at points stand for all: what matters is whether something is next to them.
+    let lamps = loader
+        .lights
+        .iter()
+        .filter_map(|l| l.position())
+        .take(LAMPS);
+    let eyes = Eyes(std::iter::once(camera.position()).chain(lamps).collect());
+    let space = space_of(&loader.geometry, &eyes);
+    flush::part(
+        &mut loader.geometry,
+        &loader.tables.materials,
+        &space,
+        camera.position(),
+        report,
+    );
     let camera = camera.to_internal(&space).ok_or_else(|| {
         let what = "its screen window is out of all proportion to the scene";
         match camera_site {
@@ -75,76 +106,41 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         film,
         integrator,
         space,
+        sides: match loader.dialect {
+            Dialect::V3 => Sides::Geometric,
+            Dialect::V4 => Sides::Shading,
+        },
+        large: Large::default(),
         bounds: [Vec3::ZERO; 2],
         warnings: Vec::new(),
     };
+    let mut spheres = Vec::with_capacity(loader.geometry.spheres.len());
     for shape in &loader.geometry.shapes {
         let dropped = if shape.spheres {
-            add_spheres(&mut scene, &loader.geometry, shape);
-            0
+            add_spheres(&mut scene, &loader.geometry, shape, &mut spheres);
+            [0; 2]
         } else {
             add_triangles(&mut scene, &loader.geometry, shape)
         };
-        if dropped > 0 {
+        let [flat, repeated] = dropped;
+        if flat > 0 {
             loader.report.warn_at(
                 &shape.site,
-                format_args!("{dropped} triangles without area dropped"),
+                format_args!("{flat} triangles without area dropped"),
+            );
+        }
+        if repeated > 0 {
+            loader.report.warn_at(
+                &shape.site,
+                format_args!("{repeated} triangles that lie on others of the lamp dropped"),
             );
         }
     }
     scene.bounds = bounds(&scene);
+    scene.large = large_of(&scene, &loader.geometry, &spheres, &eyes);
+    brightness::dim(&mut scene);
     scene.warnings = loader.report.finish();
     Ok(scene)
-}
-
-/// The space whose origin is the centre of the geometry's bounds, scaled so that their sphere's radius is in `(0.5, 1]`.
-fn space_of(geometry: &Geometry, camera: DVec3) -> Space {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    let mut add = |p: DVec3| {
-        low = low.min(p);
-        high = high.max(p);
-    };
-    for triangle in &geometry.triangles {
-        triangle
-            .v
-            .iter()
-            .for_each(|&i| add(geometry.vertices[i as usize].p));
-    }
-    // So far out that their size is lost in the rounding of their place, spheres have it all the same.
-    let mut least = DVec3::ZERO;
-    for sphere in &geometry.spheres {
-        let centre = sphere.to_world.translation;
-        let half = sphere_extent(&sphere.to_world.matrix3);
-        add(centre - half);
-        add(centre + half);
-        least = least.max(half);
-    }
-    if low.x > high.x {
-        return Space {
-            centre: camera,
-            scale: 1.0,
-        };
-    }
-    // Halved first: the sum of the two may be more than an f64 holds.
-    let centre = low / 2.0 + high / 2.0;
-    let half = (high / 2.0 - low / 2.0).max(least);
-    let largest = half.max_element();
-    if largest <= 0.0 {
-        return Space { centre, scale: 1.0 };
-    }
-    let radius = (half / largest).length() * largest;
-    let exponent = -radius.log2().ceil();
-    Space {
-        centre,
-        scale: exponent.clamp(-1000.0, 1000.0).exp2(),
-    }
-}
-
-/// Half the size of the bounding box of the unit sphere's image.
-fn sphere_extent(m: &DMat3) -> DVec3 {
-    let row_length = |i: usize| DVec3::new(m.x_axis[i], m.y_axis[i], m.z_axis[i]).length();
-    DVec3::new(row_length(0), row_length(1), row_length(2))
 }
 
 fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
@@ -157,8 +153,8 @@ fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
     }
 }
 
-/// Adds the triangles that have an area, and their lights; returns how many have none.
-fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> usize {
+/// Adds the triangles that have an area, and their lights; returns how many have none, and how many of a lamp lie on others of it.
+fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> [usize; 2] {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let world = &geometry.triangles[range];
     let shape_index = scene.shapes.len() as u32;
@@ -170,11 +166,20 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
         }
         _ => None,
     };
+    let (mut flat, mut repeated) = (0, 0);
+    let mut places = HashSet::new();
     for triangle in world {
         let [a, b, c] = triangle
             .v
             .map(|i| Vec3::from(scene.vertices[i as usize].p).as_dvec3());
         if (b - a).cross(c - a).length() <= MIN_CROSS {
+            flat += 1;
+            continue;
+        }
+        if let Some(light) = &shape.light
+            && !places.insert(place(scene, triangle.v, light.two_sided))
+        {
+            repeated += 1;
             continue;
         }
         let index = scene.triangles.len() as u32;
@@ -218,10 +223,28 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
             alpha: shape.alpha,
         });
     }
-    world.len() - kept
+    [flat, repeated]
 }
 
-fn add_spheres(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) {
+/// Where a triangle is, whatever its first corner; unless it shines to both sides, also which way round it goes.
+fn place(scene: &Scene, v: [u32; 3], both_sides: bool) -> [[u32; 3]; 3] {
+    let mut corners = v.map(|v| scene.vertices[v as usize].p.map(|x| (x + 0.0).to_bits()));
+    if both_sides {
+        corners.sort_unstable();
+    } else {
+        let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+        corners.rotate_left(first);
+    }
+    corners
+}
+
+/// Adds spheres and their lights; `placed` gets their maps to internal space.
+fn add_spheres(
+    scene: &mut Scene,
+    geometry: &Geometry,
+    shape: &WorldShape,
+    placed: &mut Vec<DAffine3>,
+) {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let shape_index = scene.shapes.len() as u32;
     let first = scene.spheres.len() as u32;
@@ -234,6 +257,7 @@ fn add_spheres(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) {
         };
         // Checked to be invertible when it was added; scaling by a power of two changes nothing about that.
         let to_unit = inverse(&to_world).unwrap_or(DAffine3::IDENTITY);
+        placed.push(to_world);
         let index = scene.spheres.len() as u32;
         scene.spheres.push(Sphere {
             to_world: rows(&to_world),

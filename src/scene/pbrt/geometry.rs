@@ -10,7 +10,7 @@ use super::lights::AreaLight;
 use super::transform::{Place, normal_matrix, swaps_handedness};
 use crate::scene;
 use crate::scene::Loading;
-use crate::scene::budget::Budget;
+use crate::scene::budget::{Budget, Charge};
 use crate::scene::shapes::MeshData;
 
 /// Triangles and spheres a scene may have after instancing: 67 million take about 5 GB.
@@ -26,7 +26,7 @@ fn is_placeable(p: DVec3) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorldVertex {
     pub p: DVec3,
-    /// Unit or zero.
+    /// Of any length; zero if there is none. Lengths count relative to those of the same mesh.
     pub n: Vec3,
     pub uv: Vec2,
 }
@@ -113,25 +113,34 @@ impl Mesh {
     }
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Geometry {
     pub vertices: Vec<WorldVertex>,
     pub triangles: Vec<WorldTriangle>,
     pub spheres: Vec<WorldSphere>,
     pub shapes: Vec<WorldShape>,
     budget: Rc<Budget>,
+    room: Charge,
 }
 
 /// Peak memory of a vertex, a triangle or a sphere while a scene is loaded: here, and in the table that is made of it.
 const VERTEX_BYTES: usize = size_of::<WorldVertex>() + size_of::<scene::Vertex>();
 const TRIANGLE_BYTES: usize = size_of::<WorldTriangle>() + size_of::<scene::Triangle>();
 const SPHERE_BYTES: usize = size_of::<WorldSphere>() + size_of::<scene::Sphere>();
+/// The same of a shape, with the directive that messages name, and of a light on a primitive.
+const SHAPE_BYTES: usize =
+    2 * (size_of::<WorldShape>() + size_of::<scene::Shape>()) + size_of::<Site>() + 64;
+const LIGHT_BYTES: usize = 2 * size_of::<scene::Light>();
 
 impl Geometry {
-    pub fn new(budget: Rc<Budget>) -> Self {
+    pub fn new(budget: &Rc<Budget>) -> Self {
         Self {
-            budget,
-            ..Self::default()
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            shapes: Vec::new(),
+            budget: Rc::clone(budget),
+            room: Charge::none(budget),
         }
     }
 
@@ -146,9 +155,9 @@ impl Geometry {
             + self.spheres.len() * size_of::<WorldSphere>()
     }
 
-    /// Whether something of so many bytes can be read before it is added.
-    pub fn room_to_read(&self, bytes: u64) -> Result<(), String> {
-        self.budget.check(bytes)
+    /// Memory for something that is made before it is added.
+    pub fn room_to_make(&self, bytes: u64) -> Result<Charge, String> {
+        Charge::of(&self.budget, bytes)
     }
 
     /// Who is told how loading goes.
@@ -156,7 +165,14 @@ impl Geometry {
         &self.budget.loading
     }
 
-    fn room_for(&self, site: &Site, primitives: usize, vertices: usize) -> Result<(), SceneError> {
+    /// Takes memory for what one directive adds, or says that there is too much of it.
+    fn room_for(
+        &mut self,
+        site: &Site,
+        primitives: usize,
+        vertices: usize,
+        shapes: usize,
+    ) -> Result<(), SceneError> {
         let fits = |have: usize, more: usize, limit: usize| {
             have.checked_add(more).is_some_and(|n| n <= limit)
         };
@@ -168,8 +184,8 @@ impl Geometry {
             } else {
                 SPHERE_BYTES
             };
-            let bytes = vertices * VERTEX_BYTES + primitives * each;
-            self.budget.take(bytes as u64).map_err(|e| site.error(e))?;
+            let bytes = vertices * VERTEX_BYTES + primitives * each + shapes * SHAPE_BYTES;
+            self.room.add(bytes as u64).map_err(|e| site.error(e))?;
             self.budget.loading.add_primitives(primitives as u64);
             return Ok(());
         }
@@ -178,13 +194,25 @@ impl Geometry {
         )))
     }
 
+    /// Takes memory for the lights of so many primitives, and what messages call each of them.
+    fn room_for_lights(&mut self, setting: &Setting, primitives: usize) -> Result<(), SceneError> {
+        let site = &setting.site;
+        let each = match setting.light {
+            Some(_) => LIGHT_BYTES + site.pos.file.len() + 32,
+            None => 0,
+        };
+        let room = self.room.add((primitives * each) as u64);
+        room.map_err(|e| site.error(e))
+    }
+
     pub fn add_sphere(&mut self, setting: &Setting, radius: f64) -> Result<(), SceneError> {
-        self.room_for(&setting.site, 1, 0)?;
         let Some(ctm) = setting.place.affine() else {
             return Err(setting.site.error(
                 "the current transform is projective, which makes no sphere; use a plymesh",
             ));
         };
+        self.room_for(&setting.site, 1, 0, 1)?;
+        self.room_for_lights(setting, 1)?;
         let to_world = *ctm * DAffine3::from_scale(DVec3::splat(radius));
         let reach = to_world.matrix3.to_cols_array().map(f64::abs);
         let far = to_world.translation.abs() + DVec3::splat(reach.iter().sum());
@@ -238,15 +266,18 @@ impl Geometry {
         } else {
             mesh.positions.len()
         };
-        self.room_for(&setting.site, mesh.triangles.len(), vertex_count)?;
+        self.room_for(&setting.site, mesh.triangles.len(), vertex_count, 1)?;
+        self.room_for_lights(setting, mesh.triangles.len())?;
 
-        let normals_by = setting.place.normals() * if setting.reverse { -1.0 } else { 1.0 };
+        let facing = if setting.reverse { -1.0 } else { 1.0 };
+        let given = mesh.normals.as_deref().unwrap_or_default();
+        let normals = NormalMap::of(setting.place.normals() * facing, given);
         let vertex = |i: usize| WorldVertex {
             p: setting.place.point(mesh.positions[i]),
             n: mesh
                 .normals
                 .as_ref()
-                .map_or(Vec3::ZERO, |n| unit_or_zero(normals_by, n[i])),
+                .map_or(Vec3::ZERO, |n| normals.apply(n[i])),
             uv: mesh.uvs.as_ref().map_or(Vec2::ZERO, |t| {
                 // What `f32` does not hold is infinite, too.
                 let uv = t[i].as_vec2();
@@ -317,8 +348,9 @@ impl Geometry {
         object: &Geometry,
         by: &DAffine3,
     ) -> Result<(), SceneError> {
-        self.room_for(site, object.primitives(), object.vertices.len())?;
-        let normals_by = normal_matrix(by);
+        let shapes = object.shapes.len();
+        self.room_for(site, object.primitives(), object.vertices.len(), shapes)?;
+        let normals = NormalMap::of(normal_matrix(by), &[]);
         let mirrored = swaps_handedness(by);
         let base = self.vertices.len() as u32;
         let first_triangle = self.triangles.len() as u32;
@@ -330,7 +362,7 @@ impl Geometry {
             }
             self.vertices.push(WorldVertex {
                 p,
-                n: unit_or_zero(normals_by, v.n.as_dvec3()),
+                n: normals.apply(v.n.as_dvec3()),
                 uv: v.uv,
             });
         }
@@ -387,11 +419,42 @@ impl WorldSphere {
     }
 }
 
-fn unit_or_zero(by: DMat3, n: DVec3) -> Vec3 {
-    let n = by * n;
-    // Scaled first, so that neither tiny nor huge normals lose their direction.
-    (n / n.abs().max_element())
-        .try_normalize()
-        .unwrap_or(DVec3::ZERO)
-        .as_vec3()
+/// What vertex normals of a mesh are transformed by. Between vertices they are interpolated as long as they are, so that all
+/// keep their proportions; one factor brings them to where `f32` holds them.
+struct NormalMap {
+    /// Largest entry about 1.
+    by: DMat3,
+    /// Brings the longest normal to about 1.
+    scale: f64,
+}
+
+impl NormalMap {
+    /// `normals` may be left out if the longest is about 1.
+    fn of(by: DMat3, normals: &[DVec3]) -> Self {
+        let entries = by.to_cols_array();
+        let largest = |a: f64, b: f64| if b.is_finite() { a.max(b.abs()) } else { a };
+        Self {
+            by: by * to_about_one(entries.into_iter().fold(0.0, largest)),
+            scale: to_about_one(
+                (normals.iter())
+                    .flat_map(|n| n.to_array())
+                    .fold(0.0, largest),
+            ),
+        }
+    }
+
+    /// Zero if it is not a number.
+    fn apply(&self, n: DVec3) -> Vec3 {
+        let n = (self.by * (n * self.scale)).as_vec3();
+        if n.is_finite() { n } else { Vec3::ZERO }
+    }
+}
+
+/// The power of two that brings `x > 0` to about 1; exact, so that normals of length 1 keep their bits. 1 for 0.
+fn to_about_one(x: f64) -> f64 {
+    if x > 0.0 {
+        (-x.log2().round()).clamp(-1000.0, 1000.0).exp2()
+    } else {
+        1.0
+    }
 }

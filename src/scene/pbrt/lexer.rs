@@ -6,13 +6,17 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use super::error::{Pos, SceneError};
+use super::text::Blocks;
 
-/// One file's text.
+/// Part of a file's text.
 #[derive(Debug)]
-pub(super) struct Source {
-    pub name: Rc<str>,
-    pub text: String,
+struct Block {
+    file: Rc<str>,
+    text: String,
 }
+
+/// Longest word or string, in bytes.
+const MAX_TOKEN: usize = 1 << 20;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TokenKind {
@@ -22,11 +26,11 @@ pub(super) enum TokenKind {
     Close,
 }
 
-/// A token; holds on to its source, so it outlives the end of an included file.
+/// A token; holds on to the text around it, so it outlives the end of an included file.
 #[derive(Clone, Debug)]
 pub(super) struct Token {
     pub kind: TokenKind,
-    source: Rc<Source>,
+    block: Rc<Block>,
     /// Without the quotes.
     range: Range<usize>,
     line: u32,
@@ -36,7 +40,7 @@ pub(super) struct Token {
 impl Token {
     /// As it stands in the file; of a quoted string, what is between the quotes.
     pub fn raw(&self) -> &str {
-        &self.source.text[self.range.clone()]
+        &self.block.text[self.range.clone()]
     }
 
     /// With the escape sequences of quoted strings replaced. An unknown one stays as it is: it is rather a path with
@@ -67,7 +71,7 @@ impl Token {
 
     pub fn pos(&self) -> Pos {
         Pos {
-            file: self.source.name.clone(),
+            file: Rc::clone(&self.block.file),
             line: self.line,
             column: self.column,
         }
@@ -111,126 +115,206 @@ impl Token {
     }
 }
 
-/// Reads tokens off one source.
+/// Reads tokens off one text, of which it holds a block at a time.
 #[derive(Debug)]
 pub(super) struct Lexer {
-    source: Rc<Source>,
+    blocks: Blocks,
+    /// No text follows the block.
+    ended: bool,
+    block: Rc<Block>,
     at: usize,
+    /// Where the token that is being read begins in the block; the text before is not needed any more.
+    start: usize,
     line: u32,
     column: u32,
 }
 
+fn is_blank(b: u8) -> bool {
+    b.is_ascii_whitespace() || b == b'\x0b'
+}
+
+fn ends_word(b: u8) -> bool {
+    is_blank(b) || matches!(b, b'"' | b'[' | b']' | b'#')
+}
+
 impl Lexer {
-    pub fn new(source: Rc<Source>) -> Self {
-        // A byte order mark is no part of the text.
-        let at = if source.text.starts_with('\u{feff}') {
-            3
-        } else {
-            0
-        };
+    pub fn new(blocks: Blocks) -> Self {
         Self {
-            source,
-            at,
+            block: Rc::new(Block {
+                file: Rc::clone(&blocks.name),
+                text: String::new(),
+            }),
+            blocks,
+            ended: false,
+            at: 0,
+            start: 0,
             line: 1,
             column: 1,
         }
     }
 
-    /// The next token, `None` at the end of the file.
-    pub fn next(&mut self) -> Result<Option<Token>, SceneError> {
-        let source = Rc::clone(&self.source);
-        let bytes = source.text.as_bytes();
-        while let Some(&b) = bytes.get(self.at) {
-            match b {
-                b'#' => self.advance_while(bytes, |b| b != b'\n'),
-                b if b.is_ascii_whitespace() || b == b'\x0b' => self.advance(b),
-                _ => break,
-            }
-        }
-        let Some(&first) = bytes.get(self.at) else {
-            return Ok(None);
-        };
-        let (line, column, start) = (self.line, self.column, self.at);
-        let token = |kind, range| Token {
-            kind,
-            source: Rc::clone(&source),
-            range,
+    /// Where the lexer has come to.
+    pub fn pos(&self) -> Pos {
+        self.place(self.line, self.column)
+    }
+
+    fn place(&self, line: u32, column: u32) -> Pos {
+        Pos {
+            file: Rc::clone(&self.blocks.name),
             line,
             column,
-        };
-        match first {
-            b'[' | b']' => {
-                self.advance(first);
-                let kind = if first == b'[' {
-                    TokenKind::Open
-                } else {
-                    TokenKind::Close
-                };
-                Ok(Some(token(kind, start..self.at)))
+        }
+    }
+
+    /// The next token, `None` at the end of the text.
+    pub fn next(&mut self) -> Result<Option<Token>, SceneError> {
+        let first = loop {
+            self.skip_while(is_blank)?;
+            match self.byte()? {
+                None => return Ok(None),
+                Some(b'#') => self.skip_while(|b| b != b'\n')?,
+                Some(b) => break b,
             }
-            b'"' => {
-                self.advance(first);
-                let mut escaped = false;
-                while let Some(&b) = bytes.get(self.at) {
-                    match b {
-                        b'"' if !escaped => break,
-                        b'\n' => break,
-                        _ => escaped = b == b'\\' && !escaped,
-                    }
-                    self.advance(b);
+        };
+        let (line, column) = (self.line, self.column);
+        self.start = self.at;
+        let (kind, quotes) = match first {
+            b'[' => (TokenKind::Open, 0),
+            b']' => (TokenKind::Close, 0),
+            b'"' => (TokenKind::Quoted, 1),
+            _ => (TokenKind::Word, 0),
+        };
+        match kind {
+            TokenKind::Word => self.advance_while(|b| !ends_word(b))?,
+            TokenKind::Quoted => {
+                self.advance(1);
+                self.string(line, column)?;
+            }
+            TokenKind::Open | TokenKind::Close => self.advance(1),
+        }
+        Ok(Some(Token {
+            kind,
+            block: Rc::clone(&self.block),
+            range: self.start + quotes..self.at - quotes,
+            line,
+            column,
+        }))
+    }
+
+    /// Goes to the end of a string that begins in this place.
+    fn string(&mut self, line: u32, column: u32) -> Result<(), SceneError> {
+        loop {
+            self.advance_while(|b| !matches!(b, b'"' | b'\\' | b'\n'))?;
+            match self.byte()? {
+                Some(b'"') => {
+                    self.advance(1);
+                    return Ok(());
                 }
-                if bytes.get(self.at) != Some(&b'"') {
-                    let pos = Pos {
-                        file: source.name.clone(),
-                        line,
-                        column,
-                    };
+                Some(b'\\') => {
+                    self.advance(1);
+                    if self.byte()?.is_some_and(|b| matches!(b, b'"' | b'\\')) {
+                        self.advance(1);
+                    }
+                }
+                _ => {
+                    let pos = self.place(line, column);
                     return Err(pos.error("string without its closing quote on the same line"));
                 }
-                let range = start + 1..self.at;
-                self.advance(b'"');
-                Ok(Some(token(TokenKind::Quoted, range)))
-            }
-            _ => {
-                let ends = |b: u8| {
-                    b.is_ascii_whitespace() || matches!(b, b'"' | b'[' | b']' | b'#' | b'\x0b')
-                };
-                self.advance_while(bytes, |b| !ends(b));
-                Ok(Some(token(TokenKind::Word, start..self.at)))
             }
         }
     }
 
-    fn advance(&mut self, b: u8) {
-        self.at += 1;
-        if b == b'\n' {
-            self.line = self.line.saturating_add(1);
+    /// The byte here; reads on at the end of the block.
+    fn byte(&mut self) -> Result<Option<u8>, SceneError> {
+        while self.at == self.block.text.len() {
+            if !self.refill()? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(self.block.text.as_bytes()[self.at]))
+    }
+
+    /// Goes on while `keep` holds, forgetting what it passes.
+    fn skip_while(&mut self, keep: impl Fn(u8) -> bool) -> Result<(), SceneError> {
+        loop {
+            let more = self.advance_in_block(&keep);
+            self.start = self.at;
+            if !more || !self.refill()? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Goes on while `keep` holds.
+    fn advance_while(&mut self, keep: impl Fn(u8) -> bool) -> Result<(), SceneError> {
+        while self.advance_in_block(&keep) && self.refill()? {}
+        Ok(())
+    }
+
+    /// True if the end of the block is reached.
+    fn advance_in_block(&mut self, keep: impl Fn(u8) -> bool) -> bool {
+        let rest = &self.block.text.as_bytes()[self.at..];
+        let end = rest.iter().position(|&b| !keep(b));
+        let count = end.unwrap_or(rest.len());
+        self.advance(count);
+        end.is_none()
+    }
+
+    fn advance(&mut self, count: usize) {
+        let passed = &self.block.text.as_bytes()[self.at..self.at + count];
+        self.at += count;
+        let mut last_line = passed;
+        if let Some(end) = passed.iter().rposition(|&b| b == b'\n') {
+            let lines = passed[..=end].iter().filter(|&&b| b == b'\n').count();
+            self.line = self.line.saturating_add(lines as u32);
             self.column = 1;
-        } else if b & 0xC0 != 0x80 {
-            // Continuation bytes of UTF-8 are no columns of their own.
-            self.column = self.column.saturating_add(1);
+            last_line = &passed[end + 1..];
         }
+        // Continuation bytes of UTF-8 are no columns of their own.
+        let columns = last_line.iter().filter(|&&b| b & 0xC0 != 0x80).count();
+        self.column = self.column.saturating_add(columns as u32);
     }
 
-    fn advance_while(&mut self, bytes: &[u8], keep: impl Fn(u8) -> bool) {
-        while let Some(&b) = bytes.get(self.at) {
-            if !keep(b) {
+    /// Reads on, keeping the token that has begun; false at the end of the text.
+    fn refill(&mut self) -> Result<bool, SceneError> {
+        if self.ended {
+            return Ok(false);
+        }
+        let kept = &self.block.text[self.start..];
+        if kept.len() > MAX_TOKEN {
+            let what = format_args!("a word or string of more than {MAX_TOKEN} bytes");
+            return Err(self.pos().error(what));
+        }
+        let mut text = kept.to_owned();
+        // Long tokens are not copied block by block.
+        let goal = 2 * kept.len();
+        loop {
+            self.ended = !(self.blocks.append_to(&mut text)).map_err(|e| self.pos().error(e))?;
+            if self.ended || text.len() > goal {
                 break;
             }
-            self.advance(b);
         }
+        self.at -= self.start;
+        self.start = 0;
+        self.block = Rc::new(Block {
+            file: Rc::clone(&self.blocks.name),
+            text,
+        });
+        Ok(true)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::text::Text;
     use super::*;
 
+    fn lexer(text: &str) -> Lexer {
+        Lexer::new(Text::held("t", text).open(&Rc::default()).expect("opens"))
+    }
+
     fn tokens(text: &str) -> Vec<Token> {
-        let mut lexer = Lexer::new(Rc::new(Source {
-            name: "t".into(),
-            text: text.into(),
-        }));
+        let mut lexer = lexer(text);
         let mut out = vec![];
         while let Some(token) = lexer.next().expect("lexes") {
             out.push(token);
@@ -290,12 +374,38 @@ mod tests {
 
     #[test]
     fn open_string_is_an_error_where_it_begins() {
-        let mut lexer = Lexer::new(Rc::new(Source {
-            name: "t".into(),
-            text: "a \"b\nc\"".into(),
-        }));
+        let mut lexer = lexer("a \"b\nc\"");
         assert!(lexer.next().is_ok());
         let error = lexer.next().expect_err("open string");
         assert!(error.to_string().starts_with("t:1:3: "), "{error}");
+    }
+
+    /// Tokens lie across the ends of blocks, wherever those are.
+    #[test]
+    fn blocks_cut_no_tokens() {
+        let words = ["[", "\"ab\\\"é c\"", "# \"x\n", "0.125", "word", "\n", "]"];
+        let mut text = String::new();
+        for i in 0..40_000 {
+            text += words[i % words.len()];
+            text.extend(std::iter::repeat_n(' ', i % 3));
+            text += if i % 7 == 3 { " " } else { "" };
+        }
+        for shift in 0..8 {
+            let blanks = " ".repeat(shift);
+            let all = tokens(&(blanks + &text));
+            let of_round = 5;
+            for (i, token) in all.iter().enumerate().skip(of_round) {
+                assert_eq!(token.raw(), all[i - of_round].raw());
+                assert_eq!(token.line, all[i - of_round].line + 2);
+            }
+            assert_eq!(all[1].raw(), "ab\\\"é c");
+        }
+    }
+
+    #[test]
+    fn tokens_have_a_longest_length() {
+        assert_eq!(tokens(&"x".repeat(MAX_TOKEN))[0].raw().len(), MAX_TOKEN);
+        let error = lexer(&"x".repeat(10 * MAX_TOKEN)).next().expect_err("long");
+        assert!(error.to_string().len() < 100, "{error}");
     }
 }

@@ -35,8 +35,8 @@ enum WorldLightKind {
         p: DVec3,
         axis: DVec3,
         i: Rgb,
-        cos_total: f64,
-        cos_falloff: f64,
+        versine_total: f64,
+        versine_full: f64,
         falloff: SpotFalloff,
     },
     Goniometric {
@@ -70,6 +70,22 @@ enum WorldLightKind {
 }
 
 impl WorldLight {
+    /// Memory that it takes here, and in the table of the scene.
+    pub fn bytes(&self) -> u64 {
+        2 * (size_of::<Self>() + size_of::<Light>() + self.origin.len() + 16) as u64
+    }
+
+    /// Where it is, if it shines from a point.
+    pub fn position(&self) -> Option<DVec3> {
+        match self.kind {
+            WorldLightKind::Point { p, .. }
+            | WorldLightKind::Spot { p, .. }
+            | WorldLightKind::Goniometric { p, .. }
+            | WorldLightKind::Projection { p, .. } => Some(p),
+            _ => None,
+        }
+    }
+
     /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
     pub fn to_internal(&self, space: &Space) -> Light {
         let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);
@@ -86,15 +102,15 @@ impl WorldLight {
                 p,
                 axis,
                 i,
-                cos_total,
-                cos_falloff,
+                versine_total,
+                versine_full,
                 falloff,
             } => LightKind::Spot {
                 p: point(p),
                 axis: unit(axis),
                 i: intensity(i),
-                cos_total: cos_total as f32,
-                cos_falloff: cos_falloff as f32,
+                versine_total: versine_total as f32,
+                versine_full: versine_full as f32,
                 falloff,
             },
             WorldLightKind::Goniometric {
@@ -180,10 +196,13 @@ pub(super) fn build(
         "spot" => {
             let cone = set.float_in("coneangle", 30.0, 0.0, 180.0)?;
             let delta = set.float_in("conedeltaangle", 5.0, 0.0, 180.0)?;
-            let (cos_total, cos_falloff) =
-                (cone.to_radians().cos(), (cone - delta).to_radians().cos());
-            let k = 2.0 * PI * ((1.0 - cos_falloff) + (cos_falloff - cos_total) / 2.0);
-            let i = with_unit(set, emission(set, "I")?, "power", k)?;
+            let (versine_total, versine_full) = (versine(cone), versine(cone - delta));
+            let k = PI * (versine_full + versine_total);
+            let mut i = with_unit(set, emission(set, "I")?, "power", k)?;
+            if versine_total < MIN_VERSINE {
+                report.warn_at(&set.site, "its cone is empty, so it sheds no light");
+                i = [0.0; 3];
+            }
             let from = set.point_or("from", DVec3::ZERO)?;
             let to = set.point_or("to", DVec3::Z)?;
             if similarity(ctm).is_none() {
@@ -203,8 +222,8 @@ pub(super) fn build(
                     p: placed(from)?,
                     axis,
                     i,
-                    cos_total,
-                    cos_falloff,
+                    versine_total,
+                    versine_full,
                     falloff,
                 },
             )
@@ -241,10 +260,26 @@ pub(super) fn build(
     }))
 }
 
-/// `name` times `scale`.
+/// One minus the cosine below which a cone is empty: its density over solid angle would come near the ends of `f32`.
+const MIN_VERSINE: f64 = 1e-30;
+
+/// One minus the cosine of an angle in degrees, with all its digits however small the angle.
+fn versine(degrees: f64) -> f64 {
+    2.0 * (degrees.to_radians() / 2.0).sin().powi(2)
+}
+
+/// `name` times `scale`; the white of the colour space if there is no `name`.
 fn emission(set: &ParamSet, name: &str) -> Result<Rgb, SceneError> {
-    let value = set.color(name, Use::Emission)?.unwrap_or([1.0; 3]);
-    scaled(set, value)
+    let value = set.color(name, Use::Emission)?;
+    scaled(set, value.unwrap_or_else(|| set.color_space.illuminant()))
+}
+
+/// The same, of a light that may show an image in place of `name`. Images have a white of their own.
+fn emission_or_image(set: &ParamSet, name: &str) -> Result<Rgb, SceneError> {
+    match set.dialect {
+        Dialect::V4 if names_image(set)? => scaled(set, [1.0; 3]),
+        _ => emission(set, name),
+    }
 }
 
 fn scaled(set: &ParamSet, value: Rgb) -> Result<Rgb, SceneError> {
@@ -306,8 +341,13 @@ fn image_of<'a>(
         ));
         return Ok(None);
     }
+    // pbrt-v3 leaves the codes of files as they are, but for `imagemap` textures.
+    let encoding = match set.dialect {
+        Dialect::V3 => Encoding::Linear,
+        Dialect::V4 => Encoding::Auto,
+    };
     let index = tables
-        .image(set.dir.join(file), Encoding::Auto, channels)
+        .image(set.dir.join(file), encoding, channels)
         .map_err(|e| set.error(e))?;
     match tables.images.get(index as usize) {
         Some(image) if image.width > 0 && image.height > 0 => Ok(Some((index, image))),
@@ -320,13 +360,17 @@ fn check_exclusive(set: &ParamSet) -> Result<(), SceneError> {
     if set.dialect == Dialect::V3 {
         return Ok(());
     }
-    let image = set.string("filename")?.is_some_and(|f| !f.is_empty());
-    if image && set.has("L") {
+    if names_image(set)? && set.has("L") {
         return Err(
             set.error("\"L\" and \"filename\" exclude each other; scale the image with \"scale\"")
         );
     }
     Ok(())
+}
+
+/// Whether a v4 light shows an image.
+fn names_image(set: &ParamSet) -> Result<bool, SceneError> {
+    Ok(set.string("filename")?.is_some_and(|f| !f.is_empty()))
 }
 
 /// World to light space, for lights that show an image.
@@ -480,7 +524,7 @@ fn infinite(
          the same but for noise",
     )?;
     check_exclusive(set)?;
-    let l = emission(set, "L")?;
+    let l = emission_or_image(set, "L")?;
     let Some((image, picture)) = image_of(set, Channels::Rgb, tables)? else {
         let l = with_unit(set, l, "illuminance", PI)?;
         return Ok((l, WorldLightKind::Constant { l }));
@@ -564,7 +608,7 @@ impl AreaLight {
             )?;
         }
         check_exclusive(&set)?;
-        let mut l = emission(&set, "L")?;
+        let mut l = emission_or_image(&set, "L")?;
         let (mut image, mut mean) = (None, 1.0);
         if set.dialect == Dialect::V4
             && let Some((index, picture)) = image_of(&set, Channels::Rgb, tables)?

@@ -18,15 +18,18 @@ use super::params::ParamSet;
 use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
-use super::textures::{self, Class, Tables};
+use super::textures::{self, Class, NAME_BYTES, Tables};
 use super::tolerance::{knows_light, knows_material, knows_shape, makes_texture};
 use super::transform::Place;
-use super::{coats, materials, transform};
-use crate::scene::budget::Budget;
+use super::{coats, materials, options, transform};
+use crate::scene::budget::{Budget, Charge};
 use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
+
+/// Memory of a material in the scene's table, which grows by doubling, with the parts that a mixture has.
+const MATERIAL_BYTES: u64 = 2 * size_of::<Material>() as u64 + 4 * size_of::<Component>() as u64;
 
 /// A directive whose meaning depends on others that may follow it.
 #[derive(Debug)]
@@ -74,6 +77,7 @@ pub(super) struct Loader {
     open_object: Option<Object>,
     instance_bytes: usize,
     default_material: Option<u32>,
+    bare_materials: Vec<(MaterialKind, u32)>,
     /// Of each material in the table, whether it depends on texture coordinates.
     needs_uv: Vec<bool>,
     /// Materials that could not be made, to be mentioned if nothing ever uses them.
@@ -83,6 +87,8 @@ pub(super) struct Loader {
     pub lights: Vec<WorldLight>,
     pub tables: Tables,
     pub report: Report,
+    /// Of the random numbers, by `Option`.
+    pub seed: Option<u64>,
     budget: Rc<Budget>,
 }
 
@@ -100,13 +106,15 @@ impl Loader {
             open_object: None,
             instance_bytes: 0,
             default_material: None,
+            bare_materials: Vec::new(),
             needs_uv: Vec::new(),
             failed_materials: Vec::new(),
             view: View::default(),
-            geometry: Geometry::new(Rc::clone(&budget)),
+            geometry: Geometry::new(&budget),
             lights: Vec::new(),
             tables: Tables::new(Rc::clone(&budget)),
             report: Report::default(),
+            seed: None,
             budget,
         }
     }
@@ -277,7 +285,7 @@ impl Loader {
             format!("{} \"{kind}\"", site.label),
         ))?;
         if let Some(defaults) = self.states.current.attributes.get(target) {
-            set.add_defaults(defaults);
+            set.add_defaults(defaults)?;
         }
         Ok((kind, set))
     }
@@ -330,6 +338,11 @@ impl Loader {
             }
             "CoordinateSystem" => {
                 let name = self.quoted(site, "a name")?;
+                if !self.coordinate_systems.contains_key(&name) {
+                    let bytes = NAME_BYTES
+                        + (name.len() + 2 * size_of_val(&self.states.current.ctm)) as u64;
+                    self.budget.take(bytes).map_err(|e| site.error(e))?;
+                }
                 self.coordinate_systems
                     .insert(name, self.states.current.ctm);
                 return Ok(());
@@ -414,9 +427,11 @@ impl Loader {
             self.close_object(site);
         }
         self.begin(Block::Object, site)?;
+        let bytes = NAME_BYTES + 2 * name.len() as u64;
+        self.budget.take(bytes).map_err(|e| site.error(e))?;
         self.open_object = Some(Object {
             name,
-            geometry: Geometry::new(Rc::clone(&self.budget)),
+            geometry: Geometry::new(&self.budget),
             warned_of_light: false,
         });
         Ok(())
@@ -566,25 +581,10 @@ impl Loader {
                     );
                     return Ok(());
                 };
-                if self.section == Section::Options && space != ColorSpace::Srgb {
-                    self.report
-                        .warn_at(site, "the picture is written in linear sRGB all the same");
-                }
                 self.states.current.color_space = space;
                 Ok(())
             }
-            "Option" => {
-                let set = self.params(site.clone())?;
-                set.accept(&[
-                    "rendercoordsys",
-                    "seed",
-                    "wavefront",
-                    "disablewavelengthjitter",
-                    "msereferenceout",
-                ]);
-                set.finish(&mut self.report);
-                Ok(())
-            }
+            "Option" => self.global_option(site),
             _ => {
                 let (target, mut set) = self.kind_and_params(site, "")?;
                 if !["shape", "light", "material", "medium", "texture"].contains(&target.as_str()) {
@@ -594,12 +594,28 @@ impl Loader {
                 }
                 let attributes = Rc::make_mut(&mut self.states.current.attributes);
                 if let Some(earlier) = attributes.get(&target) {
-                    set.add_defaults(earlier);
+                    set.add_defaults(earlier)?;
                 }
                 attributes.insert(target, set);
                 Ok(())
             }
         }
+    }
+
+    /// `Option "name" value`; also `"type name"`, and with brackets.
+    fn global_option(&mut self, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "the name of an option")?;
+        let mut token = self.argument(site, "the value of an option")?;
+        if token.kind == TokenKind::Open {
+            token = self.argument(site, "the value of an option")?;
+            let close = self.argument(site, "']'")?;
+            if close.kind != TokenKind::Close {
+                return Err(site.error(format_args!("expected ']', found {}", close.shown())));
+            }
+        }
+        let seed = options::set(&name, &token, site, &mut self.report)?;
+        self.seed = seed.or(self.seed);
+        Ok(())
     }
 
     fn medium(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
@@ -670,11 +686,8 @@ impl Loader {
             &mut self.tables,
             &mut self.report,
         );
-        let map = match class {
-            Class::Float => &mut names.float,
-            Class::Color => &mut names.color,
-        };
-        if Rc::make_mut(map).insert(name.clone(), built).is_some() {
+        let known = names.insert(name.clone(), class, built, &self.budget);
+        if known.map_err(|e| set.error(e))? {
             self.report.warn_at(
                 &set.site,
                 format_args!("texture \"{name}\" replaces an earlier one"),
@@ -705,8 +718,8 @@ impl Loader {
             "Material" => {
                 let (kind, set) = self.kind_and_params(site, "material")?;
                 let name = kind.clone();
-                self.states.current.material =
-                    CurrentMaterial::Made(self.make_material(name, kind, set));
+                let made = self.make_material(name, kind, set)?;
+                self.states.current.material = CurrentMaterial::Made(made);
             }
             _ => {
                 let (name, mut set) = self.kind_and_params(site, "material")?;
@@ -719,12 +732,13 @@ impl Loader {
                     }
                     None => return Err(set.error("needs a \"string type\"")),
                 };
-                set.site.label.push_str(&format!(" of type \"{kind}\""));
-                let made = self.make_material(name.clone(), kind, set);
-                if Rc::make_mut(&mut self.states.current.named_materials)
-                    .insert(name.clone(), made)
-                    .is_some()
-                {
+                let label = format!("{} of type \"{kind}\"", set.site.label);
+                set.site = Site::new(set.site.pos, label);
+                let made = self.make_material(name.clone(), kind, set)?;
+                let names = &mut self.states.current.named_materials;
+                let known = names.contains_key(&name);
+                names.insert_mut(name.clone(), made);
+                if known {
                     self.report.warn_at(
                         site,
                         format_args!("material \"{name}\" replaces an earlier one"),
@@ -735,7 +749,12 @@ impl Loader {
         Ok(())
     }
 
-    fn make_material(&mut self, name: String, mut kind: String, set: ParamSet) -> Rc<MaterialDef> {
+    fn make_material(
+        &mut self,
+        name: String,
+        mut kind: String,
+        set: ParamSet,
+    ) -> Result<Rc<MaterialDef>, SceneError> {
         if self.dialect == Dialect::V3 && !knows_material(&kind) {
             self.report.warn_at(
                 &set.site,
@@ -744,6 +763,13 @@ impl Loader {
             kind = "matte".to_owned();
         }
         let built = self.build_material(&kind, &set);
+        let own = match &built {
+            Ok((built, _)) => built.bytes(),
+            Err(error) => error.0.len(),
+        };
+        let texts = 2 * name.len() + kind.len() + set.site.label.len() + own;
+        let bytes = NAME_BYTES + (size_of::<MaterialDef>() + texts) as u64;
+        let room = Charge::of(&self.budget, bytes).map_err(|e| set.error(e))?;
         if built.is_ok() {
             set.finish(&mut self.report);
         }
@@ -755,11 +781,12 @@ impl Loader {
             built,
             index: Cell::new(None),
             used: Cell::new(false),
+            _room: room,
         });
         if failed {
             self.failed_materials.push(Rc::clone(&made));
         }
-        made
+        Ok(made)
     }
 
     fn build_material(
@@ -801,7 +828,7 @@ impl Loader {
                     "diffuse"
                 };
                 let set = ParamSet::empty(shape.site.clone(), self.dialect, Rc::clone(&self.dir));
-                let made = self.make_material("default".to_owned(), kind.to_owned(), set);
+                let made = self.make_material("default".to_owned(), kind.to_owned(), set)?;
                 if !(self.dialect == Dialect::V3 && materials::overrides(shape)) {
                     let index = self.add_material(&made, &made.built.clone()?)?;
                     self.default_material = Some(index);
@@ -842,23 +869,20 @@ impl Loader {
         Ok(index)
     }
 
-    /// What rays pass straight through, yet meet.
-    fn clear_material(&mut self) -> u32 {
-        let kind = MaterialKind::ThinDielectric {
-            eta: Param::Constant([1.0; 3]),
-            dispersion: None,
-        };
-        let known =
-            (self.tables.materials.iter()).rposition(|m| m.kind == kind && m.bump.is_none());
-        match known {
-            Some(index) => index as u32,
-            None => self.push_material(Material {
-                name: "none".to_owned(),
-                origin: "emissive shapes".to_owned(),
-                kind,
-                bump: None,
-            }),
+    /// A material of emissive shapes alone: what rays pass straight through, yet meet, or what they do not meet.
+    fn bare_material(&mut self, kind: MaterialKind) -> Result<u32, SceneError> {
+        let known = self.bare_materials.iter().find(|(k, _)| *k == kind);
+        if let Some(&(_, index)) = known {
+            return Ok(index);
         }
+        let index = self.push_material(Material {
+            name: "none".to_owned(),
+            origin: "emissive shapes".to_owned(),
+            kind: kind.clone(),
+            bump: None,
+        })?;
+        self.bare_materials.push((kind, index));
+        Ok(index)
     }
 
     /// Appends a material to the scene's table, after its components, so that the table has no cycles.
@@ -875,13 +899,13 @@ impl Loader {
         };
         let parts = match built {
             Built::One(kind) => {
-                return Ok(self.push_material(material(kind.clone(), *bump)));
+                return self.push_material(material(kind.clone(), *bump));
             }
             Built::Mixture(parts) => parts,
         };
         let components = parts.iter().map(|part| {
             let index = match &part.material {
-                PartMaterial::Own(kind) => self.push_material(material(kind.clone(), *bump)),
+                PartMaterial::Own(kind) => self.push_material(material(kind.clone(), *bump))?,
                 PartMaterial::Named(named) => match &named.built {
                     // All of v3's mixture is in one shading frame.
                     Ok((built, own)) if self.dialect == Dialect::V3 && own != bump => {
@@ -898,15 +922,23 @@ impl Loader {
             })
         });
         let components = components.collect::<Result<_, SceneError>>()?;
-        Ok(self.push_material(material(MaterialKind::Mixture { components }, None)))
+        self.push_material(material(MaterialKind::Mixture { components }, None))
     }
 
-    fn push_material(&mut self, material: Material) -> u32 {
+    fn push_material(&mut self, material: Material) -> Result<u32, SceneError> {
+        let bytes = MATERIAL_BYTES + (material.name.len() + material.origin.len()) as u64;
+        let room = self.budget.take(bytes);
+        room.map_err(|e| {
+            SceneError::plain(format_args!(
+                "{}: material \"{}\": {e}",
+                material.origin, material.name
+            ))
+        })?;
         let below = |i: u32| self.needs_uv[i as usize];
         let needs_uv = materials::needs_uv(&material.kind, self.tables.textures(), &below);
         self.needs_uv.push(needs_uv || material.bump.is_some());
         self.tables.materials.push(material);
-        self.tables.materials.len() as u32 - 1
+        Ok(self.tables.materials.len() as u32 - 1)
     }
 
     fn sees_tangents(&self, material: u32) -> bool {
@@ -950,6 +982,8 @@ impl Loader {
             .frame()
             .ok_or_else(|| set.error("the current transform collapses space"))?;
         if let Some(light) = lights::build(&kind, &set, &ctm, &mut self.tables, &mut self.report)? {
+            let room = self.budget.take(light.bytes());
+            room.map_err(|e| set.error(e))?;
             self.lights.push(light);
         }
         Ok(())
@@ -988,21 +1022,21 @@ impl Loader {
         let (visible, alpha) = match cut {
             Cut::Nothing => (true, None),
             Cut::Partly(alpha) => (true, Some(alpha)),
-            Cut::Everything => (false, None),
+            // It still shines.
+            Cut::Everything => (light.is_some(), None),
         };
-        if !visible && light.is_some() {
-            return Err(set.error(
-                "area lights that are cut out entirely (alpha 0), and so invisible, are not supported; use a point light, or an \
-                 alpha of 1",
-            ));
-        }
-        if light.is_some() && interface {
+        if light.is_some() && cut == Cut::Everything {
+            material = self.bare_material(MaterialKind::Interface)?;
+        } else if light.is_some() && interface {
             // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
             self.report.warn_at(
                 &set.site,
                 "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
             );
-            material = self.clear_material();
+            material = self.bare_material(MaterialKind::ThinDielectric {
+                eta: Param::Constant([1.0; 3]),
+                dispersion: None,
+            })?;
         }
         let textures = self.tables.textures();
         let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
@@ -1020,7 +1054,7 @@ impl Loader {
             light,
         };
         // What is invisible is checked, and left out.
-        let mut nowhere = Geometry::new(Rc::clone(&self.budget));
+        let mut nowhere = Geometry::new(&self.budget);
         let geometry = match &mut self.open_object {
             _ if !visible => &mut nowhere,
             Some(object) => &mut object.geometry,

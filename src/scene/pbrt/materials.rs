@@ -13,7 +13,8 @@ use super::textures::{
 use crate::scene::image::Encoding;
 use crate::scene::spectrum::{self, IndexCurve};
 use crate::scene::{
-    Bump, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture, Weight,
+    Bump, CoatedBase, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Tangents, Texture,
+    Weight,
 };
 use std::rc::Rc;
 use std::sync::Arc;
@@ -45,6 +46,19 @@ pub(super) enum Built {
     One(MaterialKind),
     /// At most [`MAX_COMPONENTS`](crate::scene::MAX_COMPONENTS).
     Mixture(Vec<Part>),
+}
+
+/// Memory of an index over the wavelengths, roughly.
+const CURVE_BYTES: usize = 2048;
+
+impl Built {
+    /// Memory that it takes besides its own size, roughly.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::One(kind) => kind.dispersion().map_or(0, |_| CURVE_BYTES),
+            Self::Mixture(parts) => parts.len() * (size_of::<Part>() + CURVE_BYTES / 8),
+        }
+    }
 }
 
 /// A part of a mixture, as [`Component`](crate::scene::Component).
@@ -446,6 +460,21 @@ pub(super) fn needs_uv(
         }
         MaterialKind::CoatedConductor { alphas, coat, .. } => {
             alphas[0] != alphas[1] || coat.alphas[0] != coat.alphas[1]
+        }
+        MaterialKind::TexturedCoat {
+            base, interface, ..
+        } => {
+            let base = match base {
+                CoatedBase::Diffuse(reflectance) => textured(reflectance),
+                CoatedBase::Conductor { fresnel, roughness } => {
+                    anisotropic(roughness)
+                        || match fresnel {
+                            ConductorFresnel::EtaK { eta, k } => textured(eta) || textured(k),
+                            ConductorFresnel::Reflectance(r) => textured(r),
+                        }
+                }
+            };
+            base || anisotropic(interface)
         }
         MaterialKind::Coat { .. } => false,
         MaterialKind::Mixture { components } => components.iter().any(|c| {

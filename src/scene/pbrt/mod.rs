@@ -1,6 +1,6 @@
 //! The pbrt text format, v3 and v4, into a [`Scene`].
 //!
-//! 1. `lexer` and `stream` turn files into tokens, `Include` spliced in.
+//! 1. `text` reads files block by block, `lexer` and `stream` turn them into tokens, `Include` spliced in.
 //! 2. `dialect` decides between v3 and v4 before anything is interpreted.
 //! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`. What pbrt
 //!    tolerates is tolerated, with a warning each: `tolerance` has what is of v3 as a whole.
@@ -8,21 +8,27 @@
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
 
+mod brightness;
 mod coats;
 mod color;
 mod dialect;
 mod error;
+mod extent;
 mod finish;
+mod flush;
 mod geometry;
 mod lexer;
 mod lights;
 mod loader;
 mod materials;
 mod mixtures;
+mod options;
 mod params;
+mod sensor;
 mod shape;
 mod state;
 mod stream;
+mod text;
 mod textures;
 mod tolerance;
 mod transform;
@@ -37,9 +43,9 @@ use std::sync::Arc;
 
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
-use self::lexer::Source;
 use self::loader::Loader;
 use self::stream::TokenStream;
+use self::text::Text;
 use crate::scene::budget::Budget;
 use crate::scene::{Loading, Scene};
 
@@ -50,47 +56,27 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 
 /// [`load`], in no more than about so many bytes of memory; `loading` is told how it goes.
 pub fn load_within(path: &Path, memory: u64, loading: &Arc<Loading>) -> Result<Scene, SceneError> {
-    let source = stream::read_main(path).map_err(SceneError)?;
     let dir = path.parent().unwrap_or(Path::new(""));
     let budget = Budget::new(memory, Arc::clone(loading));
-    load_source(source, Some(path), dir, budget)
+    load_text(&Text::File(path.into()), dir, budget)
 }
 
 /// Loads a scene from text. Messages call it `name`; files it refers to are looked for in `dir`.
 pub fn load_str(text: &str, name: &str, dir: &Path) -> Result<Scene, SceneError> {
-    load_source(
-        Source {
-            name: name.into(),
-            text: text.to_owned(),
-        },
-        None,
-        dir,
-        Budget::default(),
-    )
+    load_text(&Text::held(name, text), dir, Budget::default())
 }
 
-fn load_source(
-    source: Source,
-    path: Option<&Path>,
-    dir: &Path,
-    budget: Budget,
-) -> Result<Scene, SceneError> {
-    let source = Rc::new(source);
-    let dialect = dialect::detect(&source, dir);
-    let start = Site::new(
-        Pos {
-            file: Rc::clone(&source.name),
-            line: 1,
-            column: 1,
-        },
-        "WorldBegin",
-    );
-    let mut loader = Loader::new(
-        TokenStream::new(source, path),
-        dialect,
-        dir.into(),
-        Rc::new(budget),
-    );
+fn load_text(text: &Text, dir: &Path, budget: Budget) -> Result<Scene, SceneError> {
+    let budget = Rc::new(budget);
+    let stream = TokenStream::new(text, &budget).map_err(SceneError::plain)?;
+    let start = Pos {
+        file: text.name(),
+        line: 1,
+        column: 1,
+    };
+    let start = Site::new(start, "WorldBegin");
+    let dialect = dialect::detect(text, dir);
+    let mut loader = Loader::new(stream, dialect, dir.into(), budget);
     loader.run(&start)?;
     finish::finish(loader)
 }

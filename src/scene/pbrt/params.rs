@@ -13,6 +13,7 @@ use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
 use super::lexer::{Token, TokenKind};
 use super::stream::TokenStream;
+use crate::scene::budget::Charge;
 
 /// Types of both dialects; spellings that mean the same are one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,21 +177,13 @@ pub(super) struct Param {
     /// The `ColorSpace` in force where it was written.
     pub color_space: ColorSpace,
     used: Cell<bool>,
+    /// For as long as it is kept.
+    _room: Charge,
 }
 
-impl Param {
-    /// The same parameter with other values.
-    pub fn with(&self, values: Values) -> Self {
-        Self {
-            ty: self.ty,
-            name: self.name.clone(),
-            values,
-            pos: self.pos.clone(),
-            color_space: self.color_space,
-            used: Cell::new(true),
-        }
-    }
-}
+/// Memory of a parameter besides its name and values, and of one of its strings besides the text, roughly.
+const PARAM_BYTES: u64 = size_of::<Param>() as u64 + 64;
+const STRING_BYTES: u64 = 32;
 
 /// The parameters of one directive, with what is needed to interpret them.
 #[derive(Clone, Debug)]
@@ -199,6 +192,8 @@ pub(super) struct ParamSet {
     pub dialect: Dialect,
     /// Folder that file names are relative to.
     pub dir: Rc<Path>,
+    /// The `ColorSpace` in force at the directive.
+    pub color_space: ColorSpace,
     params: Vec<Rc<Param>>,
     /// What was let pass with a word, to be told by [`ParamSet::finish`].
     notes: Rc<RefCell<Vec<(Site, String)>>>,
@@ -216,6 +211,7 @@ impl ParamSet {
             site,
             dialect,
             dir,
+            color_space: ColorSpace::default(),
             params: Vec::new(),
             notes: Rc::default(),
         }
@@ -231,6 +227,7 @@ impl ParamSet {
         report: &mut Report,
     ) -> Result<Self, SceneError> {
         let mut set = Self::empty(site, dialect, dir);
+        set.color_space = color_space;
         while stream.peek()?.is_some_and(|t| t.kind == TokenKind::Quoted) {
             let Some(declaration) = stream.next_token()? else {
                 break;
@@ -274,7 +271,9 @@ impl ParamSet {
             // Its values are stepped over.
             Err(_) => (None, ""),
         };
-        let (mut values, mistaken) = self.values(stream, &pos, ty, name)?;
+        let room = Charge::of(&stream.budget, PARAM_BYTES + name.len() as u64);
+        let mut room = room.map_err(|e| site.error(format_args!("parameter \"{name}\": {e}")))?;
+        let (mut values, mistaken) = self.values(stream, &pos, ty, name, &mut room)?;
         let (ty, name) = match declared {
             Ok(declared) => declared,
             Err(what) => {
@@ -310,6 +309,7 @@ impl ParamSet {
             pos,
             color_space,
             used: Cell::new(false),
+            _room: room,
         }))
     }
 
@@ -321,9 +321,14 @@ impl ParamSet {
         pos: &Pos,
         ty: Option<Type>,
         name: &str,
+        room: &mut Charge,
     ) -> Result<(Values, bool), SceneError> {
         let fail = |pos: &Pos, what: fmt::Arguments<'_>| {
             Err(Site::new(pos.clone(), &self.site.label).error(what))
+        };
+        let no_room = |e: String| {
+            Site::new(pos.clone(), &self.site.label)
+                .error(format_args!("parameter \"{name}\": {e}"))
         };
         let mut values = match ty {
             Some(Type::Bool) => Values::Bools(Vec::new()),
@@ -364,6 +369,14 @@ impl ParamSet {
                     };
                 }
             }
+            let grown = match &values {
+                Values::Numbers(list) => room.grow(list, 1),
+                Values::Bools(list) => room.grow(list, 1),
+                Values::Strings(list) => room
+                    .grow(list, 1)
+                    .and_then(|()| room.add(STRING_BYTES + token.raw().len() as u64)),
+            };
+            grown.map_err(no_room)?;
             match &mut values {
                 Values::Numbers(list) if list.len() < MAX_VALUES => {
                     list.push(match token.number() {
@@ -441,13 +454,25 @@ impl ParamSet {
     }
 
     /// Adds defaults from an `Attribute` directive, which need not all be used.
-    pub fn add_defaults(&mut self, defaults: &Self) {
+    pub fn add_defaults(&mut self, defaults: &Self) -> Result<(), SceneError> {
+        // No two defaults have the same name.
+        let own = self.params.len();
         for param in &defaults.params {
             param.used.set(true);
-            if !self.params.iter().any(|p| p.name == param.name) {
+            if !self.params[..own].iter().any(|p| p.name == param.name) {
+                if self.params.len() == MAX_PARAMS {
+                    return Err(self.error_at(param, "is one of too many"));
+                }
                 self.params.push(Rc::clone(param));
             }
         }
+        Ok(())
+    }
+
+    /// Memory of all numbers here.
+    pub fn number_bytes(&self) -> u64 {
+        let counts = self.params.iter().map(|p| p.values.numbers().len() as u64);
+        counts.sum::<u64>() * size_of::<f64>() as u64
     }
 
     pub fn error(&self, what: impl fmt::Display) -> SceneError {

@@ -8,11 +8,15 @@ use super::geometry::{Geometry, Mesh, Setting};
 use super::params::{ParamSet, Type};
 use super::textures::{TextureNames, float_param};
 use crate::scene::ply::{self, PlyMesh};
-use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh};
+use crate::scene::shapes::{self, MeshData, append_patches, bilinear_mesh_within};
 use crate::scene::{Alpha, AlphaTest, Param};
 
 /// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
+
+/// Memory that subdivision takes for each face it makes: the last level and the one before, and the mesh made of it, of twice as many faces
+/// as vertices.
+const SUBDIVIDED_BYTES: u64 = 64;
 
 pub(super) fn build(
     kind: &str,
@@ -25,6 +29,9 @@ pub(super) fn build(
         &["displacement"],
         "displacement is not supported; displace the mesh itself",
     )?;
+    // The numbers become vectors and indices, which become a mesh.
+    let copies = geometry.room_to_make(2 * set.number_bytes());
+    let _copies = copies.map_err(|e| set.error(e))?;
     match kind {
         "trianglemesh" => match triangle_mesh(set, setting, report)? {
             Ok(mesh) => geometry.add_mesh(setting, &mesh, false, report),
@@ -40,15 +47,18 @@ pub(super) fn build(
                 Ok(bytes) => bytes,
                 Err(why) => return left_out(set, report, &why),
             };
-            let room = geometry.room_to_read(bytes);
-            room.map_err(|e| set.error(format_args!("{}: {e}", path.display())))?;
+            let no_room = |e: String| set.error(format_args!("{}: {e}", path.display()));
+            let mut room = geometry.room_to_make(bytes).map_err(no_room)?;
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
-            let read = ply::read_ply(&path);
+            let mut full = false;
+            let mut take = |bytes| room.add(bytes).inspect_err(|_| full = true);
+            let read = ply::read_ply_within(&path, &mut take);
             geometry.loading().set_file(None);
             let read = match read {
                 Ok(read) => read,
+                Err(why) if full => return Err(set.error(why)),
                 Err(why) => return left_out(set, report, &why),
             };
             match set.dialect {
@@ -267,7 +277,9 @@ fn with_patches(
     drop(quads);
     let power = setting.light.as_ref().is_some_and(|l| l.has_power());
     if patches.is_empty() || !power && (mesh.uvs.is_some() || !setting.needs_uv) {
-        append_patches(&mut mesh, &patches, setting.needs_uv);
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        append_patches(&mut mesh, &patches, setting.needs_uv, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         mesh.drop_degenerate();
         return add_data(mesh, set, setting, geometry, false, report);
     }
@@ -278,7 +290,10 @@ fn with_patches(
         mesh.uvs.as_deref(),
     );
     let mut add = |patches: &[[u32; 4]]| {
-        let data = bilinear_mesh(p, n, uv, patches.as_flattened()).map_err(|e| set.error(e))?;
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let corners = patches.as_flattened();
+        let data = bilinear_mesh_within(p, n, uv, corners, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         add_data(data, set, setting, geometry, power, report)
     };
     if power {
@@ -340,8 +355,10 @@ fn bilinear(
     let n = normals.as_deref().map(narrow);
     let uv: Option<Vec<[f32; 2]>> = uvs.map(|t| t.iter().map(|t| t.as_vec2().to_array()).collect());
     let mut add = |indices: &[u32], power_of_whole: bool| {
-        let data =
-            bilinear_mesh(&p, n.as_deref(), uv.as_deref(), indices).map_err(|e| set.error(e))?;
+        let (n, uv) = (n.as_deref(), uv.as_deref());
+        let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+        let data = bilinear_mesh_within(&p, n, uv, indices, &mut |n| room.add(n))
+            .map_err(|e| set.error(e))?;
         add_data(data, set, setting, geometry, power_of_whole, report)
     };
     if setting.light.as_ref().is_some_and(|l| l.has_power()) {
@@ -381,6 +398,10 @@ fn subdivision(
             "{faces} faces subdivided {levels} times are more than {MAX_SUBDIVIDED_FACES}; use fewer levels"
         )));
     }
+    let bytes = (faces << (2 * levels)) as u64 * SUBDIVIDED_BYTES;
+    let _room = geometry
+        .room_to_make(bytes)
+        .map_err(|e| set.error(format_args!("{faces} faces subdivided {levels} times: {e}")))?;
     let data =
         shapes::loop_subdivide(levels, &narrow(&positions), indices).map_err(|e| set.error(e))?;
     add_data(data, set, setting, geometry, false, report)

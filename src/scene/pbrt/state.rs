@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use glam::DMat4;
+use rpds::HashTrieMap;
 
 use super::color::ColorSpace;
 use super::dialect::Dialect;
@@ -15,6 +16,7 @@ use super::params::ParamSet;
 use super::textures::{Deferred, TextureNames};
 use super::transform::Place;
 use crate::scene::Bump;
+use crate::scene::budget::Charge;
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
@@ -29,10 +31,11 @@ pub(super) struct MaterialDef {
     pub built: Deferred<(Built, Option<Bump>)>,
     pub index: Cell<Option<u32>>,
     pub used: Cell<bool>,
+    pub _room: Charge,
 }
 
-/// By name, as a mixture finds its components.
-pub(super) type MaterialNames = HashMap<String, Rc<MaterialDef>>;
+/// By name, as a mixture finds its components. Copies share what they have in common: every block saves one.
+pub(super) type MaterialNames = HashTrieMap<String, Rc<MaterialDef>>;
 
 #[derive(Clone, Debug)]
 pub(super) enum CurrentMaterial {
@@ -42,7 +45,7 @@ pub(super) enum CurrentMaterial {
     Named(Rc<Site>, Rc<str>),
 }
 
-/// Everything `AttributeBegin` saves. Maps are shared and copied when written to, as saving is much more frequent.
+/// Everything `AttributeBegin` saves. What can be large shares its parts with its copies.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// Current transform at the start and at the end of the shutter.
@@ -54,7 +57,7 @@ pub(super) struct State {
     pub light: Option<Rc<AreaLight>>,
     pub color_space: ColorSpace,
     pub textures: TextureNames,
-    pub named_materials: Rc<MaterialNames>,
+    pub named_materials: MaterialNames,
     /// v4's `Attribute`: parameters added to later directives, by target.
     pub attributes: Rc<HashMap<String, ParamSet>>,
 }
@@ -69,7 +72,7 @@ impl State {
             light: None,
             color_space: ColorSpace::default(),
             textures: TextureNames::default(),
-            named_materials: Rc::default(),
+            named_materials: MaterialNames::default(),
             attributes: Rc::default(),
         }
     }

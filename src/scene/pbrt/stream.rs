@@ -1,15 +1,15 @@
 //! The tokens of a scene: the main file with the files it includes spliced in.
 
+use std::cell::Cell;
 use std::collections::HashSet;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use super::error::{Pos, SceneError};
-use super::lexer::{Lexer, Source, Token};
+use super::lexer::{Lexer, Token};
+use super::text::{OPEN_FILE_BYTES, Text};
+use crate::scene::budget::{Budget, Charge};
 
-/// Bytes of scene text read in all, after decompression. Meshes of this size belong in PLY files.
-const MAX_TEXT: u64 = 4 << 30;
 /// Files included in all: files that include each other twice would multiply without bound.
 const MAX_INCLUDES: u32 = 1 << 16;
 /// Files open at once.
@@ -29,30 +29,50 @@ struct Frame {
     path: Option<PathBuf>,
     /// The directive's place, if this file was imported.
     import: Option<Pos>,
+    _room: Charge,
 }
 
 #[derive(Debug)]
 pub(super) struct TokenStream {
     frames: Vec<Frame>,
     peeked: Option<Item>,
-    bytes: u64,
+    /// Bytes of text so far.
+    bytes: Rc<Cell<u64>>,
     includes: u32,
+    pub budget: Rc<Budget>,
 }
 
 impl TokenStream {
-    pub fn new(source: Rc<Source>, path: Option<&Path>) -> Self {
-        let bytes = source.text.len() as u64;
-        let path = path.and_then(|p| p.canonicalize().ok());
-        Self {
-            frames: vec![Frame {
-                lexer: Lexer::new(source),
-                path,
-                import: None,
-            }],
+    pub fn new(text: &Text, budget: &Rc<Budget>) -> Result<Self, String> {
+        let mut stream = Self {
+            frames: Vec::new(),
             peeked: None,
-            bytes,
+            bytes: Rc::default(),
             includes: 0,
-        }
+            budget: Rc::clone(budget),
+        };
+        let path = match text {
+            Text::File(path) => path.canonicalize().ok(),
+            Text::Held(..) => None,
+        };
+        stream.push(text, path, None)?;
+        Ok(stream)
+    }
+
+    fn push(
+        &mut self,
+        text: &Text,
+        path: Option<PathBuf>,
+        import: Option<Pos>,
+    ) -> Result<(), String> {
+        let room = Charge::of(&self.budget, OPEN_FILE_BYTES)?;
+        self.frames.push(Frame {
+            lexer: Lexer::new(text.open(&self.bytes)?),
+            path,
+            import,
+            _room: room,
+        });
+        Ok(())
     }
 
     pub fn next(&mut self) -> Result<Option<Item>, SceneError> {
@@ -117,83 +137,44 @@ impl TokenStream {
                 "too many included files (limits: {MAX_INCLUDE_DEPTH} at once, {MAX_INCLUDES} in all)"
             ));
         }
-        let source = read_source(path, MAX_TEXT.saturating_sub(self.bytes))?;
-        self.bytes += source.text.len() as u64;
-        self.frames.push(Frame {
-            lexer: Lexer::new(Rc::new(source)),
-            path: Some(canonical),
-            import,
-        });
-        Ok(())
+        self.push(&Text::File(path.into()), Some(canonical), import)
     }
 }
 
-/// Reads a scene file whole, decompressing `.gz`.
-pub(super) fn read_main(path: &Path) -> Result<Source, String> {
-    read_source(path, MAX_TEXT)
-}
+/// Files that a look ahead goes into, at most.
+const MAX_SCANNED: usize = 64;
 
-fn read_source(path: &Path, limit: u64) -> Result<Source, String> {
-    let describe = |e: std::io::Error| format!("cannot read {}: {e}", path.display());
-    let file = std::fs::File::open(path).map_err(describe)?;
-    if !file.metadata().map_err(describe)?.is_file() {
-        return Err(format!("{} is not a file", path.display()));
-    }
-    let mut bytes = Vec::new();
-    let gzipped = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    if gzipped {
-        flate2::read::MultiGzDecoder::new(file)
-            .take(limit + 1)
-            .read_to_end(&mut bytes)
-    } else {
-        file.take(limit + 1).read_to_end(&mut bytes)
-    }
-    .map_err(describe)?;
-    if bytes.len() as u64 > limit {
-        return Err(format!(
-            "{} takes the scene's text beyond {MAX_TEXT} bytes; use PLY files for meshes",
-            path.display()
-        ));
-    }
-    // Comments may be in any encoding; everything that matters is ASCII or UTF-8.
-    let text = match String::from_utf8(bytes) {
-        Ok(text) => text,
-        Err(e) => String::from_utf8_lossy(e.as_bytes()).into_owned(),
-    };
-    Ok(Source {
-        name: path.display().to_string().into(),
-        text,
-    })
-}
-
-/// Every token of a file and, on request, of the files it includes, for a look ahead that must not fail.
+/// Every token of a text and, on request, of the files it includes, for a look ahead that must not fail. Returns whether any are included.
 pub(super) fn scan(
-    source: &Rc<Source>,
+    text: &Text,
     dir: &Path,
     with_includes: bool,
     visit: &mut impl FnMut(&Token) -> bool,
-) {
-    let mut queue = vec![Rc::clone(source)];
+) -> bool {
+    let mut queue = vec![text.clone()];
     let mut seen = HashSet::new();
-    while let Some(source) = queue.pop() {
-        let mut lexer = Lexer::new(source);
+    let mut includes = false;
+    while let Some(text) = queue.pop() {
+        let Ok(blocks) = text.open(&Rc::default()) else {
+            continue;
+        };
+        let mut lexer = Lexer::new(blocks);
         let mut include = false;
         while let Ok(Some(token)) = lexer.next() {
             if visit(&token) {
-                return;
+                return includes;
             }
-            if include && with_includes && seen.len() < 64 {
+            if include && with_includes && seen.len() < MAX_SCANNED {
                 let path = dir.join(token.text().as_ref());
                 if let Ok(canonical) = path.canonicalize()
                     && seen.insert(canonical)
-                    && let Ok(source) = read_main(&path)
                 {
-                    queue.push(Rc::new(source));
+                    queue.push(Text::File(path));
                 }
             }
             include = token.is_word("Include") || token.is_word("Import");
+            includes |= include;
         }
     }
+    includes
 }

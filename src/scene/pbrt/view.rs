@@ -2,12 +2,14 @@
 
 use glam::{DAffine3, DVec3, Vec2};
 
+use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::params::ParamSet;
+use super::sensor;
 use super::transform::{Similarity, inverse, narrow_point, rows, similarity};
 use crate::scene::{
-    Camera, Film, Filter, FilterKind, IntegratorKind, IntegratorSettings, Projection, Space,
+    Camera, Clamp, Film, Filter, FilterKind, IntegratorKind, IntegratorSettings, Projection, Space,
     SphereMap,
 };
 
@@ -16,7 +18,13 @@ const MAX_PIXELS: i64 = 1 << 31;
 /// A side of the film, so that raster positions are exact to a fraction of a pixel in `f32`.
 const MAX_SIDE: i64 = 1 << 17;
 
-pub(super) fn film(kind: &str, set: &ParamSet, report: &mut Report) -> Result<Film, SceneError> {
+/// `shutter` is how long the camera's shutter is open.
+pub(super) fn film(
+    kind: &str,
+    set: &ParamSet,
+    shutter: f64,
+    report: &mut Report,
+) -> Result<Film, SceneError> {
     match (set.dialect, kind) {
         (Dialect::V3, "image") | (Dialect::V4, "rgb") => {}
         (Dialect::V4, "gbuffer" | "spectral") => {
@@ -38,33 +46,22 @@ pub(super) fn film(kind: &str, set: &ParamSet, report: &mut Report) -> Result<Fi
     }
     let crop = crop(set, width as u32, height as u32)?;
     let filename = set.string("filename")?.map(str::to_owned);
-    for name in ["maxsampleluminance", "maxcomponentvalue"] {
-        if let Some(param) = set.find(name) {
-            report.warn_at(
-                &set.site_of(param),
-                format_args!("\"{name}\" is ignored: nothing is clamped"),
-            );
-        }
-    }
     set.accept(&["diagonal", "savefp16"]);
-    let scale = match set.dialect {
-        Dialect::V3 => set.float_or("scale", 1.0)?,
+    let (scale, colour, space) = match set.dialect {
+        Dialect::V3 => (set.float_or("scale", 1.0)?, None, ColorSpace::Srgb),
         Dialect::V4 => {
-            if let Some(sensor) = set.string("sensor")?.filter(|s| *s != "cie1931") {
-                report.warn_at(
-                    &set.site,
-                    format_args!("sensor \"{sensor}\" is not supported; cie1931 is used"),
-                );
-            }
-            if set.float_or("whitebalance", 0.0)? != 0.0 {
-                report.warn_at(&set.site, "white balance is not supported and ignored");
-            }
-            set.float_or("exposuretime", 1.0)? * set.float_or("iso", 100.0)? / 100.0
+            // Files for early versions of pbrt-v4 have the time of the exposure here.
+            let time = set.float_or("exposuretime", shutter)?;
+            let iso = set.float_or("iso", 100.0)?;
+            let balance = balance(set, report)?;
+            let colour = sensor::matrix(set.color_space, balance);
+            (time * iso / 100.0, colour, set.color_space)
         }
     };
     if !(scale as f32).is_finite() {
         return Err(set.error("the factor on its values is out of range"));
     }
+    let clamp = clamp(set, scale, report)?;
     set.finish(report);
     Ok(Film {
         width: width as u32,
@@ -76,7 +73,74 @@ pub(super) fn film(kind: &str, set: &ParamSet, report: &mut Report) -> Result<Fi
             kind: FilterKind::Box,
         },
         scale: scale as f32,
+        colour,
+        chromaticities: (space != ColorSpace::Srgb).then(|| space.chromaticities()),
+        clamp,
     })
+}
+
+/// The temperature in kelvin that a v4 film is balanced for, if it is.
+fn balance(set: &ParamSet, report: &mut Report) -> Result<Option<f64>, SceneError> {
+    let kelvin = set.float_or("whitebalance", 0.0)?;
+    let given = kelvin != 0.0;
+    if given && !(1000.0..=1e6).contains(&kelvin) {
+        return Err(set.error(format_args!(
+            "white balance {kelvin} is not between 1000 and 1000000 kelvin"
+        )));
+    }
+    let camera = set.string("sensor")?.filter(|name| *name != sensor::CIE);
+    let Some(name) = camera else {
+        return Ok(given.then_some(kelvin));
+    };
+    if !sensor::is_camera(name) {
+        return Err(set.error(format_args!(
+            "sensor \"{name}\" is unknown; use {} or one of pbrt-v4's cameras, canon_eos_100d for instance",
+            sensor::CIE
+        )));
+    }
+    let kelvin = if given {
+        kelvin
+    } else {
+        sensor::CAMERA_BALANCE
+    };
+    report.warn_at(
+        &set.site,
+        format_args!(
+            "sensor \"{name}\" stands for {} balanced for {kelvin} K: greys as the camera has them, other colours nearly",
+            sensor::CIE
+        ),
+    );
+    Ok(Some(kelvin))
+}
+
+/// What samples are cut down to. Only integrators whose samples are independent can: what chains bring is normalised, so pbrt's own clamp
+/// of it turns pictures green.
+fn clamp(set: &ParamSet, scale: f64, report: &mut Report) -> Result<Option<Clamp>, SceneError> {
+    let (name, of): (_, fn(f32) -> Clamp) = match set.dialect {
+        Dialect::V3 => ("maxsampleluminance", Clamp::Luminance),
+        Dialect::V4 => ("maxcomponentvalue", Clamp::Xyz),
+    };
+    let Some(param) = set.find(name) else {
+        return Ok(None);
+    };
+    let most = match set.dialect {
+        Dialect::V3 => set.float_or(name, 0.0)?,
+        // Of what the film holds, exposure included.
+        Dialect::V4 => set.float_or(name, 0.0)? / scale,
+    };
+    if most.is_nan() || most <= 0.0 {
+        return Err(set.error_at(param, "must be positive, or the picture is black"));
+    }
+    if !(most as f32).is_finite() {
+        return Ok(None);
+    }
+    report.warn_at(
+        &set.site_of(param),
+        format_args!(
+            "\"{name}\" takes light from the brightest samples of path, bdpt and lightpath; mlt does without"
+        ),
+    );
+    Ok(Some(of(most as f32)))
 }
 
 /// The film without a `Film` directive.
@@ -91,6 +155,25 @@ pub(super) fn default_film() -> Film {
             kind: FilterKind::Box,
         },
         scale: 1.0,
+        colour: None,
+        chromaticities: None,
+        clamp: None,
+    }
+}
+
+/// How long a v4 camera's shutter is open.
+pub(super) fn shutter_time(set: &ParamSet) -> Result<f64, SceneError> {
+    let (open, close) = (
+        set.float_or("shutteropen", 0.0)?,
+        set.float_or("shutterclose", 1.0)?,
+    );
+    match set.dialect {
+        // Of no consequence while nothing moves.
+        Dialect::V3 => Ok(1.0),
+        Dialect::V4 if close > open => Ok(close - open),
+        Dialect::V4 => Err(set.error(format_args!(
+            "its shutter closes at {close} and opens at {open}: no light reaches the film"
+        ))),
     }
 }
 
@@ -401,11 +484,12 @@ impl WorldCamera {
     }
 }
 
-pub(super) fn pixel_samples(
+/// Samples per pixel, and the seed if the sampler has one.
+pub(super) fn sampler(
     kind: &str,
     set: &ParamSet,
     report: &mut Report,
-) -> Result<u32, SceneError> {
+) -> Result<(u32, Option<u64>), SceneError> {
     let most = i64::from(u32::MAX);
     let samples = if kind == "stratified" {
         let (x, y) = (
@@ -416,15 +500,14 @@ pub(super) fn pixel_samples(
     } else {
         set.int_in("pixelsamples", 16, 1, most)?
     };
-    set.accept(&[
-        "seed",
-        "jitter",
-        "dimensions",
-        "randomization",
-        "samplepixelcenter",
-    ]);
+    set.accept(&["jitter", "dimensions", "randomization", "samplepixelcenter"]);
+    let limit = i64::from(u32::MAX);
+    let seed = (set
+        .has("seed")
+        .then(|| set.int_in("seed", 0, -limit, limit)))
+    .transpose()?;
     set.finish(report);
-    Ok(samples as u32)
+    Ok((samples as u32, seed.map(|seed| seed as u64)))
 }
 
 pub(super) fn integrator(

@@ -8,7 +8,8 @@ use super::*;
 
 fn load(bytes: Vec<u8>) -> Result<MeshData, String> {
     let length = bytes.len() as u64;
-    read(Box::new(Cursor::new(bytes)), length).map(PlyMesh::into_triangles)
+    let mesh = read(Box::new(Cursor::new(bytes)), length, &mut |_| Ok(()));
+    mesh.map(PlyMesh::into_triangles)
 }
 
 /// Vertices of any bits, NaN among them, and triangles between them.

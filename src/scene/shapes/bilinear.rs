@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{MAX_TRIANGLES, MeshData};
+use super::{MAX_TRIANGLES, MeshData, Room};
 
 /// A grid follows a curved patch to this fraction of its size.
 const TOLERANCE: f64 = 1e-4;
@@ -41,6 +41,11 @@ impl Corners {
     fn extent(&self) -> f64 {
         let [a, b, c, d] = self.0;
         (d - a).length().max((c - b).length())
+    }
+
+    /// Length of the longest corner.
+    fn reach(&self) -> f64 {
+        self.0.iter().fold(0.0, |most, c| most.max(c.length()))
     }
 
     /// Twice the area, along the normal, of the quadrilateral's outline.
@@ -145,7 +150,7 @@ impl Vertices<'_> {
             follow(&texture, texture.extent());
         }
         if let Some(normal) = &normal {
-            follow(normal, 1.0);
+            follow(normal, normal.reach());
         }
         Patch {
             flat: flat || normal.is_some(),
@@ -166,13 +171,33 @@ fn most_cells(patches: usize) -> f64 {
         .floor()
 }
 
-/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
-/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it.
+/// Memory of a cell of a grid, roughly: a vertex and two triangles, and copies of them as meshes are added to a scene.
+const CELL_BYTES: u64 = 128;
+
+impl Patch {
+    fn bytes(&self) -> u64 {
+        u64::from(self.cells).pow(2) * CELL_BYTES
+    }
+}
+
+/// [`bilinear_mesh_within`] any memory.
 pub fn bilinear_mesh(
     p: &[[f32; 3]],
     n: Option<&[[f32; 3]]>,
     uv: Option<&[[f32; 2]]>,
     indices: &[u32],
+) -> Result<MeshData, String> {
+    bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
+}
+
+/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
+/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it. `room` is asked for memory.
+pub fn bilinear_mesh_within(
+    p: &[[f32; 3]],
+    n: Option<&[[f32; 3]]>,
+    uv: Option<&[[f32; 2]]>,
+    indices: &[u32],
+    room: Room,
 ) -> Result<MeshData, String> {
     let (patches, rest) = indices.as_chunks::<4>();
     if !rest.is_empty() {
@@ -217,6 +242,7 @@ pub fn bilinear_mesh(
                 patches.len()
             ));
         }
+        room(patch.bytes())?;
         flat &= patch.flat;
         append(&mut mesh, &patch);
     }
@@ -228,8 +254,13 @@ pub fn bilinear_mesh(
 }
 
 /// Adds patches over the vertices of `mesh` to it: p00, p10, p01, p11, in range. Where two triangles show all that is to be seen of a
-/// patch, they share its vertices. If texture coordinates matter the mesh has them.
-pub fn append_patches(mesh: &mut MeshData, patches: &[[u32; 4]], textured: bool) {
+/// patch, they share its vertices. If texture coordinates matter the mesh has them. `room` is asked for memory.
+pub fn append_patches(
+    mesh: &mut MeshData,
+    patches: &[[u32; 4]],
+    textured: bool,
+    room: Room,
+) -> Result<(), String> {
     let most_cells = most_cells(patches.len());
     let given = mesh.positions.len();
     let has_normals = mesh.normals.is_some();
@@ -246,11 +277,13 @@ pub fn append_patches(mesh: &mut MeshData, patches: &[[u32; 4]], textured: bool)
             mesh.triangles.extend([[a, b, d], [a, d, c]]);
             continue;
         }
+        room(patch.bytes())?;
         // Zero stands for no normal.
         let normals = mesh.normals.get_or_insert_default();
         normals.resize(mesh.positions.len(), [0.0; 3]);
         append(mesh, &patch);
     }
+    Ok(())
 }
 
 /// Adds a patch as a grid with vertices of its own.
@@ -260,10 +293,8 @@ fn append(mesh: &mut MeshData, patch: &Patch) {
     for row in 0..=cells {
         for column in 0..=cells {
             let (u, v) = (column as f64 / cells as f64, row as f64 / cells as f64);
-            let shading = (patch.normal).map_or_else(
-                || patch.position.normal(u, v),
-                |n| n.at(u, v).normalize_or_zero(),
-            );
+            let shading =
+                (patch.normal).map_or_else(|| patch.position.normal(u, v), |n| n.at(u, v));
             let position = patch.position.at(u, v);
             mesh.positions.push(position.as_vec3().into());
             if let Some(normals) = &mut mesh.normals {

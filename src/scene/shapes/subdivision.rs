@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{MAX_TRIANGLES, MeshData};
+use super::{MAX_TRIANGLES, MeshData, narrow_normals};
 
 /// No twin: the half-edge is on the boundary.
 const NONE: u32 = u32::MAX;
@@ -60,11 +60,8 @@ pub fn loop_subdivide(levels: u32, p: &[[f32; 3]], indices: &[u32]) -> Result<Me
     }
 
     let outgoing = mesh.outgoing();
-    let mut data = MeshData {
-        normals: Some(Vec::new()),
-        ..Default::default()
-    };
-    let normals = data.normals.get_or_insert_default();
+    let mut data = MeshData::default();
+    let mut normals = Vec::with_capacity(mesh.positions.len());
     let mut ring = Ring {
         neighbours: Vec::new(),
         boundary: false,
@@ -78,8 +75,9 @@ pub fn loop_subdivide(levels: u32, p: &[[f32; 3]], indices: &[u32]) -> Result<Me
     mesh.positions = limits.collect();
     for (&start, &position) in outgoing.iter().zip(&mesh.positions) {
         mesh.ring(start, &mut ring);
-        normals.push(ring.normal(position).as_vec3().into());
+        normals.push(ring.normal(position));
     }
+    data.normals = Some(narrow_normals(&normals));
     data.triangles = mesh.faces;
     data.drop_degenerate();
     Ok(data)
@@ -322,7 +320,8 @@ impl Ring {
         }
     }
 
-    /// Cross product of two tangents of the limit surface, in pbrt's order; zero if they are parallel.
+    /// Cross product of two tangents of the limit surface, in pbrt's order and, as there, not normalised; zero if they are
+    /// parallel.
     fn normal(&self, centre: DVec3) -> DVec3 {
         let ring = &self.neighbours;
         let n = ring.len();
@@ -352,7 +351,7 @@ impl Ring {
             };
             (last - first, across)
         };
-        along.cross(across).normalize_or_zero()
+        along.cross(across)
     }
 }
 
@@ -410,7 +409,7 @@ mod tests {
             assert!(most / least < 1.25, "{least} {most}");
             for (p, n) in p.iter().zip(vectors(data.normals.as_ref().unwrap())) {
                 assert!(
-                    (n.length() - 1.0).abs() < 1e-6 && n.dot(p.normalize()) < -0.9,
+                    n.normalize().dot(p.normalize()) < -0.9,
                     "normals point inwards as pbrt's"
                 );
             }
@@ -471,7 +470,12 @@ mod tests {
                     .any(|p| p[1].abs() < 1e-6 && (p[0] - 1.5).abs() < 0.2)
         );
         // The faces run counter-clockwise seen from +z; pbrt's normals look the other way, inside and along the boundary.
-        assert!(data.normals.unwrap().iter().all(|n| n[2] < -0.999));
+        let normals = data.normals.unwrap();
+        assert!(
+            normals
+                .iter()
+                .all(|n| DVec3::from(n.map(f64::from)).normalize().z < -0.999)
+        );
     }
 
     #[test]

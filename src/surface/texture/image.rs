@@ -30,6 +30,9 @@ pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
+    if wrap == Wrap::Octahedral {
+        return octahedral(image, [x0, y0], [fx, fy]);
+    }
     let column = |x: i64| wrapped(x, image.width, wrap);
     let row = |y: i64| wrapped(y, image.height, wrap);
     let columns = [column(x0), column(x0.saturating_add(1))];
@@ -53,6 +56,40 @@ pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
     value
 }
 
+/// The same between four texels of an octahedral map, the first of them given, and where between them.
+#[cold]
+fn octahedral(image: &Image, [x0, y0]: [i64; 2], [fx, fy]: [f32; 2]) -> Rgb {
+    let size = [image.width, image.height];
+    let mut value = [0.0; 3];
+    for (dy, wy) in [(0, 1.0 - fy), (1, fy)] {
+        for (dx, wx) in [(0, 1.0 - fx), (1, fx)] {
+            let at = [x0.saturating_add(dx), y0.saturating_add(dy)];
+            let [x, y] = folded(at, size);
+            let texel = image.texels[y * image.width as usize + x];
+            for c in 0..3 {
+                value[c] += wx * wy * texel[c];
+            }
+        }
+    }
+    value
+}
+
+/// A texel of an octahedral map. As pbrt-v4 has it: below 0 it turns about the first texel's centre, not about the edge. Farther out than the map is
+/// wide there is nothing to find, so that is cut off.
+fn folded([x, y]: [i64; 2], [width, height]: [u32; 2]) -> [usize; 2] {
+    let (w, h) = (i64::from(width), i64::from(height));
+    let (mut x, mut y) = (x.clamp(1 - w, 2 * w - 1), y.clamp(1 - h, 2 * h - 1));
+    if !(0..w).contains(&x) {
+        x = if x < 0 { -x } else { 2 * w - 1 - x };
+        y = h - 1 - y;
+    }
+    if !(0..h).contains(&y) {
+        x = w - 1 - x;
+        y = if y < 0 { -y } else { 2 * h - 1 - y };
+    }
+    [x.clamp(0, w - 1) as usize, y.clamp(0, h - 1) as usize]
+}
+
 #[inline(always)]
 fn wrapped(i: i64, size: u32, wrap: Wrap) -> Option<usize> {
     let size = i64::from(size);
@@ -60,7 +97,8 @@ fn wrapped(i: i64, size: u32, wrap: Wrap) -> Option<usize> {
     match wrap {
         // Divisions are slow, and most look-ups need none.
         Wrap::Repeat => Some(if within { i } else { i.rem_euclid(size) } as usize),
-        Wrap::Clamp => Some(i.clamp(0, size - 1) as usize),
+        // Where it is asked for ahead, near enough.
+        Wrap::Clamp | Wrap::Octahedral => Some(i.clamp(0, size - 1) as usize),
         Wrap::Black => within.then_some(i as usize),
     }
 }

@@ -37,16 +37,16 @@ fn brute_force(tracer: &Tracer, scene: &Scene, rays: &[Row], i: u32) -> (Row, u3
         let alone = alone.finish();
         let p = permuted(alone.view().group(0, 1).ordered([0, 1, 2]).one(0), &ray);
         let (mask, weights) = covers(&ray.own, &p);
-        let found = hit::<f32, false>(&ray.own, &p, mask, start.t, ray.pad);
+        let found = hit::<f32, false, false>(&ray.own, &p, mask, start.t, ray.pad);
         record(found.mask, found.t, index as u32, barycentrics(weights));
-        any |= hit::<f32, true>(&ray.own, &p, mask, start.t, ray.pad).mask;
+        any |= hit::<f32, true, false>(&ray.own, &p, mask, start.t, ray.pad).mask;
     }
     for (index, sphere) in scene.spheres.iter().enumerate() {
         let prim = (scene.triangles.len() + index) as u32;
         let sphere = LeafSphere::new(sphere, prim);
-        let found = sphere.hit::<f32, false>(&ray, start.t);
+        let found = sphere.hit::<f32, false, false>(&ray, start.t);
         record(found.mask, found.t, prim, [0.0; 2]);
-        any |= sphere.hit::<f32, true>(&ray, start.t).mask;
+        any |= sphere.hit::<f32, true, false>(&ray, start.t).mask;
     }
     let mut hits = [Row::default()];
     best.store(&ray, &rays[i as usize..], &[0], &mut hits);
@@ -114,12 +114,12 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Row], random: &m
                     let ray = Ray::<f32x8>::load(rays, packet, &tracer.extent);
                     let trees = tracer.trees();
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, false, false>(
+                    packet::traverse::<f32x8, false, false, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     best.store(&ray, rays, packet, hits);
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, true, false>(
+                    packet::traverse::<f32x8, true, false, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     for (lane, &i) in packet.iter().enumerate() {

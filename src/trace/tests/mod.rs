@@ -1,5 +1,6 @@
 //! What the tracer promises, against oracles: every primitive tested by every ray.
 
 mod agreement;
+mod large;
 mod scenes;
 mod surfaces;

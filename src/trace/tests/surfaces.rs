@@ -9,7 +9,7 @@ use crate::trace::offset::{leave_surface, triangle_point};
 use crate::trace::{Coherence, Tracer};
 
 /// A closed sphere of `2 * rings * (rings - 1) * 2` triangles.
-fn globe(rings: usize) -> Vec<[Vec3; 3]> {
+pub fn globe(rings: usize) -> Vec<[Vec3; 3]> {
     let point = |i: usize, j: usize| {
         if i == 0 || i == rings {
             return Vec3::Y * if i == 0 { 0.9 } else { -0.9 };

@@ -30,11 +30,7 @@ pub fn image_map(
         "repeat" => Wrap::Repeat,
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
-        "octahedralsphere" => {
-            return Err(set.error(
-                "wrap mode \"octahedralsphere\" is not supported; use repeat, black or clamp",
-            ));
-        }
+        "octahedralsphere" if set.dialect == Dialect::V4 => Wrap::Octahedral,
         other if set.dialect == Dialect::V3 => {
             set.note(format_args!(
                 "wrap mode \"{other}\" is unknown; repeat is used"
@@ -43,7 +39,7 @@ pub fn image_map(
         }
         other => {
             return Err(set.error(format_args!(
-                "wrap mode \"{other}\" is unknown; use repeat, black or clamp"
+                "wrap mode \"{other}\" is unknown; use repeat, black, clamp or octahedralsphere"
             )));
         }
     };

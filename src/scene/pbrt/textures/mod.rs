@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 
 use glam::DAffine3;
+use rpds::HashTrieMap;
 
 pub(super) use self::build::build;
 use self::mapping::Mapped;
@@ -20,7 +21,7 @@ use super::color::Use;
 use super::error::SceneError;
 use super::params::{ParamSet, Type, Values};
 use super::transform::rows;
-use crate::scene::budget::Budget;
+use crate::scene::budget::{Budget, Charge};
 use crate::scene::image::{Encoding, Image, bytes_needed, read_image};
 use crate::scene::spectrum::luminance;
 use crate::scene::{Alpha, Material, Param, Space, Texture};
@@ -28,11 +29,47 @@ use crate::scene::{Alpha, Material, Param, Space, Texture};
 /// Something defined under a name that may not be usable: the reason is reported where it is used.
 pub(super) type Deferred<T> = Result<T, SceneError>;
 
-/// Textures by name; numbers and colours have separate name spaces.
+/// Textures by name; numbers and colours have separate name spaces. Copies share what they have in common: every block saves one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TextureNames {
-    pub float: Rc<HashMap<String, Deferred<Param>>>,
-    pub color: Rc<HashMap<String, Deferred<Param>>>,
+    float: NamedTextures,
+    color: NamedTextures,
+}
+
+type NamedTextures = HashTrieMap<String, NamedTexture>;
+
+#[derive(Debug)]
+struct NamedTexture {
+    param: Deferred<Param>,
+    _room: Charge,
+}
+
+/// Memory of an entry of a table of names, besides what it holds, roughly.
+pub(super) const NAME_BYTES: u64 = 256;
+
+impl TextureNames {
+    /// Whether there was one of this name before.
+    pub fn insert(
+        &mut self,
+        name: String,
+        class: Class,
+        param: Deferred<Param>,
+        budget: &Rc<Budget>,
+    ) -> Result<bool, String> {
+        let message = param.as_ref().err().map_or(0, |e| e.0.len());
+        let bytes = NAME_BYTES + (name.len() + message + size_of::<NamedTexture>()) as u64;
+        let map = match class {
+            Class::Float => &mut self.float,
+            Class::Color => &mut self.color,
+        };
+        let known = map.contains_key(&name);
+        let texture = NamedTexture {
+            param,
+            _room: Charge::of(budget, bytes)?,
+        };
+        map.insert_mut(name, texture);
+        Ok(known)
+    }
 }
 
 /// The tables that materials and textures fill.
@@ -61,6 +98,10 @@ pub(super) enum Channels {
     Mean,
 }
 
+/// Memory of a texture, in tables that grow by doubling.
+const TEXTURE_BYTES: u64 =
+    2 * (size_of::<Texture>() + size_of::<Option<DAffine3>>() + size_of::<u32>()) as u64;
+
 /// Textures that one is made of, at most: each that names another twice doubles them, and they are evaluated by recursion.
 const MAX_STEPS: u32 = 1000;
 
@@ -85,6 +126,8 @@ impl Tables {
                 "is made of more than {MAX_STEPS} textures; bake it into an image"
             )));
         }
+        let room = self.budget.take(TEXTURE_BYTES);
+        room.map_err(|e| set.error(e))?;
         self.textures.push(what);
         self.to_texture.push(to_texture);
         self.steps.push(steps);
@@ -123,9 +166,13 @@ impl Tables {
             return Ok(index);
         }
         let bytes = bytes_needed(&path)?;
-        let taken = self.budget.take(bytes);
-        taken.map_err(|e| format!("{}: {e}", path.display()))?;
+        let room = Charge::of(&self.budget, bytes);
+        let room = room.map_err(|e| format!("{}: {e}", path.display()))?;
         let mut image = read_image(&path, encoding)?;
+        // What the decoder took is free again.
+        drop(room);
+        let bytes = size_of_val(&image.texels[..]) + path.as_os_str().len();
+        self.budget.take(bytes as u64 + NAME_BYTES)?;
         for texel in image.texels.iter_mut() {
             match channels {
                 Channels::Rgb => {}
@@ -187,7 +234,7 @@ pub(super) fn color_param_or(
 
 fn named(
     set: &ParamSet,
-    names: &HashMap<String, Deferred<Param>>,
+    names: &NamedTextures,
     name: &str,
     class: &str,
 ) -> Result<Option<Param>, SceneError> {
@@ -204,7 +251,7 @@ fn named(
         ));
     };
     match names.get(texture) {
-        Some(found) => found.clone().map(Some),
+        Some(found) => found.param.clone().map(Some),
         None => {
             let what = format!("there is no {class} texture named \"{texture}\"");
             set.left_out(param, &what)

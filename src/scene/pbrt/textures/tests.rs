@@ -446,8 +446,8 @@ fn errors_say_what_to_use() {
         (
             "rgb",
             "spectrum",
-            "\"imagemap\" \"string filename\" \"a.png\" \"string wrap\" \"octahedralsphere\"",
-            "wrap mode \"octahedralsphere\" is not supported; use repeat, black or clamp",
+            "\"imagemap\" \"string filename\" \"a.png\" \"string wrap\" \"mirror\"",
+            "wrap mode \"mirror\" is unknown; use repeat, black, clamp or octahedralsphere",
         ),
     ] {
         let found = error(head, class, rest);
