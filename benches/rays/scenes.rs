@@ -187,6 +187,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
         },
         large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
+        files: vec![],
         warnings: vec![],
     }
 }
