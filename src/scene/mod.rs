@@ -498,6 +498,14 @@ pub enum Clamp {
 }
 
 impl Clamp {
+    /// The same for light that is so much brighter.
+    pub fn scaled(self, factor: f32) -> Self {
+        match self {
+            Clamp::Luminance(most) => Clamp::Luminance(most * factor),
+            Clamp::Xyz(most) => Clamp::Xyz(most * factor),
+        }
+    }
+
     /// What is left of a sample.
     pub fn of(self, colour: Rgb) -> Rgb {
         let [r, g, b] = colour;

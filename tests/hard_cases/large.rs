@@ -99,7 +99,8 @@ fn shadows_touch_what_casts_them() {
 #[test]
 fn large_grounds_hold_light_off() {
     let camera = "LookAt 0 -20 .5  0 0 .5  0 0 1\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]";
-    for (name, ground) in grounds() {
+    // Over the edge of the smallest the wall sees more of the sky.
+    for (name, ground) in grounds().split_off(1) {
         let scene = scene(
             &(head(4, 16, 1, camera)
                 + "LightSource \"infinite\" \"rgb L\" [1 1 1]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\n"

@@ -7,7 +7,7 @@ use super::support::stage::{CAMERA, GREY, lamp, stage};
 use super::support::{BOTH, Runs, head, run, scene, settings};
 use phalanx::integrate::{EndedBy, Render, Settings};
 use phalanx::plan::Forced;
-use phalanx::scene::IntegratorKind;
+use phalanx::scene::{HostKind, IntegratorKind};
 
 // --- None ---
 
@@ -301,7 +301,7 @@ fn lights_that_no_ray_meets_shine_all_the_same() {
         IntegratorKind::Pt,
         IntegratorKind::Lt,
         IntegratorKind::Bdpt,
-        IntegratorKind::Pssmlt,
+        IntegratorKind::Pssmlt(HostKind::Bdpt),
         IntegratorKind::Mmlt,
     ];
     let hidden = "\"float alpha\" 0";

@@ -127,13 +127,13 @@ const WORLD: &str = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
 fn long_texts() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    write_gz(&folder.join("blank.pbrt.gz"), WORLD, " ", 400 << 20, "");
+    write_gz(&folder.join("blank.pbrt.gz"), WORLD, " ", 250 << 20, "");
     render(folder, "blank.pbrt.gz").rendered();
     write_gz(
         &folder.join("comments.pbrt"),
         WORLD,
         "# comment\n",
-        30 << 20,
+        24 << 20,
         "",
     );
     render(folder, "comments.pbrt").rendered();
@@ -160,10 +160,9 @@ fn parameters() {
         write_gz(&folder.join(name), &before, value, count, "]\n");
         render(folder, name)
     };
-    list("strings.pbrt", "string a", "\"\" ", 20_000_000).refused(OVER);
-    list("floats.pbrt", "float a", "1 ", 40_000_000).refused(OVER);
-    list("bools.pbrt", "bool a", "true ", 70_000_000).refused(OVER);
-    list("spectrum.pbrt", "spectrum L", "1 ", 40_000_000).refused(OVER);
+    list("strings.pbrt", "string a", "\"\" ", 3_000_000).refused(OVER);
+    list("floats.pbrt", "float a", "1 ", 9_000_000).refused(OVER);
+    list("spectrum.pbrt", "spectrum L", "1 ", 9_000_000).refused(OVER);
     list("points.pbrt", "point3 P", "0 0 0 ", 4_000_000).refused(OVER);
     let spectrum = "WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" [";
     write_gz(
@@ -175,7 +174,7 @@ fn parameters() {
     );
     render(folder, "samples.pbrt").small();
     let film = "Film \"rgb\" \"string filename\" \"x\"\n";
-    write_gz(&folder.join("films.pbrt"), "", film, 2_000_000, WORLD);
+    write_gz(&folder.join("films.pbrt"), "", film, 700_000, WORLD);
     render(folder, "films.pbrt").rendered();
 }
 

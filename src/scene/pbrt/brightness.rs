@@ -32,6 +32,7 @@ pub(super) fn dim(scene: &mut Scene) {
         }
     }
     scene.film.scale = (scene.film.scale / factor).min(f32::MAX);
+    scene.film.clamp = scene.film.clamp.map(|clamp| clamp.scaled(factor));
 }
 
 /// The largest radiance or intensity of any light.

@@ -18,8 +18,9 @@ use crate::scene::{
     Triangle, Vertex,
 };
 
-/// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
-const MIN_CROSS: f64 = 1e-18;
+/// Twice the area (internal space) below which a triangle counts as having none: products of its inverse would leave `f32`. On a ground of 1e7 it
+/// is that of a triangle of a thousandth.
+const MIN_CROSS: f64 = 1e-22;
 
 /// Lights at points whose neighbourhoods are looked at.
 const LAMPS: usize = 4;

@@ -20,7 +20,7 @@ use crate::scene::{Material, MaterialKind, NONE, Space};
 /// How far in front a lamp lies, in units of the scene's radius: some 256 roundings.
 const STEP: f64 = 1.0 / 65_536.0;
 /// The same in units of the lamp's size, at most.
-const STEP_OF_LAMP: f64 = 1.0 / 64.0;
+const STEP_OF_LAMP: f64 = 1.0 / 256.0;
 /// Lamps in one place that lie one before the other, at most.
 const MOST_LAYERS: u32 = 16;
 /// Planes of one shape that are looked after, at most.

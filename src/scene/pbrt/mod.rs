@@ -2,7 +2,8 @@
 //!
 //! 1. `text` reads files block by block, `lexer` and `stream` turn them into tokens, `Include` spliced in.
 //! 2. `dialect` decides between v3 and v4 before anything is interpreted.
-//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`.
+//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`. What pbrt
+//!    tolerates is tolerated, with a warning each: `tolerance` has what is of v3 as a whole.
 //! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for, geometry in world space and
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
@@ -29,6 +30,7 @@ mod state;
 mod stream;
 mod text;
 mod textures;
+mod tolerance;
 mod transform;
 mod view;
 

@@ -1,6 +1,7 @@
 //! Whole scenes, from text to tables.
 
 mod quads;
+mod tolerance;
 
 use std::path::Path;
 
@@ -461,31 +462,12 @@ fn mixtures_of_both_dialects() {
 #[test]
 fn mixtures_that_cannot_be_made() {
     let a = "MakeNamedMaterial \"a\" \"string type\" \"matte\"\n";
-    for (text, expected) in [
-        (
-            "Material \"mix\"".to_string(),
-            "t.pbrt:3:1: Material \"mix\": needs a \"string namedmaterial1\"",
-        ),
-        (
-            format!("{a}Material \"mix\" \"string namedmaterial1\" \"a\""),
-            "t.pbrt:4:1: Material \"mix\": needs a \"string namedmaterial2\"",
-        ),
-        (
-            format!(
-                "{a}Material \"mix\" \"string namedmaterial1\" \"a\" \"string namedmaterial2\" \"b\""
-            ),
-            "t.pbrt:4:44: Material \"mix\": parameter \"namedmaterial2\": there is no material named \"b\"",
-        ),
-        (
-            format!(
-                "{a}MakeNamedMaterial \"b\" \"string type\" \"none\"\nMaterial \"mix\" \"string namedmaterial1\" \"b\" \"string namedmaterial2\" \"a\""
-            ),
-            "t.pbrt:5:16: Material \"mix\": parameter \"namedmaterial1\": \"b\" lets rays pass",
-        ),
-    ] {
-        let error = v3_error(&format!("{text}\n{V3_TRIANGLE}"));
-        assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
-    }
+    let error = v3_error(&format!(
+        "{a}MakeNamedMaterial \"b\" \"string type\" \"none\"\nMaterial \"mix\" \"string namedmaterial1\" \"b\" \"string namedmaterial2\" \"a\"\n{V3_TRIANGLE}"
+    ));
+    let expected =
+        "t.pbrt:5:16: Material \"mix\": parameter \"namedmaterial1\": \"b\" lets rays pass";
+    assert!(error.starts_with(expected), "{error}");
     let error = v4_error(&format!(
         "Material \"mix\" \"string materials\" \"a\" {V4_TRIANGLE}"
     ));
@@ -763,10 +745,6 @@ fn what_is_not_supported_says_so_where_it_stands() {
             "t.pbrt:3:15: Translate: expected 3 numbers, found 'inf'",
         ),
         (
-            "AttributeEnd".into(),
-            "t.pbrt:3:1: AttributeEnd: there is no AttributeBegin",
-        ),
-        (
             "NamedMaterial \"m\" Shape \"sphere\"".into(),
             "t.pbrt:3:1: NamedMaterial: there is no material named \"m\"",
         ),
@@ -783,10 +761,6 @@ fn what_is_not_supported_says_so_where_it_stands() {
     );
     let checks = "Texture \"c\" \"float\" \"checkerboard\"";
     for (text, expected) in [
-        (
-            format!("Material \"matte\" \"texture bumpmap\" \"b\" {V3_TRIANGLE}"),
-            "t.pbrt:3:18: Material \"matte\": parameter \"bumpmap\": there is no float texture named \"b\"",
-        ),
         (
             format!("Material \"matte\" \"texture displacement\" \"b\" {V3_TRIANGLE}"),
             "t.pbrt:3:18: Material \"matte\": parameter \"displacement\": is of pbrt-v4; use \"bumpmap\"",
@@ -921,10 +895,6 @@ fn textures_fold_and_nest() {
             mapping: Mapping::Uv(mapping)
         }
     );
-    let error = v3_error(&format!(
-        "Material \"matte\" \"texture Kd\" \"nope\" {V3_TRIANGLE}"
-    ));
-    assert!(error.starts_with("t.pbrt:3:18: "), "{error}");
 }
 
 #[test]
@@ -1426,7 +1396,6 @@ fn hostile_sizes_fail_before_allocation() {
         "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 4294967296]",
         "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 1]",
         "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1]",
-        "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"normal N\" [0 0 1]",
     ] {
         v4_error(text);
     }
