@@ -14,7 +14,7 @@
 //!
 //! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean over renders it is within a factor of 1.3
 //! of the true error where that is below one; the estimate of a picture that is mostly noise is too low, and that of a small picture whose only
-//! noise is at the edges of what is bright up to 1.7 times too high (`tests/accuracy.rs`).
+//! noise is at the edges of what is bright up to 1.7 times too high (`tests/renderer/accuracy.rs`).
 
 use crate::metrics::RELATIVE_EPSILON;
 use rayon::prelude::*;
