@@ -536,7 +536,7 @@ fn scenes_that_cannot_be_used_are_named_with_line_and_column() {
 
     folder.write(
         "a.pbrt",
-        "WorldBegin\nShape \"sphere\"\n  Shape \"dodecahedron\"\nWorldEnd\n",
+        "Film \"rgb\" WorldBegin\nShape \"sphere\"\n  Shape \"dodecahedron\"\n",
     );
     for command in ["render", "inspect"] {
         let message = folder.run(&format!("{command} a.pbrt")).fails(2);
@@ -845,12 +845,12 @@ fn inspect_speaks_json() {
 fn long_names_are_shortened_in_messages() {
     let folder = Folder::new();
     let long = "x".repeat(3000);
-    let world = |text: String| format!("WorldBegin\n{text}\nShape \"sphere\"\nWorldEnd\n");
+    let world = |text: String| format!("Film \"rgb\"\nWorldBegin\n{text}\nShape \"sphere\"\n");
     folder.write("a.pbrt", &world(format!("Shape \"{long}\"")));
     folder.write(
         "b.pbrt",
         &world(format!(
-            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{long}.png\"\nMaterial \"matte\" \"texture Kd\" \"t\""
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{long}.png\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\""
         )),
     );
     folder.write("c.pbrt", &world(format!("{long} 1 2 3")));
@@ -858,7 +858,7 @@ fn long_names_are_shortened_in_messages() {
     let spaced = "a ".repeat(2000);
     folder.write(
         "e.pbrt",
-        &world(format!("Material \"matte\" \"float {spaced}\" 1")),
+        &world(format!("Material \"diffuse\" \"float {spaced}\" 1")),
     );
     for arguments in [
         "render a.pbrt".to_string(),

@@ -18,8 +18,7 @@ const CAUSTIC: &str = include_str!("../reference/cornell-glass.pbrt");
 const SLIT: &str = include_str!("../../scenes/slit.pbrt");
 
 fn scene(text: &str, side: u32) -> Scene {
-    let mut scene =
-        scene::load_str(text, "scene.pbrt", Path::new("tests/renderer/reference")).unwrap();
+    let mut scene = scene::load_str(text, "scene.pbrt", Path::new("tests/reference")).unwrap();
     scene.set_resolution(side, side).unwrap();
     scene
 }

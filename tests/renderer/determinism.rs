@@ -88,7 +88,7 @@ WorldEnd
 }
 
 fn reference(name: &str) -> Scene {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/renderer/reference");
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
     load(&dir.join(name)).unwrap()
 }
 

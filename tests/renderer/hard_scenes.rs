@@ -1,7 +1,7 @@
 //! Scenes that are hard all through (`scenes`), at 48 x 32 pixels, against long renders of our own path tracer, two against closed
 //! forms.
 //!
-//! `tests/renderer/reference/hard/NAME.pfm` is the mean of [`SEEDS`] path-traced pictures with different seeds, and `NAME.se8.pfm` the standard error of
+//! `tests/reference/hard/NAME.pfm` is the mean of [`SEEDS`] path-traced pictures with different seeds, and `NAME.se8.pfm` the standard error of
 //! its blocks of 8 x 8 pixels. They were made by
 //!
 //! ```text
@@ -57,7 +57,7 @@ fn blocks(runs: &Runs) -> Vec<Estimate> {
 }
 
 fn file(name: &str) -> PathBuf {
-    root("tests/renderer/reference/hard").join(name)
+    root("tests/reference/hard").join(name)
 }
 
 /// The reference, as [`blocks`].

@@ -1,4 +1,4 @@
-//! Whole pictures against those of independent renderers (`tests/renderer/reference`): pbrt-v3 (`bdpt`) for the v3 scenes, pbrt-v4 (`bdpt`) for
+//! Whole pictures against those of independent renderers (`tests/reference`): pbrt-v3 (`bdpt`) for the v3 scenes, pbrt-v4 (`bdpt`) for
 //! `room-v4`.
 //!
 //! A picture agrees if the mean of every channel is within half a percent plus four pooled standard errors, and at most two in a
@@ -18,7 +18,7 @@ const BLOCK: u32 = 8;
 
 fn path(file: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/renderer/reference")
+        .join("tests/reference")
         .join(file)
 }
 

@@ -503,6 +503,11 @@ impl ParamSet {
         }
     }
 
+    /// Nothing is said of any parameter: the directive as a whole has been spoken of.
+    pub fn accept_all(&self) {
+        self.params.iter().for_each(|p| p.used.set(true));
+    }
+
     /// An error if any of these is present: it would alter the picture and is not supported.
     pub fn refuse(&self, names: &[&str], why: &str) -> Result<(), SceneError> {
         match self

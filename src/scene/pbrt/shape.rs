@@ -146,6 +146,7 @@ fn left_out(set: &ParamSet, report: &mut Report, why: &str) -> Result<(), SceneE
         &set.site,
         format_args!("{why}; it is left out, as in pbrt-v3"),
     );
+    set.accept_all();
     Ok(())
 }
 

@@ -692,10 +692,6 @@ fn what_is_not_supported_says_so_where_it_stands() {
             "t.pbrt:3:55: Shape \"trianglemesh\": parameter \"alpha\": there is no float texture named \"a\"",
         ),
         (
-            format!("AreaLightSource \"diffuse\" {V4_TRIANGLE} \"float alpha\" 0"),
-            "t.pbrt:3:27: Shape \"trianglemesh\": area lights that are cut out entirely",
-        ),
-        (
             format!("Material \"diffuse\" \"texture bumpmap\" \"b\" {V4_TRIANGLE}"),
             "t.pbrt:3:20: Material \"diffuse\": parameter \"bumpmap\": is of pbrt-v3; use \"displacement\"",
         ),
@@ -925,7 +921,7 @@ fn names_end_with_their_block_in_v3_only() {
 #[test]
 fn area_lights() {
     let s = v3(&format!(
-        "{V3_TRIANGLE} AreaLightSource \"area\" \"color L\" [1 2 3] \"color scale\" [2 2 2] \"integer nsamples\" 4 Shape \"sphere\" {V3_TRIANGLE}"
+        "{V3_TRIANGLE} AreaLightSource \"area\" \"color L\" [1 2 3] \"color scale\" [2 2 2] \"integer nsamples\" 4 Shape \"sphere\" Translate 0 0 3 {V3_TRIANGLE}"
     ));
     assert_eq!(
         s.shapes.iter().map(|x| x.light).collect::<Vec<_>>(),
@@ -1982,7 +1978,7 @@ fn v4_colours_of_lights_and_reflectances() {
     let seen = albedo("\"blackbody reflectance\" 3000").map(|c| 1.0 - (1.0 - c) * 0.7854);
     near(seen, [0.7094, 0.5040, 0.3179], 3e-3);
     let half = albedo("\"spectrum reflectance\" [500 .5 600 .5]");
-    assert!(half[1] < 0.5 && half[2] < 0.1, "{half:?}");
+    assert!(half[0] < 0.2 && half[2] < 0.1, "{half:?}");
     let whole = albedo("\"spectrum reflectance\" [300 .5 900 .5]");
     near(whole, [0.5; 3], 1e-5);
 }

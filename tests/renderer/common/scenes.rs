@@ -4,7 +4,8 @@ use phalanx::film::output::{Picture, write};
 use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene, load_str};
 use std::path::{Path, PathBuf};
 
-use crate::support::dialect;
+#[path = "../support/dialect.rs"]
+mod dialect;
 
 /// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
 fn quad(corners: [[f32; 3]; 4]) -> String {
@@ -96,7 +97,7 @@ fn crooked_walls([floor, wall, screen]: [&str; 3]) -> String {
             ],
         ),
     ]
-    .concat()
+    .join("\n")
 }
 
 /// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right; all face inwards.

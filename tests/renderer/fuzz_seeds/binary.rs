@@ -293,7 +293,7 @@ fn corpus(folder: &Path) -> Vec<Vec<String>> {
     let mut scenes: Vec<Vec<String>> = SMALL.iter().map(|text| tokens(text)).collect();
     for place in [
         "scenes",
-        "tests/renderer/reference",
+        "tests/reference",
         "tests/faults",
         "fuzz/seeds/pbrt",
     ] {

@@ -305,7 +305,7 @@ fn lights_that_no_ray_meets_shine_all_the_same() {
         IntegratorKind::Mmlt,
     ];
     let hidden = "\"float alpha\" 0";
-    // Seen from above its lit side, the lamp is out of the picture.
+    // The lamp itself is in the upper half of the picture; the lower half sees what it lights.
     let truth = render(CAMERA, &world("", ""), IntegratorKind::Pt);
     assert!(truth.whole(1).mean > 0.05);
     // A lamp overhead whose light must pass through it.
@@ -319,7 +319,7 @@ fn lights_that_no_ray_meets_shine_all_the_same() {
             .grid(2, 2)
             .iter()
             .enumerate()
-            .filter(|(j, _)| j % 3 == 1)
+            .filter(|(j, _)| j % 3 == 1 && *j >= 6)
         {
             let b = &truth.grid(2, 2)[j];
             a.expect_same_among(COMPARISONS, b, &format!("{kind:?}, region {}", j / 3));

@@ -350,7 +350,7 @@ fn dim_light_beside_bright_light() {
 fn pictures_hold_no_infinite_values() {
     let mut scene =
         scene(&(head(2, 2, 0, CAMERA) + "LightSource \"infinite\" \"rgb L\" [1e38 1 1]\n"));
-    scene.film.scale = 1000.0;
+    scene.film.scale *= 1000.0;
     for kind in ALL {
         let render = run(&scene, &settings(&scene, kind, 4));
         for [r, g, _] in &render.pixels {

@@ -33,9 +33,9 @@ pub const ROUNDING: f64 = 2e-5;
 
 pub const BOTH: [IntegratorKind; 2] = [IntegratorKind::Pt, IntegratorKind::Mmlt];
 
-/// A scene from text; files it refers to lie in `tests/renderer/reference`.
+/// A scene from text; files it refers to lie in `tests/reference`.
 pub fn scene(text: &str) -> Scene {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/renderer/reference");
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
     load_str(text, "test.pbrt", &dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
