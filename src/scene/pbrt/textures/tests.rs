@@ -398,7 +398,7 @@ fn errors_say_what_to_use() {
             "image",
             "spectrum",
             "\"directionmix\"",
-            "is of pbrt-v4; use mix",
+            "left out: pbrt-v3 has no such texture",
         ),
         (
             "rgb",
@@ -416,7 +416,7 @@ fn errors_say_what_to_use() {
             "image",
             "spectrum",
             "\"wood\"",
-            "texture \"wood\" is unknown; use constant, scale, mix, uv, checkerboard",
+            "left out: pbrt-v3 has no such texture",
         ),
         (
             "rgb",
