@@ -272,7 +272,9 @@ fn emission_follows_the_image() {
                     && (f64::from(ray.d_vcm) * pdf - 1.0).abs() < 1e-3
                 {
                     let want = mean3(intensity) / pdf;
-                    assert!((valid / want - 1.0).abs() < 2e-3, "{name}: {valid} {want}");
+                    // Towards a black texel little is left of a direction as rounded.
+                    let slack = 2e-3 * want + 1e-5 * flux;
+                    assert!((valid - want).abs() < slack, "{name}: {valid} {want}");
                 }
             }
             let expected: Vec<f64> = (expected.iter())
@@ -741,12 +743,6 @@ fn parameters_without_sense_are_refused() {
     let dir = folder(7, &pattern(7, 5));
     let cases = [
         (
-            V3,
-            "LightSource \"projection\"",
-            "t.pbrt:1:",
-            "\"string mapname\"",
-        ),
-        (
             V4,
             "LightSource \"projection\"",
             "LightSource \"projection\": needs an image",
@@ -1091,7 +1087,7 @@ fn suns_of_one_texel_keep_their_flux() {
             red.add(of(seen.radiance.x));
             green.add(of(seen.radiance.y));
         }
-        let slack = normal_quantile(1.0 - FALSE_ALARM / 2.0);
+        let slack = normal_quantile(FALSE_ALARM);
         for (mean, truth) in [(&green, truth[1])] {
             let off = mean.mean() - truth;
             let allowed = slack * mean.error() + 3e-3 * truth / (height as f64 / 32.0);

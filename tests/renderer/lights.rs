@@ -50,11 +50,13 @@ fn sampled_points_have_the_density_that_chance_reports() {
                 let what = format!("{name}, light {light}: {:?}", scene.lights[light].kind);
                 if is_sky(&scene, light) {
                     let chance = (world.lights).escaped::<f32>(light as u32, seen.to_light);
+                    // The sample knows its place in an image, chance only a direction as rounded.
                     assert!(
-                        (f64::from(chance.direct_pdf) / pdf - 1.0).abs() < 1e-6,
+                        (f64::from(chance.direct_pdf) / pdf - 1.0).abs() < 1e-5,
                         "{what}"
                     );
-                    assert_eq!(chance.radiance.lane(0), seen.radiance.lane(0));
+                    let [a, b] = [chance.radiance, seen.radiance].map(|c| wide(c.lane(0)));
+                    assert!(length(sub(a, b)) < 1e-5 * length(b) + 1e-6, "{what}");
                     let ratio = f64::from(chance.emission_pdf) / f64::from(chance.direct_pdf);
                     assert!((f64::from(seen.emission_ratio) / ratio - 1.0).abs() < 1e-6);
                     assert!(!seen.delta);
