@@ -279,7 +279,9 @@ mod tests {
         for (i, start) in start.into_iter().enumerate() {
             for old in [None, Some("old")] {
                 let _ = fs::remove_file(&path);
-                old.map(|text| fs::write(&path, text).unwrap());
+                if let Some(text) = old {
+                    fs::write(&path, text).unwrap();
+                }
                 let mut new = start(&path);
                 new.write_all(b"nxw").unwrap();
                 new.seek(SeekFrom::Start(1)).unwrap();

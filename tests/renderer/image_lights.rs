@@ -1088,7 +1088,7 @@ fn suns_of_one_texel_keep_their_flux() {
             green.add(of(seen.radiance.y));
         }
         let slack = normal_quantile(FALSE_ALARM);
-        for (mean, truth) in [(&green, truth[1])] {
+        for (mean, truth) in [(&red, truth[0]), (&green, truth[1])] {
             let off = mean.mean() - truth;
             let allowed = slack * mean.error() + 3e-3 * truth / (height as f64 / 32.0);
             // Where the sun takes nearly every sample, the sky is seen too seldom to be judged.

@@ -1,6 +1,9 @@
 //! Tests of the renderer as a library: kernels against closed forms and independent arithmetic, pictures
 //! against each other and against references. One binary, so that kernels are compiled for tests once.
 
+// The seeds of fuzz targets bring scenes of their own copy.
+#![allow(clippy::duplicate_mod)]
+
 mod accuracy;
 mod analytic;
 mod bdpt;

@@ -244,11 +244,7 @@ fn find(
                 pairs += 1;
                 let lamp = &mut lamps[facet.lamp];
                 let is_own = other == Some(facet.lamp);
-                if pairs > MOST_PAIRS
-                    || is_own && !are_back_to_back(facet, p, lamp)
-                    || !is_in(facet, p, lamp)
-                    || is_own
-                {
+                if pairs > MOST_PAIRS || is_own || !is_in(facet, p, lamp) {
                     return;
                 }
                 if let Some(other) = other {
@@ -259,13 +255,6 @@ fn find(
         }
     }
     neighbours
-}
-
-/// Whether another triangle `p` of the same lamp shines to the other side.
-fn are_back_to_back(facet: &Facet, p: [DVec3; 3], lamp: &Lamp) -> bool {
-    let turned = |own: Plane, other: Plane| own.n.dot(other.n) < 0.0;
-    !lamp.two_sided
-        && (Plane::of(facet.p).zip(Plane::of(p))).is_some_and(|(own, other)| turned(own, other))
 }
 
 /// Whether a facet lies in the triangle `p`; its plane is then one of the lamp's.

@@ -334,7 +334,7 @@ fn image_of<'a>(
     let Some(file) = set.string(name)?.filter(|f| !f.is_empty()) else {
         return Ok(None);
     };
-    if set.dialect == Dialect::V3 && !set.dir.join(file).is_file() {
+    if set.dialect == Dialect::V3 && !set.dir.join(file).exists() {
         set.note(format_args!(
             "there is no file {}; the light is without an image, as in pbrt-v3",
             set.dir.join(file).display()

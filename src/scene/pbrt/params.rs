@@ -124,12 +124,10 @@ fn fit(ty: Type, values: &mut Values, site: &Site, name: &str, report: &mut Repo
             list.truncate(list.len() - rest);
             return !list.is_empty();
         }
-        Values::Numbers(list) if ty == Type::Integer => {
-            if list.iter().any(|x| x.fract() != 0.0) {
-                let what = format_args!("parameter \"{name}\" has fractions, which are cut off");
-                report.warn_at(site, what);
-                list.iter_mut().for_each(|x| *x = x.trunc());
-            }
+        Values::Numbers(list) if ty == Type::Integer && list.iter().any(|x| x.fract() != 0.0) => {
+            let what = format_args!("parameter \"{name}\" has fractions, which are cut off");
+            report.warn_at(site, what);
+            list.iter_mut().for_each(|x| *x = x.trunc());
         }
         Values::Strings(list) if ty == Type::Texture && list.len() != 1 => {
             let what = format_args!(

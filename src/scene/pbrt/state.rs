@@ -237,18 +237,13 @@ impl StateStack {
                 b
             }
         };
-        match self
-            .saved
-            .pop_if(|saved| plain(saved.block) == plain(block))
-        {
-            Some(saved) => {
-                let inner = std::mem::replace(&mut self.current, saved.state);
-                // Names are global; v3 forgets them at the end of the block.
-                self.current.textures = inner.textures;
-                self.current.named_materials = inner.named_materials;
-                return Ok(());
-            }
-            None => {}
+        let ends = |saved: &mut Saved| plain(saved.block) == plain(block);
+        if let Some(saved) = self.saved.pop_if(ends) {
+            let inner = std::mem::replace(&mut self.current, saved.state);
+            // Names are global; v3 forgets them at the end of the block.
+            self.current.textures = inner.textures;
+            self.current.named_materials = inner.named_materials;
+            return Ok(());
         }
         match self.saved.last() {
             // An imported file has a stack of its own.

@@ -3,6 +3,7 @@
 mod quads;
 mod tolerance;
 
+use std::f32::consts::FRAC_PI_4;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
@@ -1975,7 +1976,7 @@ fn v4_colours_of_lights_and_reflectances() {
         }
     };
     // A ball before a sky of 1 fills pi / 4 of the case's picture.
-    let seen = albedo("\"blackbody reflectance\" 3000").map(|c| 1.0 - (1.0 - c) * 0.7854);
+    let seen = albedo("\"blackbody reflectance\" 3000").map(|c| 1.0 - (1.0 - c) * FRAC_PI_4);
     near(seen, [0.7094, 0.5040, 0.3179], 3e-3);
     let half = albedo("\"spectrum reflectance\" [500 .5 600 .5]");
     assert!(half[0] < 0.2 && half[2] < 0.1, "{half:?}");

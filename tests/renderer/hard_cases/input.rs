@@ -201,9 +201,11 @@ fn devices_and_pipes_are_refused() {
             } else {
                 std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
             }
-            let message = load_str(&scene_of(name), "a.pbrt", dir)
-                .unwrap_err()
-                .to_string();
+            // pbrt-v3 goes on without an image that it cannot read.
+            let message = match load_str(&scene_of(name), "a.pbrt", dir) {
+                Ok(scene) => scene.warnings.join("\n"),
+                Err(error) => error.to_string(),
+            };
             assert!(
                 message.contains(name) && message.contains("is not a file"),
                 "{message}"

@@ -81,7 +81,7 @@ pub fn image_map(
             (encoding, set.bool_or("invert", false)?)
         }
     };
-    if set.dialect == Dialect::V3 && !path.is_file() {
+    if set.dialect == Dialect::V3 && !path.exists() {
         set.note(format_args!(
             "there is no file {}; it is grey, as in pbrt-v3",
             path.display()
