@@ -244,7 +244,12 @@ fn find(
                 pairs += 1;
                 let lamp = &mut lamps[facet.lamp];
                 let is_own = other == Some(facet.lamp);
-                if pairs > MOST_PAIRS || is_own || !is_in(facet, p, lamp) {
+                if pairs > MOST_PAIRS || is_own && !are_back_to_back(facet, p, lamp) {
+                    return;
+                }
+                // Also notes what the lamp shares its place with.
+                let inside = is_in(facet, p, lamp);
+                if !inside || is_own {
                     return;
                 }
                 if let Some(other) = other {
@@ -364,6 +369,13 @@ fn shift(geometry: &mut Geometry, lamp: &Lamp, distance: f64) {
             geometry.triangles[i].v[corner] = new;
         }
     }
+}
+
+/// Whether another triangle `p` of the same lamp shines to the other side.
+fn are_back_to_back(facet: &Facet, p: [DVec3; 3], lamp: &Lamp) -> bool {
+    let turned = |own: Plane, other: Plane| own.n.dot(other.n) < 0.0;
+    !lamp.two_sided
+        && (Plane::of(facet.p).zip(Plane::of(p))).is_some_and(|(own, other)| turned(own, other))
 }
 
 #[cfg(test)]
