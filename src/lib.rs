@@ -14,6 +14,8 @@
 //! |---|---|---|
 //! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, counter-based random numbers | anything below |
 //! | `memory` | tables in huge pages | what they hold |
+//! | `brief` | messages made to fit a line | what they say |
+//! | `files` | files written whole or not at all | what they hold |
 //! | [`switches`] | cheaper, less accurate alternatives; in a bench build only | what they stand in for |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
@@ -61,10 +63,12 @@
 //! them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains, film, errors, mixing; `integrate/mmlt.rs` and
 //! `integrate/pssmlt.rs` name their hosts ([`transport::Host`]) and no more.
 
+mod brief;
 pub mod camera;
 pub mod chain;
 pub mod cli;
 pub mod converge;
+mod files;
 pub mod film;
 pub mod formats;
 pub mod geometry;

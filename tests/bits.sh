@@ -6,8 +6,9 @@
 #     tests/bits.sh target/release/phalanx > after.txt
 #     diff before.txt after.txt
 #
-# One line a render: scene, integrator, lanes, and the SHA-256 of its picture. All scenes of scenes/ and tests/reference/
-# are rendered small, by every integrator, at 1 and 8 lanes. A render that fails leaves its exit code in place of the hash.
+# One line a render: scene, integrator, lanes, and the SHA-256 of its picture. All scenes of scenes/
+# and tests/reference/ are rendered small, by every integrator, at 1 and 8 lanes. A failed render
+# leaves its exit code in place of the hash.
 set -euo pipefail
 
 phalanx=$(realpath "${1:?usage: tests/bits.sh PHALANX}")

@@ -175,6 +175,9 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
                 kind: FilterKind::Box,
             },
             scale: 1.0,
+            colour: None,
+            chromaticities: None,
+            clamp: None,
         },
         integrator: IntegratorSettings::default(),
         sides: Sides::Geometric,
@@ -184,6 +187,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
         },
         large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
+        files: vec![],
         warnings: vec![],
     }
 }

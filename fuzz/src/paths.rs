@@ -10,7 +10,7 @@ use phalanx::transport::World;
 
 use super::sound::{self, Random};
 
-#[path = "../../tests/common/scenes.rs"]
+#[path = "../../tests/renderer/common/scenes.rs"]
 #[allow(dead_code)]
 mod fixed;
 

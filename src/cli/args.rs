@@ -13,7 +13,7 @@ pub use super::compare::args::CompareArgs;
 pub use super::replay::args::ReplayArgs;
 use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
-use crate::integrate::{Settings, StrategyChoice, Width};
+use crate::integrate::{Settings, StrategyChoice, Width, worker_threads};
 use crate::plan::Forced;
 use crate::scene::{Film, HostKind, IntegratorKind, Scene};
 
@@ -26,7 +26,7 @@ use crate::scene::{Film, HostKind, IntegratorKind, Scene};
 /// `replay` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
-/// picture that cannot be used; 130 and 143 stopped by SIGINT and SIGTERM, with the picture so far written.
+/// picture that cannot be used; 129, 130 and 143 stopped by SIGHUP, SIGINT and SIGTERM, with the picture so far written.
 #[derive(Debug, Parser)]
 #[command(
     name = "phalanx",
@@ -68,8 +68,8 @@ pub enum Command {
 /// The same scene, seed and settings give the same picture, bit for bit, with any number of threads and lanes, unless --time or a
 /// signal ends the render.
 ///
-/// Ctrl-C (SIGINT) or SIGTERM ends the render and writes the picture so far, correctly normalised; a second signal quits at
-/// once.
+/// Ctrl-C (SIGINT), SIGTERM or a closed terminal (SIGHUP; not under `nohup`) ends the render and writes the picture so far, correctly
+/// normalised; a second signal quits at once.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct RenderArgs {
@@ -81,7 +81,11 @@ pub struct RenderArgs {
     /// Write the picture to FILE: .exr, .pfm or .png; may be repeated
     ///
     /// .exr holds linear RGB as 32-bit floats, with the settings and figures of the render as attributes; .pfm the same
-    /// without attributes; .png 8-bit sRGB (see --exposure).
+    /// without attributes; .png 8-bit sRGB (see --exposure). Equal renders are equal files, byte for byte: times and rates, threads, lanes and
+    /// memory are in --stats alone.
+    ///
+    /// The file is replaced in one step, and keeps its permissions. A pipe or a device is written into; one without an extension gets
+    /// what an .exr holds.
     ///
     /// Without -o, the picture is named as the scene's Film "filename" says, or else after SCENE, in the current folder.
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
@@ -168,6 +172,8 @@ pub struct RenderArgs {
     pub no_estimate: bool,
 
     /// Worker threads; 0 is one per core
+    ///
+    /// Of more than 64, no more than two per core are started.
     #[arg(
         long,
         value_name = "N",
@@ -549,10 +555,7 @@ impl RenderArgs {
         };
         s.time = self.time;
         if let Some(time) = self.time {
-            let threads = match s.threads {
-                0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-                n => n,
-            };
+            let threads = worker_threads(s.threads);
             let most =
                 time.as_secs_f64() * UNREACHABLE_RATE * threads as f64 / pixels.max(1) as f64;
             s.mutations_per_pixel = (most.ceil() as u64).clamp(1, MAX_MUTATIONS);

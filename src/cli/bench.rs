@@ -1,6 +1,6 @@
 //! `phalanx bench`: how fast this machine renders a scene, and where the time goes. To stdout.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use super::outputs;
 use super::table::{Table, heading};
 use super::units;
 use crate::integrate::measure::{self, MeasureError, Report, Spread, StageFigures, thread_counts};
-use crate::integrate::{RenderError, Settings};
+use crate::integrate::{RenderError, Settings, worker_threads};
 use crate::memory::Bytes;
 use crate::scene::IntegratorKind;
 
@@ -26,6 +26,8 @@ pub fn run(args: &BenchArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     let memory = MemoryLimit::new(None);
     let input = input::load(args.scene.as_deref(), &memory, messages)?;
+    let read = input.scene.files.iter().map(PathBuf::as_path);
+    outputs::check_distinct(json_file, read)?;
     let settings = settings(args, &input);
     memory.check(&input.scene, &settings)?;
     messages.say(format_args!(
@@ -48,7 +50,7 @@ pub fn run(args: &BenchArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     outputs::print(&text(&report, &input))?;
     if let Some(path) = json_file {
-        outputs::write_text(path, &json).map_err(Failure::Io)?;
+        outputs::save(path, |path| outputs::write_text(path, &json)).map_err(Failure::Io)?;
         messages.say(format_args!("wrote {}", path.display()));
     }
     Ok(ExitCode::SUCCESS)
@@ -80,10 +82,7 @@ fn settings(args: &BenchArgs, input: &Input) -> Settings {
 
 /// Two widths, whole and by stages; the error estimate; and every number of threads.
 fn duration(args: &BenchArgs) -> Duration {
-    let threads = match args.threads {
-        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-        n => n as usize,
-    };
+    let threads = worker_threads(args.threads as usize);
     args.seconds * (6 + thread_counts(threads).len() as u32)
 }
 

@@ -12,6 +12,7 @@ use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
 use super::units;
+use crate::brief::brief;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
@@ -38,7 +39,8 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
     let mut text = String::new();
     // Writing to a string does not fail.
     let _ = report(&mut text, &input, &world);
-    outputs::print(&text)?;
+    let lines: Vec<String> = text.lines().map(brief).collect();
+    outputs::print(&(lines.join("\n") + "\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

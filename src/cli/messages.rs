@@ -1,9 +1,12 @@
-//! What Phalanx says on stderr. Nothing here fails: a closed stderr loses messages, never a render.
+//! What Phalanx says on stderr, each message on one line of a bounded length ([`brief`]). Nothing here fails: a closed stderr loses messages,
+//! never a render.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 
 use clap::ColorChoice;
+
+use crate::brief::brief;
 
 /// Prints messages, one line each.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +46,13 @@ impl Messages {
 
     pub fn say(&self, text: impl Display) {
         if !self.quiet {
-            let _ = writeln!(io::stderr(), "{text}");
+            let _ = writeln!(io::stderr(), "{}", brief(&text.to_string()));
         }
     }
 
     /// `code` is the colour as in "select graphic rendition" (ECMA-48).
     fn labelled(&self, label: &str, code: &str, text: impl Display) {
+        let text = brief(&text.to_string());
         let mut stderr = io::stderr().lock();
         let _ = if self.colored {
             writeln!(stderr, "\x1b[1;{code}m{label}\x1b[0m: {text}")

@@ -23,12 +23,14 @@ mod table;
 mod units;
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{ColorChoice, CommandFactory, FromArgMatches, ValueEnum};
 
 use self::args::{Cli, Command};
 use self::messages::Messages;
+use crate::brief::brief;
 
 /// Why a command failed: the message, and which exit code it means.
 #[derive(Debug)]
@@ -42,6 +44,7 @@ enum Failure {
 /// Runs the program on the arguments of this process.
 pub fn main() -> ExitCode {
     cpu::check();
+    signals::survive_file_limits();
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let command = Cli::command().color(color_before_parsing(&arguments));
     let parsed = command
@@ -50,8 +53,7 @@ pub fn main() -> ExitCode {
     let cli = match parsed {
         Ok(cli) => cli,
         Err(e) => {
-            // Help and version, too, come this way; a reader that has gone away is no concern.
-            let _ = e.print();
+            print_parsed(&e);
             return ExitCode::from(if e.use_stderr() { 2 } else { 0 });
         }
     };
@@ -86,6 +88,21 @@ pub fn main() -> ExitCode {
             ExitCode::from(1)
         }
     }
+}
+
+/// Prints what is wrong with the arguments; help and version, too, come this way. A reader that has gone away is no concern.
+fn print_parsed(error: &clap::Error) {
+    let plain = error.render().to_string();
+    let mut brief = plain.split_inclusive('\n').map(|line| {
+        let text = line.trim_end_matches('\n');
+        (text, brief(text))
+    });
+    if !error.use_stderr() || brief.clone().all(|(line, brief)| line == brief) {
+        let _ = error.print();
+        return;
+    }
+    let mut stderr = std::io::stderr().lock();
+    let _ = brief.try_for_each(|(_, line)| writeln!(stderr, "{line}"));
 }
 
 /// What `--color` says, for messages about arguments that cannot be parsed.

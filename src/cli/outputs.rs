@@ -1,10 +1,13 @@
 //! Which files a render writes, and how nothing rendered is lost when they cannot be written; and what goes to stdout.
 
-use std::fs;
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::Failure;
+use crate::files::{self, Identity};
 use crate::film::output;
 use crate::memory::Bytes;
 
@@ -29,7 +32,7 @@ pub fn default_files(
         }
         let replacement = path.with_extension("exr");
         let remark = format!(
-            "the scene's film is called \"{name}\", which is not a format written here; writing {} instead",
+            "the scene's film is called \"{name}\", and only .exr, .pfm and .png are written here: writing {} instead",
             replacement.display()
         );
         return (vec![replacement], Some(remark));
@@ -43,6 +46,17 @@ pub fn default_files(
     (vec![stem.with_extension("exr")], None)
 }
 
+/// Each path once, however often it is given.
+pub fn once(paths: &[PathBuf]) -> Vec<&Path> {
+    let mut once: Vec<&Path> = Vec::new();
+    for path in paths {
+        if !once.contains(&path.as_path()) {
+            once.push(path);
+        }
+    }
+    once
+}
+
 /// Fails now where writing a picture would fail after the render.
 pub fn check_pictures(paths: &[PathBuf]) -> Result<(), Failure> {
     for path in paths {
@@ -54,13 +68,13 @@ pub fn check_pictures(paths: &[PathBuf]) -> Result<(), Failure> {
 /// Fails now where the disk has no room for pictures of so many pixels, even uncompressed; `layers` of three channels in EXR files. Disks fill up
 /// later, too: see [`save`].
 pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Failure> {
-    let mut wanted: Vec<(&Path, u64)> = Vec::new();
-    for path in paths.iter().filter(|path| !is_special(path)) {
+    let mut wanted: Vec<(PathBuf, u64)> = Vec::new();
+    for path in paths.iter().filter(|path| !files::is_special(path)) {
         let channels: u64 = match output::is_exr(path) {
             true => 3 * layers,
             false => 3,
         };
-        let folder = output::folder(path);
+        let folder = files::folder(&files::target(path)).to_owned();
         let bytes = pixels * channels * size_of::<f32>() as u64;
         match wanted.iter_mut().find(|(other, _)| *other == folder) {
             Some((_, sum)) => *sum += bytes,
@@ -69,7 +83,7 @@ pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Fai
     }
     for (folder, bytes) in wanted {
         // Where the system does not say, the render goes on.
-        let Ok(room) = fs4::available_space(folder) else {
+        let Ok(room) = fs4::available_space(&folder) else {
             continue;
         };
         if room < bytes {
@@ -84,19 +98,70 @@ pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Fai
     Ok(())
 }
 
+/// Fails if what is going to be written would overwrite what has been read (`inputs`), or would be overwritten itself by what is written after
+/// it.
+pub fn check_distinct<'a>(
+    outputs: impl IntoIterator<Item = &'a Path>,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Failure> {
+    let known = |path: &'a Path| Some((Identity::of(path)?, path));
+    let inputs: HashMap<Identity, &Path> = inputs.into_iter().filter_map(known).collect();
+    let mut written: HashMap<Identity, &Path> = HashMap::new();
+    for (identity, path) in outputs.into_iter().filter_map(known) {
+        let name = path.display();
+        if let Some(input) = inputs.get(&identity) {
+            let input = input.display();
+            return Err(Failure::Input(format!(
+                "{name}: would overwrite {input}, which is an input; choose another name"
+            )));
+        }
+        if let Some(before) = written.insert(identity, path) {
+            let what = match before == path {
+                true => "would be written twice".to_string(),
+                false => format!(
+                    "is the same file as {}, which is written, too",
+                    before.display()
+                ),
+            };
+            return Err(Failure::Input(format!(
+                "{name}: {what}; choose another name"
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Writes a file, or, if that fails, writes it where there may be room: the folders for temporary files and of the user, the current one.
 ///
 /// # Errors
 /// The file is not where it was asked for; the message says where it is.
-pub fn save<E: std::fmt::Display>(
+pub fn save<E: Display>(path: &Path, write: impl Fn(&Path) -> Result<(), E>) -> Result<(), String> {
+    save_or(path, path.file_name().unwrap_or_default(), write)
+}
+
+/// [`save`] of a picture, whose name must have an extension.
+pub fn save_picture<E: Display>(
     path: &Path,
+    write: impl Fn(&Path) -> Result<(), E>,
+) -> Result<(), String> {
+    save_or(path, &output::file_name(path), write)
+}
+
+/// Most characters of a name that a saved file repeats, the last ones: names have a limit.
+const MAX_REPEATED: usize = 40;
+
+fn save_or<E: Display>(
+    path: &Path,
+    name: &OsStr,
     write: impl Fn(&Path) -> Result<(), E>,
 ) -> Result<(), String> {
     let Err(error) = write(path) else {
         return Ok(());
     };
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = format!("phalanx-{}-{name}", std::process::id());
+    let name = name.to_string_lossy();
+    let skipped = name.chars().count().saturating_sub(MAX_REPEATED);
+    let name: String = name.chars().skip(skipped).collect();
+    let process = std::process::id();
     let folders = [
         Some(std::env::temp_dir()),
         std::env::home_dir(),
@@ -104,7 +169,14 @@ pub fn save<E: std::fmt::Display>(
     ];
     let mut second = None;
     for folder in folders.into_iter().flatten() {
-        let refuge = folder.join(&name);
+        // Others may write to these folders: what is there is left alone.
+        let mut names = (0..100).map(|i| match i {
+            0 => folder.join(format!("phalanx-{process}-{name}")),
+            i => folder.join(format!("phalanx-{process}-{i}-{name}")),
+        });
+        let Some(refuge) = names.find(|path| path.symlink_metadata().is_err()) else {
+            continue;
+        };
         match write(&refuge) {
             Ok(()) => return Err(format!("{error}; it is saved as {}", refuge.display())),
             Err(e) => second = second.or(Some(e)),
@@ -116,14 +188,7 @@ pub fn save<E: std::fmt::Display>(
 
 /// Fails now where [`write_text`] would fail after the render.
 pub fn check_text(path: &Path) -> Result<(), Failure> {
-    let fail = |e: io::Error| Failure::Input(format!("{}: {e}", path.display()));
-    if path.is_dir() {
-        return Err(Failure::Input(format!("{}: is a folder", path.display())));
-    }
-    if is_special(path) {
-        return Ok(());
-    }
-    output::check_folder(path).map_err(fail)
+    files::check(path).map_err(|e| Failure::Input(format!("{}: {e}", path.display())))
 }
 
 /// Writes a text file in one step; into pipes and devices directly.
@@ -133,16 +198,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), String> {
 
 /// The same for any content.
 pub fn write_bytes(path: &Path, content: &[u8]) -> Result<(), String> {
-    let written = if is_special(path) {
-        fs::write(path, content)
-    } else {
-        output::temporary(path).and_then(|mut file| {
-            file.write_all(content)?;
-            file.as_file().sync_all()?;
-            file.persist(path).map(drop).map_err(|e| e.error)
-        })
-    };
-    written.map_err(|e| format!("{}: {e}", path.display()))
+    files::write(path, content).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Prints a result; a reader that has gone away is no concern.
@@ -153,15 +209,11 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Something that must be written into, not replaced.
-fn is_special(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|m| !m.is_file())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::output::OutputError;
+    use std::fs;
 
     #[test]
     fn names() {
@@ -204,7 +256,6 @@ mod tests {
     #[test]
     fn text_goes_into_devices_and_replaces_files() {
         write_text(Path::new("/dev/null"), "x").unwrap();
-        assert!(is_special(Path::new("/dev/null")));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
         for text in ["long text", "short"] {

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::messages::{Messages, dumb_terminal};
 use super::signals::Signals;
 use super::units;
+use crate::brief::brief;
 use crate::integrate::{Observer, Phase, Settings};
 use crate::memory::Bytes;
 use crate::scene::Loading;
@@ -89,7 +90,7 @@ pub(super) fn while_loading<T>(
     }
     let start = Instant::now();
     let so_far = || {
-        let file = (loading.file()).map_or(String::new(), |f| format!(", reading {f}"));
+        let file = (loading.file()).map_or(String::new(), |f| brief(&format!(", reading {f}")));
         let primitives = units::si(loading.primitives() as f64);
         format!("{primitives} primitives, {}{file}", Bytes(loading.bytes()))
     };

@@ -25,6 +25,8 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     if let Some(path) = &args.stats {
         outputs::check_text(path)?;
     }
+    let written = outputs::once(&args.output).into_iter();
+    outputs::check_distinct(written.chain(args.stats.as_deref()), args.scene.as_deref())?;
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
 
@@ -45,6 +47,11 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         messages.warning(format_args!("{flag} means nothing to this integrator"));
     }
     integrate::check(&settings).map_err(|e| Failure::Input(e.to_string()))?;
+    let beside = strategies::files(&files, &settings);
+    outputs::check_pictures(&beside)?;
+    let written = files.iter().chain(&beside).map(PathBuf::as_path);
+    let read = scene.files.iter().map(PathBuf::as_path);
+    outputs::check_distinct(written.chain(args.stats.as_deref()), read)?;
     memory.check(scene, &settings)?;
     let layers = 1 + u64::from(args.error_layers);
     let pictures = 1 + strategies::pictures(&settings);
@@ -99,18 +106,13 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
     if files.is_empty() {
         let (default, remark) = outputs::default_files(input.path.as_deref(), film_name);
         if let Some(remark) = remark {
-            messages.note(remark);
+            messages.warning(remark);
         }
         outputs::check_pictures(&default)?;
         files = default;
     }
-    let mut once: Vec<PathBuf> = Vec::new();
-    for file in files {
-        if !once.contains(&file) {
-            once.push(file);
-        }
-    }
-    Ok(once)
+    let once = outputs::once(&files).into_iter();
+    Ok(once.map(Path::to_owned).collect())
 }
 
 /// One line: how much, how long, how well, and what ended it where several things could have.
@@ -185,8 +187,8 @@ fn write_files(
         value: AttributeValue::Chromaticities(c),
     }));
     let exposure = args.exposure.unwrap_or(0.0);
-    let errors = (render.variance.as_ref().filter(|_| args.error_layers))
-        .map(|variance| integrate::standard_errors(variance, render.width as usize));
+    let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
+        .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
     if args.error_layers && errors.is_none() {
         messages.warning("one sample per pixel has no standard error: no error layers are written");
     }
@@ -196,7 +198,7 @@ fn write_files(
     let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
     let mut whole = strategies::write(files, &picture, &render.strategies, exposure, messages);
     for path in files {
-        match outputs::save(path, write) {
+        match outputs::save_picture(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
             Err(message) => {
                 messages.error(message);
@@ -217,7 +219,15 @@ fn write_files(
     whole
 }
 
-/// What an EXR file says about its making: scene, settings, and every figure of the render under the name it has in `--stats`.
+/// Figures that differ between equal renders: how long they took, and on what.
+fn is_of_the_machine(figure: &str) -> bool {
+    figure.ends_with("_seconds")
+        || figure.ends_with("_per_second")
+        || ["threads", "lanes", "peak_rss_bytes"].contains(&figure)
+}
+
+/// What an EXR file says about its making: scene, settings, and the figures of the render under the names they have in `--stats`, but for those
+/// that differ between equal renders: equal renders are equal files.
 fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
     let text = |v: &str| AttributeValue::Text(v.into());
     let tuned = |auto: bool, v: f32| match auto {
@@ -258,7 +268,10 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
         })
         .collect();
     if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
-        list.extend(figures.into_iter().filter_map(|(name, value)| {
+        let figures = figures
+            .into_iter()
+            .filter(|(name, _)| !is_of_the_machine(name));
+        list.extend(figures.filter_map(|(name, value)| {
             let value = match &value {
                 serde_json::Value::String(s) => text(s),
                 // A seed may need all 64 bits.

@@ -18,6 +18,26 @@ pub fn pictures(settings: &Settings) -> u64 {
     }
 }
 
+/// The files that [`write`] may make beside each of `files`.
+pub fn files(files: &[PathBuf], settings: &Settings) -> Vec<PathBuf> {
+    if pictures(settings) == 0 {
+        return Vec::new();
+    }
+    let of_depth = |depth: u32| {
+        (0..=depth + 1).map(move |s| Strategy {
+            s,
+            t: depth + 2 - s,
+        })
+    };
+    let strategies = (0..=settings.max_depth).flat_map(of_depth);
+    let kinds = strategies.flat_map(|strategy| KINDS.map(|kind| (strategy, kind)));
+    kinds
+        .flat_map(|(strategy, kind)| files.iter().map(move |file| name(file, strategy, kind)))
+        .collect()
+}
+
+const KINDS: [&str; 2] = ["weighted", "unweighted"];
+
 /// Writes them beside each of `files`; false if something is not where it should be.
 pub fn write(
     files: &[PathBuf],
@@ -29,14 +49,14 @@ pub fn write(
     let mut all = true;
     for file in files {
         for of in strategies {
-            for (kind, pixels) in [("weighted", &of.weighted), ("unweighted", &of.unweighted)] {
+            for (kind, pixels) in KINDS.into_iter().zip([&of.weighted, &of.unweighted]) {
                 let picture = Picture {
                     pixels: pixels.clone(),
                     ..*whole
                 };
                 let path = name(file, of.strategy, kind);
                 let write = |path: &Path| output::write(path, &picture, &[], exposure);
-                if let Err(message) = outputs::save(&path, write) {
+                if let Err(message) = outputs::save_picture(&path, write) {
                     messages.error(message);
                     all = false;
                 }

@@ -1,7 +1,8 @@
 //! Reconstruction filters, normalised to integrate to 1 over the raster plane.
 //!
 //! A sample at raster position `p` adds `filter(p - centre) * value` to every pixel whose centre is in reach; with samples over the whole
-//! [`crate::camera::Region`] that is the filtered picture in expectation, also for light subpaths, whose positions are not chosen.
+//! [`crate::camera::Region`] that is the filtered picture in expectation, also for light subpaths, whose positions are not chosen. Samples that
+//! are placed in the cells of the raster lie in the part of each that its pixel's filter reaches ([`FilterTable::cell`]).
 
 use crate::scene::{Filter, FilterKind};
 use std::ops::Range;
@@ -136,6 +137,16 @@ impl FilterTable {
     /// Pixels of the crop window.
     pub fn pixels(&self) -> usize {
         ((self.crop[1] - self.crop[0]) * (self.crop[3] - self.crop[2])) as usize
+    }
+
+    /// Side of the part of a pixel along one axis that its own filter reaches: 1, or less where the filter is narrower than the pixel.
+    pub fn cell(&self, axis: usize) -> f64 {
+        (2.0 * f64::from(self.radius[axis])).min(1.0)
+    }
+
+    /// Whether some weights are negative.
+    pub fn is_signed(&self) -> bool {
+        self.tables.iter().flatten().any(|w| *w < 0.0)
     }
 
     /// Whether a sample reaches the pixel it is in, with weight 1, and no other.

@@ -38,8 +38,8 @@ pub struct Scales<'a> {
 }
 
 impl SplatFilm {
-    /// Pixels of the picture, and the squared standard error of each of their values: from the difference of two pictures by the two halves of
-    /// all chains ([`Half`]), and from the relative variance of each layer's scale.
+    /// Pixels of the picture, and a standard error of each of their values: from the difference of two pictures by the two halves of all
+    /// chains ([`Half`]), and from the relative variance of each layer's scale. Its square is right in the mean.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -75,9 +75,10 @@ impl SplatFilm {
             let (values, _) = values.as_chunks::<3>();
             values.iter().map(|v| v.map(|v| v as f32)).collect()
         };
-        let variance = narrow(&squares);
+        squares.iter_mut().for_each(|d| *d = d.sqrt());
+        let deviation = narrow(&squares);
         self.sum(pixels, scales.radiance, &mut squares);
-        (narrow(&squares), variance)
+        (narrow(&squares), deviation)
     }
 
     /// What brings the half, which was summed with scales known before, to the level of the picture.

@@ -9,6 +9,7 @@ pub mod output;
 mod passes;
 mod samples;
 mod scattered;
+mod sum;
 mod sums;
 mod tiles;
 

@@ -1,16 +1,16 @@
-//! Writing finished pictures: `.exr`, `.pfm` and `.png` by extension, into a temporary file next to the target that replaces it
-//! in one step, so that a reader never sees half a picture and a failure keeps the old one.
+//! Writing finished pictures: `.exr`, `.pfm` and `.png` by extension, in one step, so that a reader never sees half a picture and a
+//! failure keeps the old one. What cannot be replaced, like a pipe, is written into.
 
+use std::ffi::OsString;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
-use tempfile::NamedTempFile;
-
+use crate::files::{self, Replacement};
 pub use crate::formats::Picture;
 use crate::formats::{exr, file_bytes, pfm, srgb};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 
 /// Something about the render that EXR files carry in the header; other formats have no place for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,11 +46,13 @@ enum Format {
     Png,
 }
 
+/// By the extension; a pipe or device without one gets what a file would lose least by.
 fn format(path: &Path) -> Result<Format, OutputError> {
     let extension = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
+        None if files::is_special(path) => Ok(Format::Exr),
         Some("exr") => Ok(Format::Exr),
         Some("pfm") => Ok(Format::Pfm),
         Some("png") => Ok(Format::Png),
@@ -72,29 +74,18 @@ fn format_error(path: &Path) -> impl FnOnce(String) -> OutputError {
     }
 }
 
-/// A temporary file in the folder of `path` with the permissions a new file would have.
-pub(crate) fn temporary(path: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".phalanx-");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder(path))
-}
-
-/// The folder that a file is in.
-pub(crate) fn folder(path: &Path) -> &Path {
-    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-    parent.unwrap_or(Path::new("."))
-}
-
-/// Fails where [`temporary`] would. A process that is killed in here leaves nothing behind.
-pub(crate) fn check_folder(path: &Path) -> io::Result<()> {
-    tempfile::tempfile_in(folder(path)).map(drop)
-}
-
 /// True if [`write`] knows the format of the extension.
 pub fn is_supported(path: &Path) -> bool {
     format(path).is_ok()
+}
+
+/// The name of a file of its own that takes what [`write`] cannot bring to `path`.
+pub fn file_name(path: &Path) -> OsString {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    if path.extension().is_none() {
+        name.push(".exr");
+    }
+    name
 }
 
 /// True if [`write`] will make it an EXR file.
@@ -102,13 +93,10 @@ pub fn is_exr(path: &Path) -> bool {
     matches!(format(path), Ok(Format::Exr))
 }
 
-/// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder.
+/// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder, read-only file.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     format(path)?;
-    if path.is_dir() {
-        return Err(format_error(path)("is a folder".into()));
-    }
-    check_folder(path).map_err(io_error(path))
+    files::check(path).map_err(io_error(path))
 }
 
 /// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which shows
@@ -141,7 +129,7 @@ pub fn write_layers(
         );
         return Err(format_error(path)(message));
     }
-    let mut file = temporary(path).map_err(io_error(path))?;
+    let mut file = Replacement::of(path).map_err(io_error(path))?;
     {
         let mut out = BufWriter::new(&mut file);
         match format {
@@ -152,9 +140,7 @@ pub fn write_layers(
         }
         out.flush().map_err(io_error(path))?;
     }
-    file.as_file().sync_all().map_err(io_error(path))?;
-    file.persist(path).map_err(|e| io_error(path)(e.error))?;
-    Ok(())
+    file.finish().map_err(io_error(path))
 }
 
 fn exr_attributes(

@@ -27,6 +27,8 @@ struct Cells {
     beside: Vec<f64>,
     /// By column of pixels: the weight of its filter over the cells that are done in the row that is begun.
     left: Vec<f64>,
+    /// Cells of the crop window that are done, row by row.
+    done: usize,
 }
 
 /// A pixel that has seen less than this of its only pass is not rendered: what its filter has seen may be next to nothing, or negative.
@@ -43,6 +45,14 @@ impl Passes {
     /// Of one more pass all cells above raster row `row` are done, and those of that row that lie left of `column`.
     pub fn with_part(count: u64, filter: &FilterTable, [column, row]: [f64; 2]) -> Self {
         let [x0, x1, y0, y1] = filter.crop();
+        // Cells between `low` and `high` that lie below a border.
+        let within = |low: u32, high: u32, border: f64| {
+            (border.floor() - f64::from(low)).clamp(0.0, f64::from(high - low)) as usize
+        };
+        let width = (x1 - x0) as usize;
+        let whole_rows = within(y0, y1, row) * width;
+        let begun = row.floor() >= f64::from(y0) && row.floor() < f64::from(y1);
+        let begun = usize::from(begun) * within(x0, x1, column);
         // Weight of the filter of pixel `i` below `border`.
         let below = |axis, i: u32, border: f64| filter.below(axis, border - f64::from(i) - 0.5);
         let rows = || y0..y1;
@@ -55,6 +65,7 @@ impl Passes {
                 beside: beside.collect(),
                 left: (x0..x1).map(|x| below(0, x, column)).collect(),
                 above,
+                done: whole_rows + begun,
             })),
         }
     }
@@ -70,6 +81,17 @@ impl Passes {
     /// Passes over a pixel of the crop window in all.
     pub fn at(&self, pixel: usize) -> f64 {
         self.whole as f64 + self.part(pixel)
+    }
+
+    /// Samples in a pixel's own cell; there is one for each pass over the cells. None if the pixel is not rendered.
+    pub fn inside(&self, pixel: usize) -> f64 {
+        let more = match &self.part {
+            Some(Part::Cells(part)) => {
+                pixel < part.done && (self.whole > 0 || self.part(pixel) > 0.0)
+            }
+            _ => false,
+        };
+        self.whole as f64 + f64::from(u8::from(more))
     }
 
     /// Even passes over a pixel, and odd ones.

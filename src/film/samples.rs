@@ -1,27 +1,72 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
 use super::format::Format;
+use super::sum::{Sum, Sums};
 use super::{FilterTable, GROUPS, Passes, Tiling};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard};
 
-/// Film for radiance samples of any finite size: 128-bit fixed point with 60 fractional bits.
+/// Film for radiance samples of any size that `f32` has ([`super::sum`]).
 ///
-/// A sum that reaches 2^67 stays there. Where no filter weight is negative that, too, is the same in any order.
+/// A film whose samples were placed, in each cell as many, divides what a pixel's filter has seen by what it has weighed, so that a picture of
+/// one value is flat, however few samples there are. That is a ratio of two sums, as pbrt-v3 has it: right in the limit of many samples, and
+/// off by less than its noise before. Where a filter has negative lobes the weights of a few samples can cancel each other, and
+///
+/// ```text
+/// radiance = (A - S m) / n + m
+/// ```
+///
+/// with `A` and `S` the sums of weighted samples and of weights, `n` the passes and `m` the plain mean of the samples that lie in the pixel: as
+/// flat, and the same in the limit (a regression estimator; Cochran 1977, chapter 7). What was splatted, wherever it fell, is divided by the
+/// number of passes alone.
 ///
 /// A film that knows its own error ([`Self::judged`]) sums even and odd passes over the picture apart, and the samples of [`GROUPS`] groups
 /// of passes tile by tile.
 pub struct SampleFilm {
     filter: FilterTable,
     tiling: Tiling,
-    /// `[half][block]`, each `[pixel][channel]`.
-    halves: Vec<Vec<Mutex<Vec<i128>>>>,
+    weighing: Weighing,
+    /// Sums of a pixel: three channels, and its weights.
+    entries: usize,
+    /// `[half][block]`, each `[pixel][entry]`.
+    halves: Vec<Vec<Mutex<Sums>>>,
+    /// `[block]`, each `[pixel][channel]`: samples that lie in the pixel, as they are. Empty where no weight is negative.
+    inside: Vec<Mutex<Sums>>,
     /// `[row of tiles]`, each `[column][group]`: sums of the mean channel. Empty: the film is not judged.
-    tiles: Vec<Mutex<Vec<[i128; GROUPS]>>>,
+    tiles: Vec<Mutex<Vec<[Sum; GROUPS]>>>,
+    /// Some sample was not black.
+    lit: AtomicBool,
+    /// Sums that were full.
+    full: AtomicU64,
+}
+
+/// How sums become radiance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Weighing {
+    /// By the number of passes.
+    Passes,
+    /// By the weights of the samples.
+    Weights,
+    /// By both: some weights are negative.
+    Signed,
+}
+
+impl Weighing {
+    /// Of placed samples.
+    fn of(filter: &FilterTable) -> Self {
+        match (filter.is_single(), filter.is_signed()) {
+            (true, _) => Self::Passes,
+            (false, false) => Self::Weights,
+            (false, true) => Self::Signed,
+        }
+    }
 }
 
 /// Pixels of a block.
 const BLOCK: usize = 1024;
+/// Pixels that are resolved at a time.
+const BAND: usize = 4096;
 
 /// A radiance sample.
 #[derive(Clone, Copy, Debug)]
@@ -33,34 +78,93 @@ pub struct Sample {
     pub pass: u64,
 }
 
-impl SampleFilm {
-    const UNIT: f64 = (1u64 << 60) as f64;
+/// A pixel's radiance, and a number for each channel whose square is its squared standard error: infinite if there is but one pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Estimate {
+    pub radiance: [f64; 3],
+    pub deviation: [f64; 3],
+}
 
+impl Estimate {
+    /// As pictures and layers hold them.
+    pub fn narrow(&self) -> ([f32; 3], [f32; 3]) {
+        let radiance = self.radiance.map(|v| v as f32);
+        (radiance, self.deviation.map(|v| v.abs() as f32))
+    }
+}
+
+impl SampleFilm {
+    /// Of samples that are placed in the cells of the raster.
     pub fn new(filter: FilterTable) -> Self {
-        Self::with(filter, false)
+        Self::placed(filter, false)
     }
 
     /// A film that knows its own error.
     pub fn judged(filter: FilterTable) -> Self {
-        Self::with(filter, true)
+        Self::placed(filter, true)
     }
 
-    fn with(filter: FilterTable, judged: bool) -> Self {
+    pub(super) fn placed(filter: FilterTable, judged: bool) -> Self {
+        let weighing = Weighing::of(&filter);
+        let entries = match weighing {
+            Weighing::Passes => 3,
+            Weighing::Weights | Weighing::Signed => 4,
+        };
+        Self::with(filter, judged, weighing, entries)
+    }
+
+    /// Of samples that fall where they like.
+    pub(super) fn splatted(filter: FilterTable, judged: bool) -> Self {
+        Self::with(filter, judged, Weighing::Passes, 3)
+    }
+
+    /// Of a part of the light that the samples of another film bring, which has their weights ([`Self::resolve_part`]).
+    pub fn part(filter: FilterTable) -> Self {
+        let weighing = Weighing::of(&filter);
+        Self::with(filter, false, weighing, 3)
+    }
+
+    /// The same of samples that fall where they like.
+    pub fn splatted_part(filter: FilterTable) -> Self {
+        Self::splatted(filter, false)
+    }
+
+    /// Bytes of a pixel of placed samples, or of others.
+    pub fn bytes(filter: &FilterTable, placed: bool, judged: bool) -> u64 {
+        let [entries, inside] = match Weighing::of(filter) {
+            Weighing::Weights if placed => [4, 0],
+            Weighing::Signed if placed => [4, 3],
+            _ => [3, 0],
+        };
+        (entries * (1 + u64::from(judged)) + inside) * Sums::BYTES
+    }
+
+    fn with(filter: FilterTable, judged: bool, weighing: Weighing, entries: usize) -> Self {
         let n = filter.pixels();
-        let blocks = || {
+        let blocks = |entries: usize| {
             (0..n.div_ceil(BLOCK))
-                .map(|b| Mutex::new(vec![0; 3 * BLOCK.min(n - b * BLOCK)]))
+                .map(|b| Mutex::new(Sums::new(entries * BLOCK.min(n - b * BLOCK))))
                 .collect()
         };
         let tiling = Tiling::new(filter.crop());
-        let row = || Mutex::new(vec![[0; GROUPS]; tiling.columns]);
+        let row = || Mutex::new(vec![[Sum::default(); GROUPS]; tiling.columns]);
         Self {
-            halves: (0..1 + usize::from(judged)).map(|_| blocks()).collect(),
+            halves: (0..1 + usize::from(judged))
+                .map(|_| blocks(entries))
+                .collect(),
+            inside: match weighing {
+                Weighing::Signed => blocks(3),
+                _ => Vec::new(),
+            },
             tiles: (0..if judged { tiling.rows } else { 0 })
                 .map(|_| row())
                 .collect(),
             filter,
             tiling,
+            weighing,
+            entries,
+            lit: AtomicBool::new(false),
+            full: AtomicU64::new(0),
         }
     }
 
@@ -69,50 +173,74 @@ impl SampleFilm {
         &self.tiling
     }
 
+    /// No sample has had any light.
+    pub fn is_black(&self) -> bool {
+        !self.lit.load(Relaxed)
+    }
+
+    /// How often a sum was full and stayed as it was.
+    pub fn full(&self) -> u64 {
+        self.full.load(Relaxed)
+    }
+
     /// Adds samples; fastest if neighbours follow each other.
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
         // What the samples in a row of one tile and group come to.
-        let (mut at, mut sum) = ((0, 0, 0), 0);
+        let (mut at, mut sum) = ((0, 0, 0), Sum::default());
+        let (mut lit, mut full) = (false, 0);
         let format = Format::now();
+        // Placed samples lie only where the filter of their cell's pixel is: there are more of them.
+        let dense = match self.weighing {
+            Weighing::Passes => 1.0,
+            Weighing::Weights | Weighing::Signed => self.filter.cell(0) * self.filter.cell(1),
+        };
         for Sample {
             raster,
             colour,
             pass,
         } in samples
         {
+            lit |= colour != [0.0; 3];
             let half = pass as usize % self.halves.len();
+            let colour = colour.map(f64::from);
             self.filter.splat(raster, |pixel, w| {
+                let w = w * dense;
+                let [r, g, b] = colour.map(|v| v * w);
                 let mut block = lock(&self.halves[half][pixel / BLOCK]);
-                let at = pixel % BLOCK * 3;
-                let sums = &mut block[at..at + 3];
-                for (sum, v) in sums.iter_mut().zip(colour) {
-                    let v = f64::from(v) * w;
-                    match format {
-                        Format::Fixed => *sum = sum.saturating_add(fixed(v)),
-                        _ => *sum = i128::from(format.add(*sum as u64, v)),
-                    }
-                }
+                let values = [r, g, b, w].into_iter().take(self.entries);
+                full += add_to(&mut block, pixel % BLOCK * self.entries, values, format);
             });
-            let [r, g, b] = colour.map(f64::from);
+            if !self.inside.is_empty() && self.filter.contains(raster) {
+                let pixel = self.filter.nearest(raster);
+                let mut block = lock(&self.inside[pixel / BLOCK]);
+                full += add_to(&mut block, pixel % BLOCK * 3, colour.into_iter(), format);
+            }
+            let [r, g, b] = colour;
             if self.tiles.is_empty() || (self.filter.is_single() && !self.filter.contains(raster)) {
                 continue;
             }
             let [column, row] = self.tiling.at(raster);
             let here = (row, column, pass as usize % GROUPS);
             if here != at {
-                self.add_to_tile(at, std::mem::take(&mut sum));
+                full += self.add_to_tile(at, std::mem::take(&mut sum));
                 at = here;
             }
-            sum = sum.saturating_add(fixed((r + g + b) / 3.0));
+            full += u64::from(sum.add((r + g + b) / 3.0));
         }
-        self.add_to_tile(at, sum);
+        full += self.add_to_tile(at, sum);
+        if lit && self.is_black() {
+            self.lit.store(true, Relaxed);
+        }
+        if full > 0 {
+            self.full.fetch_add(full, Relaxed);
+        }
     }
 
-    fn add_to_tile(&self, (row, column, group): (usize, usize, usize), sum: i128) {
-        if sum != 0 {
-            let held = &mut lock(&self.tiles[row])[column][group];
-            *held = held.saturating_add(sum);
+    fn add_to_tile(&self, (row, column, group): (usize, usize, usize), sum: Sum) -> u64 {
+        if sum == Sum::default() {
+            return 0;
         }
+        u64::from(lock(&self.tiles[row])[column][group].merge(sum))
     }
 
     /// The filter.
@@ -122,41 +250,22 @@ impl SampleFilm {
 
     /// The picture after so many passes; black where there has been none.
     pub fn resolve(&self, passes: &Passes) -> Vec<[f32; 3]> {
-        let format = Format::now();
-        self.pixels(0..self.filter.pixels(), |pixel, sums| {
-            (self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT) as f32
-        })
+        self.resolve_part(self, passes)
     }
 
-    /// The same of some pixels, unrounded.
-    pub(super) fn radiance(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
-        let format = Format::now();
-        self.pixels(pixels, |pixel, sums| {
-            self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT
-        })
+    /// The same of a film of a part of the light, with the weights of the film of all of it: parts add up to the whole.
+    pub fn resolve_part(&self, whole: &SampleFilm, passes: &Passes) -> Vec<[f32; 3]> {
+        let n = self.filter.pixels();
+        let mut picture = Vec::with_capacity(n);
+        for first in (0..n).step_by(BAND) {
+            let band = self.estimates(whole, first..n.min(first + BAND), passes);
+            picture.extend(band.iter().map(|e| e.narrow().0));
+        }
+        picture
     }
 
-    /// A number for each value of [`Self::radiance`] whose square is its squared standard error: the difference of the halves, scaled.
-    ///
-    /// # Panics
-    /// If the film is not judged.
-    pub(super) fn differences(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
-        assert_eq!(self.halves.len(), 2);
-        let format = Format::now();
-        self.pixels(pixels, |pixel, sums| {
-            let [even, odd] = passes.halves(pixel);
-            let weight = (even * odd).sqrt() * over(passes.at(pixel));
-            let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
-            if odd > 0.0 {
-                weight * (half(sums[0], even) - half(sums[1], odd)) / Self::UNIT
-            } else {
-                f64::INFINITY
-            }
-        })
-    }
-
-    /// Pixels of the picture, and the squared standard error of each of their values, from the difference of the halves; infinite if there is
-    /// but one.
+    /// Pixels of the picture, and a standard error of each of their values from the difference of the halves alone; infinite if there is
+    /// but one. Its square is right in the mean.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -166,47 +275,83 @@ impl SampleFilm {
         passes: &Passes,
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert_eq!(self.halves.len(), 2);
-        let format = Format::now();
-        let variance = self.pixels(pixels.clone(), |pixel, sums| {
-            let [even, odd] = passes.halves(pixel);
-            // The variance of the mean of all, from that of the difference of both means.
-            let weight = even * odd * over(passes.at(pixel)).powi(2);
-            let half = |sum: i128, passes| unfixed(format, sum) * over(passes);
-            let [a, b] = [half(sums[0], even), half(sums[1], odd)];
-            let difference = (a - b) / Self::UNIT;
-            if odd > 0.0 {
-                (weight * difference * difference) as f32
-            } else {
-                f32::INFINITY
-            }
-        });
-        let picture = self.pixels(pixels, |pixel, sums| {
-            (self::sum(format, sums) * over(passes.at(pixel)) / Self::UNIT) as f32
-        });
-        (picture, variance)
+        let estimates = self.estimates(self, pixels, passes);
+        estimates.iter().map(Estimate::narrow).unzip()
     }
 
-    /// Pixels of values made of each pixel's number and each sum by half.
-    fn pixels<T>(&self, pixels: Range<usize>, value: impl Fn(usize, &[i128]) -> T) -> Vec<[T; 3]> {
-        let mut made = Vec::with_capacity(pixels.len());
+    /// What is known of pixels, with the weights of `whole`.
+    pub(super) fn estimates(
+        &self,
+        whole: &SampleFilm,
+        pixels: Range<usize>,
+        passes: &Passes,
+    ) -> Vec<Estimate> {
+        match whole.weighing {
+            Weighing::Passes => (self.held(pixels.clone()).into_iter().zip(pixels))
+                .map(|(held, pixel)| held.by_passes(Turns::of(passes, pixel)))
+                .collect(),
+            Weighing::Weights => {
+                let weights = whole.held(pixels.clone()).into_iter();
+                (self
+                    .held(pixels.clone())
+                    .into_iter()
+                    .zip(weights)
+                    .zip(pixels))
+                .map(|((held, w), pixel)| held.by_weights(w.weight(), Turns::of(passes, pixel)))
+                .collect()
+            }
+            Weighing::Signed => self.signed(whole, pixels, passes),
+        }
+    }
+
+    fn signed(&self, whole: &SampleFilm, pixels: Range<usize>, passes: &Passes) -> Vec<Estimate> {
+        let weights = whole.held(pixels.clone()).into_iter();
+        let held = self.held(pixels.clone()).into_iter().zip(weights);
+        let means = self.means(pixels.clone(), passes).into_iter();
+        (held.zip(means).zip(pixels))
+            .map(|(((held, w), mean), pixel)| {
+                let mut estimate = held.signed(w.weight(), mean, Turns::of(passes, pixel));
+                if passes.inside(pixel) <= 0.0 {
+                    // It waits for its own sample.
+                    estimate.radiance = [0.0; 3];
+                }
+                estimate
+            })
+            .collect()
+    }
+
+    /// Plain means of the samples in each pixel.
+    fn means(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
+        let format = Format::now();
+        let mean = |pixel: usize| {
+            let block = lock(&self.inside[pixel / BLOCK]);
+            let over = over(passes.inside(pixel));
+            std::array::from_fn(|c| value(format, block.get(pixel % BLOCK * 3 + c)) * over)
+        };
+        pixels.map(mean).collect()
+    }
+
+    /// What pixels hold.
+    fn held(&self, pixels: Range<usize>) -> Vec<Held> {
+        let format = Format::now();
+        let mut held = vec![Held::default(); pixels.len()];
         let mut next = pixels.start;
         while next < pixels.end {
             let block = next / BLOCK;
             let end = pixels.end.min((block + 1) * BLOCK);
-            let halves: Vec<_> = self.halves.iter().map(|half| lock(&half[block])).collect();
-            for pixel in next..end {
-                let at = pixel % BLOCK * 3;
-                made.push(std::array::from_fn(|c| {
-                    let mut sums = [0; 2];
-                    for (sum, half) in sums.iter_mut().zip(&halves) {
-                        *sum = half[at + c];
+            for (half, blocks) in self.halves.iter().enumerate() {
+                let sums = lock(&blocks[block]);
+                for pixel in next..end {
+                    let to = &mut held[pixel - pixels.start].0[half];
+                    let at = pixel % BLOCK * self.entries;
+                    for (i, to) in to.iter_mut().take(self.entries).enumerate() {
+                        *to = value(format, sums.get(at + i));
                     }
-                    value(pixel, &sums[..halves.len()])
-                }));
+                }
             }
             next = end;
         }
-        made
+        held
     }
 
     /// Sums of the mean channel of all samples in each tile, by group: pass modulo [`GROUPS`].
@@ -215,33 +360,110 @@ impl SampleFilm {
         let sums = tiles.flat_map(|row| {
             lock(row)
                 .iter()
-                .map(|sums| sums.map(|s| s as f64 / Self::UNIT))
+                .map(|sums| sums.map(|s| s.value()))
                 .collect::<Vec<_>>()
         });
         sums.collect()
     }
 }
 
-/// `as` saturates: 2^67 times the largest picture value there is.
-fn fixed(value: f64) -> i128 {
-    (value * SampleFilm::UNIT) as i128
+/// Passes over a pixel, and those of each half.
+#[derive(Clone, Copy)]
+struct Turns {
+    all: f64,
+    halves: [f64; 2],
 }
 
-/// What both halves hold, in units.
-fn sum(format: Format, halves: &[i128]) -> f64 {
-    match format {
-        Format::Fixed => halves.iter().fold(0i128, |a, b| a.saturating_add(*b)) as f64,
-        format => halves.iter().map(|s| unfixed(format, *s)).sum(),
+impl Turns {
+    fn of(passes: &Passes, pixel: usize) -> Self {
+        Self {
+            all: passes.at(pixel),
+            halves: passes.halves(pixel),
+        }
+    }
+
+    /// What the difference of the means of two halves comes to in the mean of all; infinite if there is but one half.
+    fn weigh(self, difference: impl FnOnce([f64; 2]) -> f64) -> f64 {
+        let [even, odd] = self.halves;
+        match odd > 0.0 {
+            true => (even * odd).sqrt() * over(self.all) * difference([1.0 / even, 1.0 / odd]),
+            false => f64::INFINITY,
+        }
     }
 }
 
-/// What an entry holds, in units.
+/// What a pixel holds, by half: its channels, and its weights.
+#[derive(Clone, Copy, Default)]
+struct Held([[f64; 4]; 2]);
+
+impl Held {
+    fn weight(&self) -> [f64; 2] {
+        self.0.map(|half| half[3])
+    }
+
+    /// An estimate of each channel and its deviation.
+    fn channels(&self, estimate: impl Fn([f64; 2]) -> [f64; 2]) -> Estimate {
+        let mut whole = Estimate::default();
+        for c in 0..3 {
+            let [radiance, deviation] = estimate([self.0[0][c], self.0[1][c]]);
+            whole.radiance[c] = radiance;
+            whole.deviation[c] = deviation;
+        }
+        whole
+    }
+
+    fn by_passes(&self, turns: Turns) -> Estimate {
+        self.channels(|[a, b]| {
+            let difference = turns.weigh(|[even, odd]| a * even - b * odd);
+            [(a + b) * over(turns.all), difference]
+        })
+    }
+
+    fn by_weights(&self, [v, w]: [f64; 2], turns: Turns) -> Estimate {
+        let seen = turns.all > 0.0;
+        self.channels(|[a, b]| {
+            let mean = if seen { (a + b) * over(v + w) } else { 0.0 };
+            // A ratio of sums, linearised (Cochran 1977, equation 2.39).
+            let part = turns.weigh(|[even, odd]| (a - v * mean) * even - (b - w * mean) * odd);
+            let deviation = part * turns.all * over(v + w);
+            [mean, if part.is_finite() { deviation } else { part }]
+        })
+    }
+
+    fn signed(&self, [v, w]: [f64; 2], mean: [f64; 3], turns: Turns) -> Estimate {
+        let mut whole = Estimate::default();
+        for (c, mean) in mean.into_iter().enumerate() {
+            let [a, b] = [self.0[0][c] - v * mean, self.0[1][c] - w * mean];
+            if turns.all > 0.0 {
+                whole.radiance[c] = mean + (a + b) / turns.all;
+            }
+            whole.deviation[c] = turns.weigh(|[even, odd]| a * even - b * odd);
+        }
+        whole
+    }
+}
+
+/// Adds values to entries from `first` on; returns how many of them were full.
 #[inline(always)]
-fn unfixed(format: Format, entry: i128) -> f64 {
+fn add_to(sums: &mut Sums, first: usize, values: impl Iterator<Item = f64>, format: Format) -> u64 {
+    let mut full = 0;
+    for (i, v) in values.enumerate() {
+        let mut sum = sums.get(first + i);
+        match format {
+            Format::Fixed => full += u64::from(sum.add(v)),
+            _ => sum.digits[0] = format.add(sum.digits[0] as u64, v) as i64,
+        }
+        sums.set(first + i, sum);
+    }
+    full
+}
+
+/// What an entry holds.
+#[inline(always)]
+fn value(format: Format, entry: Sum) -> f64 {
     match format {
-        Format::Fixed => entry as f64,
-        // Radiance as it is.
-        _ => format.value(entry as i64) * SampleFilm::UNIT,
+        Format::Fixed => entry.value(),
+        _ => format.value(entry.digits[0]),
     }
 }
 
@@ -262,28 +484,74 @@ mod tests {
     use crate::scene::{Filter, FilterKind};
     use glam::Vec2;
 
-    /// Samples as bright as `f32` can tell, of which the film holds none: their sum is the most it holds, and does not wrap.
+    /// Samples as bright as `f32` can tell, and as dark, in one pixel and next to each other.
     #[test]
-    fn sums_beyond_the_film_stay_at_its_limit() {
+    fn sums_have_the_range_of_f32() {
         let filter = Filter {
             radius: Vec2::splat(0.5),
             kind: FilterKind::Box,
         };
-        let film = SampleFilm::judged(FilterTable::new(&filter, [0, 1, 0, 1]));
-        let sample = |pass| Sample {
-            raster: [0.5; 2],
-            colour: [f32::MAX, f32::MAX, 1.0],
+        let film = SampleFilm::judged(FilterTable::new(&filter, [0, 2, 0, 1]));
+        assert!(film.is_black());
+        let sample = |x, value, pass| Sample {
+            raster: [x, 0.5],
+            colour: [f32::MAX, f32::MIN_POSITIVE, value],
             pass,
         };
-        film.add((0..6).map(sample));
-        let most = 2f32.powi(67);
-        let [r, g, b] = film.resolve(&Passes::whole(6))[0];
-        assert_eq!([r, g], [most / 6.0; 2]);
-        assert!((b - 1.0).abs() < 1e-6);
-        assert!(
-            film.tile_sums()[0]
-                .iter()
-                .all(|s| (0.0..=1.01 * f64::from(most)).contains(s))
-        );
+        film.add((0..6).flat_map(|pass| [sample(0.5, 1.0, pass), sample(1.5, 1e-45, pass)]));
+        let pixel = |value| [f32::MAX, f32::MIN_POSITIVE, value];
+        assert_eq!(film.resolve(&Passes::whole(6)), [pixel(1.0), pixel(1e-45)]);
+        let (_, deviation) = film.resolve_with_error(0..2, &Passes::whole(6));
+        assert_eq!(deviation, [[0.0; 3]; 2]);
+        assert!(!film.is_black() && film.full() == 0);
+        let of_tile = film.tile_sums()[0].iter().sum::<f64>();
+        assert!((of_tile / (4.0 * f64::from(f32::MAX)) - 1.0).abs() < 1e-9);
+    }
+
+    /// The parts of a picture add up to it under filters of any kind, and what is flat is flat where a pass was broken off.
+    #[test]
+    fn parts_add_up_and_broken_passes_are_flat() {
+        let kinds = [
+            FilterKind::Box,
+            FilterKind::Gaussian { alpha: 2.0 },
+            FilterKind::Sinc { tau: 3.0 },
+        ];
+        for kind in kinds {
+            let filter = Filter {
+                radius: Vec2::splat(2.3),
+                kind,
+            };
+            let filter = FilterTable::new(&filter, [2, 13, 1, 12]);
+            let film = SampleFilm::judged(filter.clone());
+            let parts = [0, 1].map(|_| SampleFilm::part(filter.clone()));
+            let mut state = 1u32;
+            let mut uniform = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 8) as f32 / (1u32 << 24) as f32
+            };
+            // Cells of 17 by 17, row by row: one pass and a half.
+            for i in 0..17 * 17 * 3 / 2 {
+                let cell = [i % 17 - 1, i / 17 % 17 - 2];
+                let raster = cell.map(|at| at as f32 + uniform());
+                let v = uniform();
+                let sample = |r, g, b| Sample {
+                    raster,
+                    colour: [r, g, b],
+                    pass: i as u64 / (17 * 17),
+                };
+                film.add([sample(0.3, v, v * v)].into_iter());
+                parts[0].add([sample(0.1, v, 0.0)].into_iter());
+                parts[1].add([sample(0.2, 0.0, v * v)].into_iter());
+            }
+            let passes = Passes::with_part(1, &filter, [7.0, 6.0]);
+            let whole = film.resolve(&passes);
+            let [a, b] = parts.map(|part| part.resolve_part(&film, &passes));
+            for ((whole, a), b) in whole.iter().zip(a).zip(b) {
+                assert_eq!(whole[0], 0.3, "{kind:?}");
+                for c in 0..3 {
+                    assert!((a[c] + b[c] - whole[c]).abs() < 1e-6, "{kind:?}");
+                }
+            }
+        }
     }
 }

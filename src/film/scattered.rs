@@ -1,5 +1,6 @@
 //! Sums of samples that add light where they were placed, and elsewhere.
 
+use super::samples::Estimate;
 use super::{FilterTable, GROUPS, Passes, Sample, SampleFilm, Tiling};
 use std::ops::Range;
 
@@ -26,13 +27,9 @@ const BAND: usize = 4096;
 impl ScatteredFilm {
     /// `judged` says that the film knows its own error, `splats` that there are any.
     pub fn new(filter: FilterTable, judged: bool, splats: bool) -> Self {
-        let film = |filter| match judged {
-            true => SampleFilm::judged(filter),
-            false => SampleFilm::new(filter),
-        };
         Self {
-            splats: splats.then(|| film(filter.clone())),
-            placed: film(filter),
+            splats: splats.then(|| SampleFilm::splatted(filter.clone(), judged)),
+            placed: SampleFilm::placed(filter, judged),
         }
     }
 
@@ -58,6 +55,21 @@ impl ScatteredFilm {
         self.placed.filter()
     }
 
+    /// What was placed.
+    pub fn placed(&self) -> &SampleFilm {
+        &self.placed
+    }
+
+    /// No sample has had any light.
+    pub fn is_black(&self) -> bool {
+        self.placed.is_black() && self.splats.as_ref().is_none_or(SampleFilm::is_black)
+    }
+
+    /// How often a sum was full and stayed as it was.
+    pub fn full(&self) -> u64 {
+        self.placed.full() + self.splats.as_ref().map_or(0, SampleFilm::full)
+    }
+
     /// The picture; black where no pass has been.
     pub fn resolve(&self, done: &Done) -> Vec<[f32; 3]> {
         let Some(splats) = &self.splats else {
@@ -67,13 +79,13 @@ impl ScatteredFilm {
         let mut picture = Vec::with_capacity(pixels);
         for first in (0..pixels).step_by(BAND) {
             let band = first..pixels.min(first + BAND);
-            picture.extend(self.sum(splats, band, done));
+            picture.extend(self.sums(splats, band, done).map(|e| e.narrow().0));
         }
         picture
     }
 
-    /// Pixels of the picture, and the squared standard error of each of their values, as [`SampleFilm::resolve_with_error`]: what is placed and
-    /// what is splatted in a pass belongs together, and both are added before halves are compared.
+    /// Pixels of the picture, and a standard error of each of their values, as [`SampleFilm::resolve_with_error`]: what is placed and what is
+    /// splatted in a pass belongs together, and both are added before halves are compared.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -85,26 +97,25 @@ impl ScatteredFilm {
         let Some(splats) = &self.splats else {
             return self.placed.resolve_with_error(pixels, &done.placed);
         };
-        let picture = self.sum(splats, pixels.clone(), done).collect();
-        let placed = (self.placed.differences(pixels.clone(), &done.placed)).into_iter();
-        let splatted = splats.differences(pixels, &done.splats);
-        let variance = (placed.zip(splatted))
-            .map(|(a, b)| std::array::from_fn(|c| (a[c] + b[c]).powi(2) as f32));
-        (picture, variance.collect())
+        self.sums(splats, pixels, done).map(|e| e.narrow()).unzip()
     }
 
-    fn sum<'a>(
+    fn sums<'a>(
         &self,
         splats: &SampleFilm,
         pixels: Range<usize>,
         done: &'a Done,
-    ) -> impl Iterator<Item = [f32; 3]> + use<'a> {
-        let placed = self.placed.radiance(pixels.clone(), &done.placed);
-        let splatted = splats.radiance(pixels.clone(), &done.splats);
+    ) -> impl Iterator<Item = Estimate> + use<'a> {
+        let placed = (self.placed).estimates(&self.placed, pixels.clone(), &done.placed);
+        let splatted = splats.estimates(splats, pixels.clone(), &done.splats);
         (pixels.zip(placed).zip(splatted)).map(|((pixel, a), b)| {
             // What has been splatted to a pixel that no pass has seen is not all of its light.
             let whole = done.placed.at(pixel) > 0.0;
-            std::array::from_fn(|c| if whole { (a[c] + b[c]) as f32 } else { 0.0 })
+            let sum = |a: f64, b: f64| if whole { a + b } else { 0.0 };
+            Estimate {
+                radiance: std::array::from_fn(|c| sum(a.radiance[c], b.radiance[c])),
+                deviation: std::array::from_fn(|c| a.deviation[c] + b.deviation[c]),
+            }
         })
     }
 

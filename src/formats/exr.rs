@@ -1,7 +1,7 @@
 //! OpenEXR: `f32` R, G, B, the crop window as data window inside the display window, attributes in the header.
 
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{Cursor, Read, Write};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -13,7 +13,7 @@ use super::{Picture, check_size, file_bytes};
 /// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as many pixels, `name.R`, `name.G` and
 /// `name.B`. Names of attributes that EXR cannot hold are skipped.
 pub fn write(
-    out: impl Write + Seek,
+    mut out: impl Write,
     picture: &Picture,
     more: &[(&str, &[[f32; 3]])],
     attributes: impl IntoIterator<Item = (String, AttributeValue)>,
@@ -55,7 +55,28 @@ pub fn write(
     let mut window = ImageAttributes::new(IntegerBounds::from_dimensions(full));
     window.chromaticities = chromaticities;
     let image = Image::empty(window).with_layer(layer);
-    image.write().to_buffered(out).map_err(|e| e.to_string())
+    let mut file = Cursor::new(Vec::new());
+    (image.write().to_buffered(&mut file)).map_err(|e| e.to_string())?;
+    let mut bytes = file.into_inner();
+    sort_attributes(&mut bytes);
+    out.write_all(&bytes).map_err(|e| e.to_string())
+}
+
+/// Puts the attributes of a file of one layer in the order of their names: equal pictures are then
+/// equal files, where the library's order changes from run to run.
+fn sort_attributes(file: &mut [u8]) {
+    let mut entries = Vec::new();
+    let mut at = 8;
+    while file.get(at).is_some_and(|&b| b != 0) {
+        let Some(length) = attribute_length(&file[at..]) else {
+            return;
+        };
+        entries.push(file[at..at + length].to_vec());
+        at += length;
+    }
+    entries.sort();
+    let sorted = entries.concat();
+    file[8..8 + sorted.len()].copy_from_slice(&sorted);
 }
 
 fn to_i32(v: u32) -> std::result::Result<i32, String> {
@@ -96,6 +117,16 @@ fn check_header(path: &Path) -> std::result::Result<(), String> {
     Err(format!("its header is longer than {MAX_HEADER} bytes"))
 }
 
+/// Bytes of the attribute that begins here: a name, a type, a length and as many bytes.
+fn attribute_length(bytes: &[u8]) -> Option<usize> {
+    let text = |bytes: &[u8]| bytes.iter().position(|&b| b == 0);
+    let kind = &bytes[text(bytes)? + 1..];
+    let size = &kind[text(kind)? + 1..];
+    let value: [u8; 4] = size.get(..4)?.try_into().ok()?;
+    let value = usize::try_from(i32::from_le_bytes(value)).ok()?;
+    Some(bytes.len() - size.len() + 4 + value)
+}
+
 /// Whether the header ends in these first bytes of a file. An attribute is a name, a type, a length and as many bytes; a layer without any
 /// ends them all if there may be several.
 fn ends_within(bytes: &[u8]) -> bool {
@@ -116,15 +147,7 @@ fn ends_within(bytes: &[u8]) -> bool {
             rest = after;
             continue;
         }
-        let text = |bytes: &[u8]| bytes.iter().position(|&b| b == 0);
-        let length = text(rest).and_then(|name| {
-            let kind = &rest[name + 1..];
-            let size = &kind[text(kind)? + 1..];
-            let bytes: [u8; 4] = size.get(..4)?.try_into().ok()?;
-            let value = usize::try_from(i32::from_le_bytes(bytes)).ok()?;
-            Some(rest.len() - size.len() + 4 + value)
-        });
-        match length.and_then(|length| rest.get(length..)) {
+        match attribute_length(rest).and_then(|length| rest.get(length..)) {
             Some(next) => rest = next,
             None => return false,
         }

@@ -159,7 +159,7 @@ impl<L: Lanes> AreaSample<L> {
     /// The same for sampled points.
     #[cold]
     #[inline(never)]
-    pub(super) fn correct(&mut self, found: &[Option<LargePoint>; 8]) {
+    pub(super) fn corrected(mut self, found: &[Option<LargePoint>; 8]) -> Self {
         for (i, point) in found.iter().enumerate() {
             let Some(LargePoint { p, error, ng }) = *point else {
                 continue;
@@ -168,6 +168,7 @@ impl<L: Lanes> AreaSample<L> {
             put(&mut self.ng, i, ng);
             self.error = put_one(self.error, i, error);
         }
+        self
     }
 }
 

@@ -165,14 +165,28 @@ impl<'a> Geometry<'a> {
     ) -> SurfacePoint<L> {
         let wanted = wanted.known();
         if wanted.large && !self.large.is_empty() {
-            let mut inner = [b1, b2];
-            let found = self.large.hit(prim, [origin, direction], t, &mut inner);
-            let hit = [t, inner[0], inner[1]];
-            let mut point = self.small_point(prim, origin, direction, hit, wanted);
-            point.correct(&found, wanted);
-            return point;
+            return self.large_point(prim, origin, direction, [t, b1, b2], wanted);
         }
         self.small_point(prim, origin, direction, [t, b1, b2], wanted)
+    }
+
+    /// [`Self::surface_point`] where some surfaces are large. Not inlined: the others keep their registers.
+    #[cold]
+    #[inline(never)]
+    fn large_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        origin: Vec3<L>,
+        direction: Vec3<L>,
+        [t, b1, b2]: [L; 3],
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
+        let mut inner = [b1, b2];
+        let found = self.large.hit(prim, [origin, direction], t, &mut inner);
+        let hit = [t, inner[0], inner[1]];
+        let mut point = self.small_point(prim, origin, direction, hit, wanted);
+        point.correct(&found, wanted);
+        point
     }
 
     /// [`Self::surface_point`], as far as `f32` knows.
@@ -328,7 +342,7 @@ impl<'a> Geometry<'a> {
             ..Wanted::default()
         };
         let point = self.triangle_point(prim, b1, b2, wanted.known());
-        let mut sample = AreaSample {
+        let sample = AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
@@ -337,7 +351,8 @@ impl<'a> Geometry<'a> {
         };
         if !crate::BARE && !self.large.is_empty() {
             let prims = prim.iter().copied();
-            sample.correct(&self.large.sampled(prims, sample.p, [b1, b2]));
+            let found = self.large.sampled(prims, sample.p, [b1, b2]);
+            return sample.corrected(&found);
         }
         sample
     }
@@ -352,7 +367,7 @@ impl<'a> Geometry<'a> {
             ..Wanted::default()
         };
         let point = self.sphere_point(&map, w, wanted);
-        let mut sample = AreaSample {
+        let sample = AreaSample {
             p: point.p,
             error: point.error,
             ng: point.ng,
@@ -361,7 +376,8 @@ impl<'a> Geometry<'a> {
         };
         if !self.large.is_empty() {
             let prims = sphere.iter().map(|s| s.wrapping_add(self.triangles()));
-            sample.correct(&self.large.sampled(prims, sample.p, [L::zero(); 2]));
+            let found = self.large.sampled(prims, sample.p, [L::zero(); 2]);
+            return sample.corrected(&found);
         }
         sample
     }

@@ -37,15 +37,15 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             }
         },
     };
-    let (mut render, done) = sampled::render::<L>(run, &method);
-    render.strategies = (films.iter())
+    let mut sampled = sampled::render::<L>(run, &method);
+    sampled.render.strategies = (films.iter())
         .map(|films| StrategyPictures {
             strategy: films.strategy,
-            weighted: films.weighted.resolve(&done),
-            unweighted: films.unweighted.resolve(&done),
+            weighted: films.weighted.resolve(&sampled),
+            unweighted: films.unweighted.resolve(&sampled),
         })
         .collect();
-    render
+    sampled.render
 }
 
 /// What a strategy adds to the picture, and what it makes of it alone.

@@ -8,7 +8,7 @@ use super::error::{Looks, relmse};
 use super::light::{Chains, Light};
 use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
 use super::tuning::{self, Tuned};
-use super::{EndedBy, Phase, ROUND, Render, Run, Stats, mixed, per_second};
+use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixed, per_second};
 use crate::chain::batch::Counts;
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
@@ -84,7 +84,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
     let light = Light::of(run, film.layers(), &chains);
     let pixels = film.resolve(&light.scales);
-    let variance = (settings.estimate_error && settings.error_layers).then(|| {
+    let deviation = (settings.estimate_error && settings.error_layers).then(|| {
         let scales = light.of_film(&light.scales);
         film.resolve_with_error(0..pixels.len(), &scales).1
     });
@@ -111,6 +111,8 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
             100.0 * tuned.part
         ));
     }
+    // Not by `sum`, by which nothing comes to -0.
+    let sum = |of: fn(&Estimate) -> f64| light.estimates.iter().fold(0.0, |sum, e| sum + of(e));
     let mut stats = Stats {
         integrator: method.name.into(),
         mutations,
@@ -120,8 +122,8 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
         render_seconds,
         acceptance_large,
         acceptance_small,
-        b: light.estimates.iter().map(Estimate::mean).sum(),
-        b_stderr: (light.estimates.iter().map(Estimate::error2).sum::<f64>()).sqrt(),
+        b: sum(Estimate::mean),
+        b_stderr: sum(Estimate::error2).sqrt(),
         rejected_nonfinite: counts.rejected,
         relmse,
         ..Stats::default()
@@ -135,7 +137,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
         width,
         height,
         warnings,
-        variance,
+        deviation,
         strategies: Vec::new(),
         ended_by: short.unwrap_or(ended_by),
     }
@@ -236,19 +238,17 @@ fn tune<L: Lanes>(
 }
 
 fn dark_reason(run: &Run, method: &Method) -> String {
-    if run.world.lights.is_empty() {
-        "the scene has no lights: the picture is black".into()
-    } else if run.settings.bootstrap < 100_000 {
-        format!(
-            "none of the {} bootstrap paths{} carries light to the camera: the picture is black; more bootstrap samples may find some",
-            run.settings.bootstrap,
-            if method.hosts.len() > 1 {
-                " per depth"
-            } else {
-                ""
-            }
-        )
-    } else {
-        "no bootstrap path carries light to the camera: the picture is black".into()
+    if run.settings.bootstrap >= 100_000 || run.world.lights.is_empty() {
+        return black_reason(run, "no bootstrap path");
     }
+    let per_depth = if method.hosts.len() > 1 {
+        " per depth"
+    } else {
+        ""
+    };
+    let paths = format!(
+        "none of the {} bootstrap paths{per_depth}",
+        run.settings.bootstrap
+    );
+    black_reason(run, &paths) + "; more bootstrap samples may find some"
 }

@@ -15,10 +15,12 @@ pub(super) struct Grid {
     /// Of the region.
     origin: [f64; 2],
     size: [f64; 2],
+    /// Sides of the part of each cell that samples lie in, about its centre: [`FilterTable::cell`].
+    part: [f64; 2],
 }
 
 impl Grid {
-    pub fn new(run: &Run) -> Self {
+    pub fn new(run: &Run, filter: &FilterTable) -> Self {
         let region = run.world.camera.region;
         let origin = [f64::from(region.x0), f64::from(region.y0)];
         let size = [f64::from(region.width), f64::from(region.height)];
@@ -31,6 +33,7 @@ impl Grid {
             rows: count(1),
             origin,
             size,
+            part: [filter.cell(0), filter.cell(1)],
         }
     }
 
@@ -62,8 +65,8 @@ impl Grid {
         }
     }
 
-    /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of cells, and within it uniformly. The raster
-    /// position is that of the first two rows.
+    /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of cells, and within it uniformly where its
+    /// pixel's filter reaches. The raster position is that of the first two rows.
     pub fn fill<L: Lanes>(&self, stream: &Stream, samples: &mut Samples, begin: u64, n: usize) {
         samples.fill::<L>(stream, n, |i| {
             let path = begin + i as u64;
@@ -77,7 +80,8 @@ impl Grid {
             for (i, u) in samples.row_mut(axis)[..n].iter_mut().enumerate() {
                 let cell = (begin + i as u64) % self.cells();
                 let cell = [cell % self.columns, cell / self.columns][axis] as f64;
-                let inside = f64::from(*u).clamp(edge, 1.0 - edge);
+                let inside = 0.5 + (f64::from(*u) - 0.5) * self.part[axis];
+                let inside = inside.clamp(edge, 1.0 - edge);
                 *u = ((low + cell + inside - self.origin[axis]) / size) as f32;
             }
         }

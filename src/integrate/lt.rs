@@ -19,7 +19,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         },
         collect: &|_, _| {},
     };
-    let mut render = sampled::render::<L>(run, &method).0;
+    let mut render = sampled::render::<L>(run, &method).render;
     let specular = (run.world.plan.kinds.iter()).filter(|kind| kind.is_delta());
     let names: Vec<&str> = specular.map(|kind| kind.name()).collect();
     if !names.is_empty() && run.settings.max_depth > 0 {

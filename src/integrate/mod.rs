@@ -39,7 +39,7 @@ use std::time::{Duration, Instant};
 pub struct Settings {
     pub integrator: IntegratorKind,
     pub seed: u64,
-    /// Worker threads; 0 means one per core.
+    /// Worker threads; 0 means one per core ([`worker_threads`]).
     pub threads: usize,
     /// SIMD width of all kernels. The picture does not depend on it.
     pub lanes: Width,
@@ -65,7 +65,7 @@ pub struct Settings {
     pub target_error: Option<f64>,
     /// Estimate the picture's error. It costs a few per cent of time and memory.
     pub estimate_error: bool,
-    /// Return the squared standard error of every pixel, too.
+    /// Return the standard error of every pixel, too.
     pub error_layers: bool,
     /// Return a picture of each strategy, too (bidirectional path tracing).
     pub strategies: bool,
@@ -249,9 +249,9 @@ pub struct Render {
     pub stats: Stats,
     /// Things the user should know, a sentence each.
     pub warnings: Vec<String>,
-    /// Squared standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate. `None` unless
-    /// [`Settings::error_layers`] asks for them.
-    pub variance: Option<Vec<[f32; 3]>>,
+    /// Standard error of each value of `pixels`, from one difference of two halves: a single one is a rough estimate, but their mean square is
+    /// right. `None` unless [`Settings::error_layers`] asks for them.
+    pub deviation: Option<Vec<[f32; 3]>>,
     /// By depth, then by light vertices; none unless [`Settings::strategies`] asks for them.
     pub strategies: Vec<StrategyPictures>,
     pub ended_by: EndedBy,
@@ -316,24 +316,22 @@ pub fn render(
     });
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
-    for pixels in parts.chain([&mut render.pixels]) {
-        pixels.iter_mut().flatten().for_each(|v| *v *= scale);
-        if let Some(m) = &scene.film.colour {
-            pixels
+    let colour = scene.film.colour.as_ref();
+    let beyond = bring_to_scale(&mut render.pixels, scale, colour);
+    parts.for_each(|pixels| _ = bring_to_scale(pixels, scale, colour));
+    if let Some(deviation) = &mut render.deviation {
+        _ = bring_to_scale(deviation, scale, None);
+        if let Some(m) = colour {
+            deviation
                 .iter_mut()
-                .for_each(|p| *p = m.map(|row| dot(row, *p)));
+                .for_each(|d| *d = mixed_deviation(m, *d));
         }
-        // What a picture can hold ends here, so that bright pixels stay numbers.
-        let values = pixels.iter_mut().flatten();
-        values.for_each(|v| *v = v.clamp(-f32::MAX, f32::MAX));
     }
-    if let Some(variance) = &mut render.variance {
-        let values = variance.iter_mut().flatten();
-        // Not by the square of the scale, which `f32` need not hold.
-        values.for_each(|v| *v = *v * scale * scale);
-        if let Some(m) = &scene.film.colour {
-            variance.iter_mut().for_each(|v| *v = mixed_variance(m, *v));
-        }
+    if beyond > 0 {
+        render.warnings.push(format!(
+            "{beyond} values of the picture are beyond what a 32-bit float holds and were set to the largest, {:.1e}",
+            f32::MAX
+        ));
     }
     render.stats.relative_error = render.stats.relmse.map(f64::sqrt);
     if let Some(tiles) = &mut render.stats.tiles {
@@ -367,6 +365,24 @@ pub fn render(
     Ok(render)
 }
 
+/// Multiplies pixels by the film's scale and its matrix of colours. Values beyond `f32` are set to its largest number, so that bright pixels
+/// stay numbers; returns how many.
+fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32, colour: Option<&[[f32; 3]; 3]>) -> u64 {
+    const MOST: f64 = f32::MAX as f64;
+    let mut beyond = 0;
+    for pixel in pixels {
+        let mut values = pixel.map(|v| f64::from(v).clamp(-MOST, MOST) * f64::from(scale));
+        if let Some(m) = colour {
+            values = m.map(|row| dot(row.map(f64::from), values));
+        }
+        *pixel = values.map(|v| {
+            beyond += u64::from(v.abs() > MOST);
+            v.clamp(-MOST, MOST) as f32
+        });
+    }
+    beyond
+}
+
 /// Every integrator, by name.
 fn integrate<L: Lanes>(run: &Run) -> Render {
     match run.settings.integrator {
@@ -378,11 +394,32 @@ fn integrate<L: Lanes>(run: &Run) -> Render {
     }
 }
 
+/// Why a picture is black, of which `searched` have found no light.
+fn black_reason(run: &Run, searched: &str) -> String {
+    if run.world.lights.is_empty() {
+        return "the scene has no lights: the picture is black".into();
+    }
+    format!("{searched} carries light to the camera: the picture is black")
+}
+
 /// Mean radiance below which the epsilon of relative errors rules the picture.
 const DARK: f64 = 0.02;
 
-/// Worker threads; 0 means one per core.
+/// Threads that are started however few cores there are: results must not depend on it, which is worth trying out.
+const FEW_THREADS: usize = 64;
+
+/// Worker threads for so many asked for; 0 means one per core. No more than two per core beyond [`FEW_THREADS`]: one without work asks every
+/// other for some, again and again, and on few cores a thousand of them take minutes of that for a second of work.
+pub fn worker_threads(asked: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
+    match asked {
+        0 => cores,
+        n => n.min(FEW_THREADS.max(2 * cores)),
+    }
+}
+
 fn pool(threads: usize) -> Result<rayon::ThreadPool, RenderError> {
+    let threads = worker_threads(threads);
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -506,16 +543,18 @@ pub fn peak_rss_bytes() -> u64 {
     kib.unwrap_or(0) * 1024
 }
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Variance of channels that a matrix mixes. How they vary together is not known: the larger of what it is for channels that do so fully,
-/// as noise mostly does, and not at all.
-fn mixed_variance(matrix: &[[f32; 3]; 3], variance: [f32; 3]) -> [f32; 3] {
-    let deviation = variance.map(f32::sqrt);
+/// Standard errors of channels that a matrix mixes. How they vary together is not known: the larger of what it is for channels that do so
+/// fully, as noise mostly does, and not at all.
+fn mixed_deviation(matrix: &[[f32; 3]; 3], deviation: [f32; 3]) -> [f32; 3] {
+    let deviation = deviation.map(f64::from);
     matrix.map(|row| {
-        let together = dot(row, deviation);
-        dot(row.map(|v| v * v), variance).max(together * together)
+        let row = row.map(f64::from);
+        let together = dot(row, deviation).abs();
+        let apart = dot(row.map(|v| v * v), deviation.map(|d| d * d)).sqrt();
+        together.max(apart).min(f32::MAX.into()) as f32
     })
 }

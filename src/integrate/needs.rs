@@ -1,10 +1,10 @@
 //! What memory a render needs, before any of it is allocated.
 
 use super::chains::Method;
-use super::{Settings, sampled};
+use super::{Settings, sampled, worker_threads};
 use crate::chain::batch::StateSplat;
 use crate::chain::bootstrap::CHUNK;
-use crate::film::{GROUPS, SplatFilm, Tiling};
+use crate::film::{FilterTable, GROUPS, SampleFilm, SplatFilm, Tiling};
 use crate::memory::Bytes;
 use crate::scene::{HostKind, IntegratorKind, LightKind, Scene};
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
@@ -40,10 +40,7 @@ impl Needs {
         let primitives = (scene.triangles.len() + scene.spheres.len()) as u64;
         let need = |part, bytes, why: String| Need { part, bytes, why };
         let tables = need("scene", scene.bytes(), format!("{primitives} primitives"));
-        let threads = match settings.threads {
-            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
-            n => n,
-        };
+        let threads = worker_threads(settings.threads);
         let thread = THREAD + kept_bytes(settings);
         let program = need("program", PROGRAM + thread * threads as u64, String::new());
         let tree = |each, what: &str| {
@@ -150,18 +147,20 @@ const NOTABLE: u64 = 1 << 20;
 fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
     let pixels = scene.film.crop_pixels();
     let judged = u64::from(settings.estimate_error);
+    let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
+    let bytes = |placed| SampleFilm::bytes(&filter, placed, settings.estimate_error);
     let sums = match settings.integrator {
         kind @ (IntegratorKind::Mmlt | IntegratorKind::Pssmlt(_)) => {
             let combined = matches!(kind, IntegratorKind::Pssmlt(_));
             let layers = Method::layers(integrals(settings) as usize, combined) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
-        IntegratorKind::Pt => pixels * (1 + judged) * EXACT,
+        IntegratorKind::Pt => pixels * bytes(true),
         // What is placed, and what is splatted.
-        IntegratorKind::Lt | IntegratorKind::Bdpt => 2 * pixels * (1 + judged) * EXACT,
+        IntegratorKind::Lt | IntegratorKind::Bdpt => pixels * (bytes(true) + bytes(false)),
     };
     let parts = parts(settings);
-    let sums = sums.saturating_add(pixels * parts * EXACT);
+    let sums = sums.saturating_add(pixels * parts * SampleFilm::bytes(&filter, true, false));
     let pictures = 1 + u64::from(settings.error_layers) + parts;
     sums + pixels * pictures * size_of::<[f32; 3]>() as u64
 }
@@ -173,9 +172,6 @@ fn integrals(settings: &Settings) -> u64 {
         _ => 1,
     }
 }
-
-/// Bytes of a pixel of an exact film of samples.
-const EXACT: u64 = size_of::<[i128; 3]>() as u64;
 
 /// Pictures of strategies, weighted and not.
 fn parts(settings: &Settings) -> u64 {
@@ -289,12 +285,12 @@ mod tests {
         let film = |settings: &Settings| Needs::of(&scene, settings).0[3].bytes;
         let traced = film(&settings);
         settings.integrator = IntegratorKind::Bdpt;
-        assert_eq!(film(&settings) - traced, 100 * 100 * 2 * 48);
+        assert_eq!(film(&settings) - traced, 100 * 100 * 2 * 51);
         settings.strategies = true;
         // Depth 0 has one, depths 1 to 5 have 3 to 7.
         assert_eq!(
             film(&settings) - traced,
-            100 * 100 * (2 * 48 + 2 * 26 * (48 + 12))
+            100 * 100 * (2 * 51 + 2 * 26 * (51 + 12))
         );
     }
 }

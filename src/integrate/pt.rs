@@ -18,5 +18,5 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         },
         collect: &|_, _| {},
     };
-    sampled::render::<L>(run, &method).0
+    sampled::render::<L>(run, &method).render
 }

@@ -2,7 +2,7 @@
 
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
-use super::{EndedBy, Phase, Render, Run, Stats, per_second};
+use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
 use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, ScatteredFilm};
 use crate::scene::Clamp;
 use crate::simd::Lanes;
@@ -58,14 +58,20 @@ impl Numbers {
     }
 }
 
-/// Renders; also says how far it came.
-pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
+/// A render, its film, and how far it came.
+pub(super) struct Sampled {
+    pub render: Render,
+    pub film: ScatteredFilm,
+    pub done: Done,
+}
+
+pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
     let settings = run.settings;
     let film = &run.scene.film;
     let start = Instant::now();
     let stream = Stream::new(settings.seed, method.purpose);
-    let grid = Grid::new(run);
     let filter = FilterTable::new(&film.filter, film.crop);
+    let grid = Grid::new(run, &filter);
     let sums = ScatteredFilm::new(filter, settings.estimate_error, method.splats);
     let batch = settings.batch.unwrap_or(BATCH) as u64;
     let spp = settings.samples_per_pixel;
@@ -115,6 +121,9 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
         if done < total {
             let reached = good_enough(run, &sums, &grid, done, &mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+            if ended_by.is_none() && is_hopeless(run, done) && sums.is_black() {
+                break;
+            }
         }
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
@@ -122,9 +131,10 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
     let made = grid.done(done, sums.filter());
     let whole = made.placed.whole;
     let pixels = sums.resolve(&made);
-    // One pass is compared with nothing.
-    let judged = settings.estimate_error && whole >= 2;
-    let variance = (judged && settings.error_layers)
+    let black = pixels.iter().all(|p| *p == [0.0; 3]);
+    // One pass is compared with nothing, and black is not known to be right.
+    let judged = settings.estimate_error && whole >= 2 && !black;
+    let deviation = (judged && settings.error_layers)
         .then(|| sums.resolve_with_error(0..pixels.len(), &made).1);
     let relmse = judged.then(|| relmse_of(run, &sums, &made));
     let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
@@ -145,6 +155,15 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
             100.0 * done as f64 / per_pass as f64
         ));
     }
+    if sums.full() > 0 {
+        warnings.push(format!(
+            "{} sums of the film were full and stayed as they were: the brightest pixels are too dark",
+            sums.full()
+        ));
+    }
+    if black && done > 0 {
+        warnings.push(black_reason(run, &format!("none of the {done} samples")));
+    }
     let render_seconds = start.elapsed().as_secs_f64();
     let render = Render {
         stats: Stats {
@@ -164,11 +183,15 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> (Render, Done) {
         width,
         height,
         warnings,
-        variance,
+        deviation,
         strategies: Vec::new(),
         ended_by: ended_by.unwrap_or(EndedBy::Effort),
     };
-    (render, made)
+    Sampled {
+        render,
+        film: sums,
+        done: made,
+    }
 }
 
 /// A thread that panicked while it held the lock has left the list whole.
@@ -210,7 +233,11 @@ pub(super) struct PartFilm {
 impl PartFilm {
     pub fn new(run: &Run, splats: bool) -> Self {
         let film = &run.scene.film;
-        let sums = SampleFilm::new(FilterTable::new(&film.filter, film.crop));
+        let filter = FilterTable::new(&film.filter, film.crop);
+        let sums = match splats {
+            true => SampleFilm::splatted_part(filter),
+            false => SampleFilm::part(filter),
+        };
         Self { sums, splats }
     }
 
@@ -224,12 +251,12 @@ impl PartFilm {
             }));
     }
 
-    pub fn resolve(&self, done: &Done) -> Vec<[f32; 3]> {
-        let passes = match self.splats {
-            true => &done.splats,
-            false => &done.placed,
-        };
-        self.sums.resolve(passes)
+    /// The picture, of a render of which it is a part.
+    pub fn resolve(&self, of: &Sampled) -> Vec<[f32; 3]> {
+        match self.splats {
+            true => self.sums.resolve(&of.done.splats),
+            false => (self.sums).resolve_part(of.film.placed(), &of.done.placed),
+        }
     }
 }
 
@@ -250,9 +277,18 @@ fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
     (spread * count / (count - 1.0)).sqrt() / passes as f64
 }
 
+/// Samples after which a picture that is black stays black, where only a target error would end the render.
+const MOST_BLACK: u64 = 1 << 24;
+
+/// Whether a picture that is still black will be so for as long as one may wait.
+fn is_hopeless(run: &Run, done: u64) -> bool {
+    let endless = run.settings.target_error.is_some() && run.settings.time.is_none();
+    run.world.lights.is_empty() || (endless && done >= MOST_BLACK)
+}
+
 /// Looks at the error now and then, tells the observer, and says whether the target is reached.
 fn good_enough(run: &Run, sums: &ScatteredFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
-    if !run.settings.estimate_error || done < 2 * grid.cells() {
+    if !run.settings.estimate_error || done < 2 * grid.cells() || sums.is_black() {
         return false;
     }
     let seen = looks.look(|| {
@@ -272,7 +308,7 @@ fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
     let scale = run.scene.film.scale;
     relmse(width, height as usize, |rows| {
         let pixels = rows.start * width..rows.end * width;
-        let (mut picture, mut variance) = sums.resolve_with_error(pixels, done);
+        let (mut picture, mut deviation) = sums.resolve_with_error(pixels, done);
         let values = |pixels: &mut Vec<[f32; 3]>, factor: f32| {
             pixels
                 .as_flattened_mut()
@@ -280,9 +316,7 @@ fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
                 .for_each(|v| *v *= factor);
         };
         values(&mut picture, scale);
-        // Not by the square of the scale, which `f32` need not hold.
-        values(&mut variance, scale);
-        values(&mut variance, scale);
-        (picture, variance)
+        values(&mut deviation, scale);
+        (picture, deviation)
     })
 }

@@ -212,7 +212,7 @@ impl LightTable {
     /// Rays can meet it by chance.
     pub fn is_met(&self, light: u32) -> bool {
         let sides = self.base[light as usize].sides_or_falloff;
-        !self.kind(light).is_delta() && !(self.kind(light).is_area() && is_hidden(sides))
+        !(self.kind(light).is_delta() || self.kind(light).is_area() && is_hidden(sides))
     }
 
     /// The primitive that a light is, or [`NONE`].
@@ -384,7 +384,7 @@ impl LightTable {
 
 /// An area light that no ray meets, by what its row of [`LightTable::base`] says of its sides.
 fn is_hidden(sides: f32) -> bool {
-    sides < 0.0 || sides > 1.0
+    !(0.0..=1.0).contains(&sides)
 }
 
 /// Mean of the channels, the measure of power here and of a path's contribution in the chains.

@@ -19,6 +19,7 @@ pub mod texture;
 use crate::simd::record::record;
 use glam::{DVec3, Vec2, Vec3};
 use spectrum::IndexCurve;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use self::image::Image;
@@ -499,6 +500,14 @@ pub enum Clamp {
 }
 
 impl Clamp {
+    /// The same for light that is so much brighter.
+    pub fn scaled(self, factor: f32) -> Self {
+        match self {
+            Clamp::Luminance(most) => Clamp::Luminance(most * factor),
+            Clamp::Xyz(most) => Clamp::Xyz(most * factor),
+        }
+    }
+
     /// What is left of a sample.
     pub fn of(self, colour: Rgb) -> Rgb {
         let [r, g, b] = colour;
@@ -683,6 +692,8 @@ pub struct Scene {
     pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
     pub bounds: [Vec3; 2],
+    /// Every file it was read from: text, meshes, images, spectra.
+    pub files: Vec<PathBuf>,
     /// Things ignored or replaced at load, ready to print, each with file and line.
     pub warnings: Vec<String>,
 }

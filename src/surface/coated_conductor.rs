@@ -11,7 +11,7 @@
 //! 3. it meets the conductor more than once, the coat having reflected it down again, wholly beyond the critical angle. What leaves then has
 //!    gone in many directions: it is taken for diffuse, in the amount that a walk between the layers gives when the scene is loaded ([`coat::walk`]).
 //!
-//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise `tests/coated.rs` says how far albedos and values are
+//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise `tests/renderer/coated.rs` says how far albedos and values are
 //! from a transcription of the random walk (alphas of coat and copper 0 to 0.6, indices 1.3 to 2). Most at grazing angles, where
 //! later bounces are a lobe as well.
 

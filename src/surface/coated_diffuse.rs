@@ -11,7 +11,7 @@
 //! where `T` is the share of the light from a direction that reaches the base, `F` what of the light from the base is reflected down to it, and
 //! `n` the number of visits to the base that `maxdepth` admits, half of it. For smooth coats that is exact; of rough ones `T` and `F` are integrals
 //! over the microfacets ([`coat`]), the same that the random walk estimates. What remains is the error of fitting `T`. Against a transcription of the
-//! random walk (`tests/coated.rs`; reflectances 0.1 to 0.9, roughness alphas 0 to 0.6, indices 1.3 to 2) albedos differ by no more than 0.002 beyond
+//! random walk (`tests/renderer/coated.rs`; reflectances 0.1 to 0.9, roughness alphas 0 to 0.6, indices 1.3 to 2) albedos differ by no more than 0.002 beyond
 //! statistical error, and values by less than 0.01 of a white surface's. pbrt-v4's own weights for values of rough coats do not add up to 1, which
 //! moves its values by up to 40 % in some directions: the comparison is with weights that do.
 

@@ -96,7 +96,7 @@ impl LargeSurface {
     #[cold]
     #[inline(never)]
     pub fn hit<L: Lanes, const ANY: bool>(&self, ray: &Ray<L>, t_max: L) -> (Hit<L>, [L; 2]) {
-        let pad = L::splat(PAD * largest(&self.bounds)) + ray.reach;
+        let pad = L::splat(PAD * largest(&self.bounds)) + ray.reach();
         let low = [0, 1, 2].map(|k| L::splat(self.bounds[k][0]) - pad);
         let high = [0, 1, 2].map(|k| L::splat(self.bounds[k][1]) + pad);
         let (near, far) = slab(

@@ -145,6 +145,7 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const 
     let Stack(stack) = stack;
     // Rays that miss a box never enter it.
     let nowhere = L::splat(f32::INFINITY);
+    let growth = ray.growth::<VAST>();
     let mut top = 0;
     let mut current = Link::to(Child::inner(0));
     let mut bits = ray.live().bits();
@@ -167,8 +168,10 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const 
             };
         } else if !current.child.is_leaf() {
             let node: &Node = &trees.nodes[current.child.index()];
-            let (near0, meets0) = enter::<L, VAST, AGREE>(ray, agreement, &node.bounds[0], best.t);
-            let (near1, meets1) = enter::<L, VAST, AGREE>(ray, agreement, &node.bounds[1], best.t);
+            let (near0, meets0) =
+                enter::<L, VAST, AGREE>(ray, &growth, agreement, &node.bounds[0], best.t);
+            let (near1, meets1) =
+                enter::<L, VAST, AGREE>(ray, &growth, agreement, &node.bounds[1], best.t);
             let (bits0, bits1) = (meets0.bits(), meets1.bits());
             match (bits0 != 0, bits1 != 0) {
                 (true, true) => {
@@ -246,6 +249,7 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const 
 #[inline(always)]
 fn enter<L: Lanes, const VAST: bool, const AGREE: bool>(
     ray: &Ray<L>,
+    growth: &[L; 3],
     agreement: &Agreement,
     bounds: &Bounds,
     t_max: L,
@@ -257,7 +261,7 @@ fn enter<L: Lanes, const VAST: bool, const AGREE: bool>(
         let side = agreement.negative[k];
         let (t0, t1) = (plane(k, side), plane(k, 1 - side));
         if VAST {
-            let grown = ray.growth(k);
+            let grown = growth[k];
             near = near.max(t0.min(t1) - grown);
             far = far.min(t0.max(t1) + grown);
         } else if AGREE {

@@ -93,8 +93,6 @@ pub struct Ray<L: Lanes> {
     pub t_shift: L,
     /// Growth of boxes, see [`Extent::pad`].
     pub pad: L,
-    /// [`PAD`] of the origin, for vast scenes.
-    pub reach: L,
 }
 
 /// A ray whose axes are permuted so that the direction is longest along the third (Woop et al. 2013, "Watertight
@@ -193,7 +191,6 @@ impl<L: Lanes> Ray<L> {
             t_scale,
             t_shift,
             pad: L::splat(extent.pad),
-            reach: o.max_abs() * L::splat(PAD),
         }
     }
 
@@ -272,20 +269,33 @@ impl<L: Lanes> Ray<L> {
             t_scale: self.t_scale.lane(i),
             t_shift: self.t_shift.lane(i),
             pad: self.pad.lane(i),
-            reach: self.reach.lane(i),
         }
     }
 
-    /// What the boxes of nodes are grown by for the origins along an axis, as a distance along the rays, in vast scenes.
+    /// [`PAD`] of the origin, for vast scenes.
     #[inline(always)]
-    pub fn growth(&self, axis: usize) -> L {
-        self.reach * L::splat(PAD_OF_ORIGIN / PAD) * self.rd[axis].abs()
+    pub fn reach(&self) -> L {
+        self.o.max_abs() * L::splat(PAD)
+    }
+
+    /// What the boxes of nodes are grown by for the origins, as distances along the rays; nothing but in vast scenes.
+    #[inline(always)]
+    pub fn growth<const VAST: bool>(&self) -> [L; 3] {
+        if !VAST {
+            return [L::zero(); 3];
+        }
+        let pad = self.reach() * L::splat(PAD_OF_ORIGIN / PAD);
+        [
+            pad * self.rd[0].abs(),
+            pad * self.rd[1].abs(),
+            pad * self.rd[2].abs(),
+        ]
     }
 
     /// What the triangles' own boxes are grown by, beside what `hit` adds in vast scenes.
     #[inline(always)]
     pub fn own_pad<const VAST: bool>(&self) -> L {
-        if VAST { self.reach } else { self.pad }
+        if VAST { self.reach() } else { self.pad }
     }
 
     /// The caller's `t`.

@@ -70,7 +70,6 @@ pub struct Stored {
     swap_x: u32,
     swap_y: u32,
     pad: f32,
-    reach: [f32; 8],
 }
 
 impl Stored {
@@ -91,7 +90,6 @@ impl Stored {
             swap_x: ray.swap_x.bits(),
             swap_y: ray.swap_y.bits(),
             pad: ray.pad.lane(0),
-            reach: one(ray.reach),
         }
     }
 
@@ -106,6 +104,10 @@ impl Stored {
         let one = |x: &[f32; 8]| f32x8::splat(x[lane]);
         let all = |v: &[[f32; 8]; 3]| [one(&v[0]), one(&v[1]), one(&v[2])];
         let own = |v: &[[f32; 8]; 3]| [one(&v[order[0]]), one(&v[order[1]]), one(&v[order[2]])];
+        let origin = || {
+            let [x, y, z] = all(&self.o).map(Lanes::abs);
+            Lanes::max(Lanes::max(x, y), z) * f32x8::splat(PAD)
+        };
         Splat {
             rd: all(&self.rd),
             ord: all(&self.ord),
@@ -116,7 +118,11 @@ impl Stored {
                 ord: own(&self.ord),
                 shear: [one(&self.shear[0]), one(&self.shear[1])],
             },
-            pad: f32x8::splat(if VAST { self.reach[lane] } else { self.pad }),
+            pad: if VAST {
+                origin()
+            } else {
+                f32x8::splat(self.pad)
+            },
             negative: [
                 usize::from(self.rd[0][lane] < 0.0),
                 usize::from(self.rd[1][lane] < 0.0),

@@ -105,7 +105,7 @@ impl LeafSphere {
         let ok1 = real.and(q.abs().gt(error_q)).and(t1.gt(zero));
 
         let pad = if VAST {
-            L::splat(PAD * largest(&self.bounds)) + ray.reach
+            L::splat(PAD * largest(&self.bounds)) + ray.reach()
         } else {
             ray.pad
         };

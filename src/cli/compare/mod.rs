@@ -25,6 +25,8 @@ pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> 
     if let Some(path) = json_file {
         outputs::check_text(path)?;
     }
+    let written = outputs::once(&args.output).into_iter().chain(json_file);
+    outputs::check_distinct(written, [args.picture.as_path(), &args.reference])?;
     let inputs = pictures::read(&args.picture, &args.reference, messages)?;
     let [a, b] = &inputs;
     let kind = pictures::suitable_flip(&inputs);
@@ -42,7 +44,8 @@ pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> 
         outputs::print(&text::tables(&document, args.map))?;
     }
     if let Some(path) = json_file {
-        outputs::write_text(path, &json()).map_err(Failure::Io)?;
+        let json = json();
+        outputs::save(path, |path| outputs::write_text(path, &json)).map_err(Failure::Io)?;
         messages.say(format_args!("wrote {}", path.display()));
     }
     let errors = match args.output.is_empty() {
@@ -158,7 +161,8 @@ fn write_map(
         name: name.into(),
         value: AttributeValue::Text(text),
     });
-    outputs::save(path, |path| output::write(path, &picture, &attributes, 0.0)).map_err(Failure::Io)
+    outputs::save_picture(path, |path| output::write(path, &picture, &attributes, 0.0))
+        .map_err(Failure::Io)
 }
 
 /// What does not hold of what was asked for, and by how much.

@@ -27,7 +27,7 @@ use crate::switches::{Switch, Switches};
 /// Lists are separated by commas: --integrators pt,mmlt --lanes 1,8 --large-step 0.1,0.3. Flags that mean nothing to an
 /// integrator do not multiply its variants.
 ///
-/// Ctrl-C (SIGINT) or SIGTERM drops the run under way and reports those that are complete; a second signal quits at once.
+/// Ctrl-C (SIGINT), SIGTERM or SIGHUP drops the run under way and reports those that are complete; a second signal quits at once.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct ConvergeArgs {

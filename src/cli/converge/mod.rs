@@ -36,7 +36,7 @@ pub fn run(args: &ConvergeArgs, messages: Messages) -> Result<ExitCode, Failure>
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
     let subjects = subjects(args, messages)?;
-    prepare_folder(&args.output)?;
+    prepare_folder(args, &subjects, json_file)?;
     let options = options(args);
     messages.say(announcement(args, &subjects, &options));
     signals.hold();
@@ -72,7 +72,7 @@ pub fn run(args: &ConvergeArgs, messages: Messages) -> Result<ExitCode, Failure>
         outputs::print(&tables::text(&study))?;
     }
     if let Some(path) = json_file {
-        outputs::write_text(path, &json).map_err(Failure::Io)?;
+        outputs::save(path, |path| outputs::write_text(path, &json)).map_err(Failure::Io)?;
         messages.say(format_args!("wrote {}", path.display()));
     }
     if !whole {
@@ -238,11 +238,33 @@ fn size(scene: &Scene) -> (u32, u32) {
     (x1 - x0, y1 - y0)
 }
 
-/// Fails now where writing would fail after the runs.
-fn prepare_folder(folder: &Path) -> Result<(), Failure> {
+/// Fails now where writing would fail after the runs, or overwrite what has been read.
+fn prepare_folder(
+    args: &ConvergeArgs,
+    subjects: &[Subject],
+    json_file: Option<&Path>,
+) -> Result<(), Failure> {
+    let folder = &args.output;
     let fail = |e| Failure::Input(format!("{}: {e}", folder.display()));
     fs::create_dir_all(folder).map_err(fail)?;
-    outputs::check_text(&folder.join("index.html"))
+    let names = || subjects.iter().map(|s| s.name.as_str());
+    let files = report::file_names(names()).into_iter();
+    let mut files: Vec<PathBuf> = files.map(|name| folder.join(name)).collect();
+    if args.reference.is_empty() {
+        let stems = report::stems(names()).into_iter();
+        files.extend(stems.map(|stem| reference_path(folder, &stem)));
+    }
+    for file in &files {
+        outputs::check_text(file)?;
+    }
+    let read = subjects.iter().flat_map(|s| &s.scene.files);
+    let read = read.chain(&args.reference).map(PathBuf::as_path);
+    outputs::check_distinct(files.iter().map(PathBuf::as_path).chain(json_file), read)
+}
+
+/// Where the reference of a scene goes that was rendered for the study.
+fn reference_path(folder: &Path, stem: &str) -> PathBuf {
+    folder.join(format!("{stem}-reference.exr"))
 }
 
 /// What is going to happen, and how long it takes.
@@ -276,35 +298,36 @@ fn write_report(
     messages: Messages,
 ) -> bool {
     let folder = &args.output;
-    let failed = |message: String| {
-        messages.error(message);
-        false
-    };
-    let files = match report::files(study) {
-        Ok(files) => files,
-        Err(e) => return failed(format!("the report: {e}")),
-    };
-    for (name, content) in files {
-        let path: PathBuf = folder.join(name);
-        if let Err(message) = outputs::write_bytes(&path, &content) {
-            return failed(message);
+    let mut whole = true;
+    let mut done = |result: Result<(), String>| {
+        if let Err(message) = result {
+            messages.error(message);
+            whole = false;
         }
-    }
-    if args.reference.is_empty() {
-        for ((subject, scene), stem) in subjects.iter().zip(&study.scenes).zip(report::stems(study))
-        {
-            let path = folder.join(format!("{stem}-reference.exr"));
-            let (picture, attributes) = reference_file(subject, scene);
-            if let Err(e) = output::write(&path, &picture, &attributes, 0.0) {
-                return failed(e.to_string());
+    };
+    match report::files(study) {
+        Ok(files) => {
+            for (name, content) in files {
+                let write = |path: &Path| outputs::write_bytes(path, &content);
+                done(outputs::save(&folder.join(name), write));
             }
         }
+        Err(e) => done(Err(format!("the report: {e}"))),
     }
-    messages.say(format_args!(
-        "wrote {}",
-        folder.join("index.html").display()
-    ));
-    true
+    if args.reference.is_empty() {
+        let names = subjects.iter().map(|s| s.name.as_str());
+        let stems = report::stems(names);
+        for ((subject, scene), stem) in subjects.iter().zip(&study.scenes).zip(stems) {
+            let (picture, attributes) = reference_file(subject, scene);
+            let write = |path: &Path| output::write(path, &picture, &attributes, 0.0);
+            done(outputs::save(&reference_path(folder, &stem), write));
+        }
+    }
+    if whole {
+        let page = folder.join("index.html");
+        messages.say(format_args!("wrote {}", page.display()));
+    }
+    whole
 }
 
 /// A rendered reference, to be used again with what is known of its error.

@@ -17,25 +17,31 @@ use std::path::Path;
 /// # Errors
 /// What could not be encoded, in words.
 pub fn files(study: &Study) -> Result<Vec<(String, Vec<u8>)>, String> {
-    let mut files = vec![
-        ("runs.csv".into(), csv::runs(study)?),
-        ("summary.csv".into(), csv::summary(study)?),
-    ];
-    for (scene, stem) in study.scenes.iter().zip(stems(study)) {
+    let [page, runs, summary] = SHARED.map(String::from);
+    let mut files = vec![(runs, csv::runs(study)?), (summary, csv::summary(study)?)];
+    let names = study.scenes.iter().map(|s| s.figures.scene.as_str());
+    for (scene, stem) in study.scenes.iter().zip(stems(names)) {
         let chart = chart::document(&chart::of(scene), &format!("{stem}-"));
         files.push((format!("{stem}.svg"), chart.into_bytes()));
     }
-    files.push(("index.html".into(), html::page(study)?.into_bytes()));
+    files.push((page, html::page(study)?.into_bytes()));
     Ok(files)
 }
 
+/// The page, and the tables.
+const SHARED: [&str; 3] = ["index.html", "runs.csv", "summary.csv"];
+
+/// Names of [`files`], the page first, for scenes of these names.
+pub fn file_names<'a>(scenes: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let charts = stems(scenes).into_iter().map(|stem| format!("{stem}.svg"));
+    SHARED.into_iter().map(String::from).chain(charts).collect()
+}
+
 /// What files about each scene begin with: the scene's file name, reduced to letters that every system can store, and made unique.
-pub fn stems(study: &Study) -> Vec<String> {
+pub fn stems<'a>(scenes: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut stems: Vec<String> = Vec::new();
-    for scene in &study.scenes {
-        let name = Path::new(&scene.figures.scene)
-            .file_name()
-            .unwrap_or_default();
+    for scene in scenes {
+        let name = Path::new(scene).file_name().unwrap_or_default();
         let name = name.to_string_lossy();
         let name = name.trim_end_matches(".gz").trim_end_matches(".pbrt");
         let kept = |c: char| {

@@ -14,7 +14,7 @@
 //!
 //! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean over renders it is within a factor of 1.3
 //! of the true error where that is below one; the estimate of a picture that is mostly noise is too low, and that of a small picture whose only
-//! noise is at the edges of what is bright up to 1.7 times too high (`tests/accuracy.rs`).
+//! noise is at the edges of what is bright up to 1.7 times too high (`tests/renderer/accuracy.rs`).
 
 use crate::metrics::RELATIVE_EPSILON;
 use rayon::prelude::*;
@@ -28,8 +28,8 @@ const NOISY: [f64; 2] = [0.0, 0.1];
 /// Rows of a picture that are judged at a time.
 const BAND: usize = 32;
 
-/// Estimated relative mean squared error of a picture of `width` by `height` pixels. `resolve` gives rows of it, and the squared standard
-/// error of each of their values: the whole is never held.
+/// Estimated relative mean squared error of a picture of `width` by `height` pixels. `resolve` gives rows of it, and a standard error of
+/// each of their values whose square is right in the mean: the whole is never held.
 pub fn relmse(
     width: usize,
     height: usize,
@@ -41,10 +41,10 @@ pub fn relmse(
         .map(|band| {
             let (from, to) = (band * BAND, height.min((band + 1) * BAND));
             let first = from.saturating_sub(margin);
-            let (picture, variance) = resolve(first..height.min(to + margin));
+            let (picture, deviation) = resolve(first..height.min(to + margin));
             let mut columns = Columns::new(width);
             (from..to)
-                .map(|row| columns.relmse(&picture, &variance, row - first))
+                .map(|row| columns.relmse(&picture, &deviation, row - first))
                 .sum()
         })
         .collect();
@@ -57,27 +57,25 @@ const PICTURE: usize = 0;
 const SQUARE: usize = 1;
 const VARIANCE: usize = 2;
 
-/// Sums over a column of each window, `[quantity][window][3 * x + channel]`, and over all columns to the left, one entry more.
+/// Sums over a column of each window, `[quantity][window][3 * x + channel]`.
 struct Columns {
     width: usize,
     sums: [[Vec<f64>; 2]; 3],
-    before: [[Vec<f64>; 2]; 3],
 }
 
 impl Columns {
     fn new(width: usize) -> Self {
-        let room = |n: usize| std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; 3 * n]));
+        let room = || std::array::from_fn(|_| vec![0.0; 3 * width]);
         Self {
             width,
-            sums: room(width),
-            before: room(width + 1),
+            sums: std::array::from_fn(|_| room()),
         }
     }
 
     /// Sum of the estimated relative squared errors of a row.
-    fn relmse(&mut self, picture: &[[f32; 3]], variance: &[[f32; 3]], row: usize) -> f64 {
+    fn relmse(&mut self, picture: &[[f32; 3]], deviation: &[[f32; 3]], row: usize) -> f64 {
         let width = self.width;
-        self.sum(picture, variance, row);
+        self.sum(picture, deviation, row);
         let over = |variance: f64, square: f64| variance / (square + RELATIVE_EPSILON);
         let mut sum = 0.0;
         for x in 0..width {
@@ -107,10 +105,10 @@ impl Columns {
 
     /// Mean over a window about pixel `x`.
     fn mean(&self, quantity: usize, window: usize, half: usize, x: usize, c: usize) -> f64 {
-        let before = &self.before[quantity][window];
         let sums = &self.sums[quantity][window];
         let (from, to) = (x.saturating_sub(half), (x + half + 1).min(self.width));
-        let inside = before[3 * to + c] - before[3 * from + c];
+        // Not as a difference of running sums, in which what is dim drowns beside what is bright.
+        let inside: f64 = (from..to).map(|x| sums[3 * x + c]).sum();
         // Beyond the border it is as at the border.
         let left = half.saturating_sub(x) as f64 * sums[c];
         let right = (x + half + 1 - to) as f64 * sums[3 * (self.width - 1) + c];
@@ -118,7 +116,7 @@ impl Columns {
     }
 
     /// Sums over columns. Each window holds the smaller ones.
-    fn sum(&mut self, picture: &[[f32; 3]], variance: &[[f32; 3]], row: usize) {
+    fn sum(&mut self, picture: &[[f32; 3]], deviation: &[[f32; 3]], row: usize) {
         let width = self.width;
         let height = picture.len() / width;
         let mut inner = None;
@@ -138,44 +136,34 @@ impl Columns {
                 }
                 let at = y * width..(y + 1) * width;
                 let values = picture[at.clone()].as_flattened().iter();
-                let values = values.zip(variance[at].as_flattened());
+                let values = values.zip(deviation[at].as_flattened());
                 let sums = pictures[window].iter_mut().zip(&mut squares[window]);
                 for ((to, from), v_to) in sums.zip(values).zip(&mut variances[window]) {
-                    let (p, v) = (f64::from(*from.0), f64::from(*from.1));
+                    let (p, d) = (f64::from(*from.0), f64::from(*from.1));
                     *to.0 += p;
                     *to.1 += p * p;
-                    *v_to += v;
+                    *v_to += d * d;
                 }
             }
             inner = Some(half);
         }
-        for (sums, before) in self
-            .sums
-            .iter()
-            .flatten()
-            .zip(self.before.iter_mut().flatten())
-        {
-            for (i, sum) in sums.iter().enumerate() {
-                before[i + 3] = before[i] + sum;
-            }
-        }
     }
 }
 
-/// Standard errors, from squared ones of one degree of freedom: their mean over windows of 5 x 5 pixels, and its root.
-pub fn standard_errors(variance: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
-    let height = variance.len() / width.max(1);
+/// Standard errors, from those of one degree of freedom: the root of the mean of their squares over windows of 5 x 5 pixels.
+pub fn standard_errors(deviation: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
+    let height = deviation.len() / width.max(1);
     let error = |i: usize| {
         let mut sum = [0.0; 3];
         for y in around(i / width, SPREAD, height) {
             for x in around(i % width, SPREAD, width) {
-                let v = variance[y * width + x];
-                (0..3).for_each(|c| sum[c] += f64::from(v[c]));
+                let d = deviation[y * width + x].map(f64::from);
+                (0..3).for_each(|c| sum[c] += d[c] * d[c]);
             }
         }
         sum.map(|s| (s / (2 * SPREAD + 1).pow(2) as f64).sqrt() as f32)
     };
-    (0..variance.len()).into_par_iter().map(error).collect()
+    (0..deviation.len()).into_par_iter().map(error).collect()
 }
 
 /// Half width of the window that standard errors are taken over.
@@ -206,7 +194,7 @@ mod tests {
         let (width, height) = (96, 64);
         let mut state = 7;
         let truth = |x: usize, y: usize| if x < 48 { 1.0 } else { 0.05 + y as f64 / 640.0 };
-        let (mut picture, mut variance, mut exact) = (Vec::new(), Vec::new(), 0.0);
+        let (mut picture, mut deviation, mut exact) = (Vec::new(), Vec::new(), 0.0);
         for y in 0..height {
             for x in 0..width {
                 let t = truth(x, y);
@@ -216,13 +204,13 @@ mod tests {
                 let half = |state: &mut u64| t + noise * 2f64.sqrt() * normal(state);
                 let (a, b) = (half(&mut state), half(&mut state));
                 picture.push([((a + b) / 2.0) as f32; 3]);
-                variance.push([((a - b) / 2.0).powi(2) as f32; 3]);
+                deviation.push([((a - b) / 2.0) as f32; 3]);
             }
         }
         let n = (width * height) as f64;
         let rows = |r: Range<usize>| {
             let at = r.start * width..r.end * width;
-            (picture[at.clone()].to_vec(), variance[at].to_vec())
+            (picture[at.clone()].to_vec(), deviation[at].to_vec())
         };
         (exact / n, relmse(width, height, rows))
     }
@@ -234,6 +222,20 @@ mod tests {
             let ratio = estimate / exact;
             assert!((0.85..1.15).contains(&ratio), "sigma {sigma}: {ratio}");
         }
+    }
+
+    /// A lamp in the same row, with noise of its own.
+    #[test]
+    fn what_is_dim_is_judged_beside_what_is_bright() {
+        let width = 64;
+        let row = |lamp: f32, dim: f32| {
+            let at = |x: usize| [if x < 8 { lamp } else { dim }; 3];
+            (0..width).map(at).collect::<Vec<_>>()
+        };
+        let own = relmse(width, 1, |_| (row(1.0, 1.0), row(0.0, 0.1)));
+        let beside = relmse(width, 1, |_| (row(1e12, 1.0), row(1e5, 0.1)));
+        // The lamp hides the next pixels alone.
+        assert!((own - beside).abs() < 0.1 * own, "{own} {beside}");
     }
 
     #[test]

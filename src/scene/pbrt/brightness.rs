@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::scene::{LightKind, Rgb, Scene};
 
-/// Light beyond this power of two is scaled down to it: films of samples hold eight million times as much, and sixty binary digits below 1.
-const BRIGHT: i32 = 40;
+/// Light beyond this power of two is scaled down to it: products with areas and solid angles stay numbers.
+const BRIGHT: i32 = 104;
 
 /// Scales all light down if some of it is so bright, and the picture up again, by a power of two.
 pub(super) fn dim(scene: &mut Scene) {
@@ -32,6 +32,7 @@ pub(super) fn dim(scene: &mut Scene) {
         }
     }
     scene.film.scale = (scene.film.scale / factor).min(f32::MAX);
+    scene.film.clamp = scene.film.clamp.map(|clamp| clamp.scaled(factor));
 }
 
 /// The largest radiance or intensity of any light.
@@ -79,6 +80,6 @@ mod tests {
         assert_eq!(load("1e12"), ([1e12, 1.0, 0.0], 1.0));
         let (l, scale) = load("3e38");
         assert_eq!([l[0] * scale, l[1] * scale, l[2] * scale], [3e38, 1.0, 0.0]);
-        assert!(l[0] < 2f32.powi(41) && l[0] >= 2f32.powi(40));
+        assert!(l[0] < 2f32.powi(105) && l[0] >= 2f32.powi(104));
     }
 }

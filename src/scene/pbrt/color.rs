@@ -148,10 +148,36 @@ pub(super) enum Use {
 impl ParamSet {
     /// A colour parameter of any of the types that stand for one.
     pub fn color(&self, name: &str, meaning: Use) -> Result<Option<Rgb>, SceneError> {
-        match self.find(name) {
-            Some(param) => self.color_of(param, meaning).map(Some),
-            None => Ok(None),
+        let Some(param) = self.find(name) else {
+            return Ok(None);
+        };
+        if self.dialect == Dialect::V3 && !self.is_color(param, meaning)? {
+            return Ok(None);
         }
+        self.color_of(param, meaning).map(Some)
+    }
+
+    /// v3: whether a parameter is a colour, or for materials and textures at least begins with one. If not, it is left out with a word.
+    fn is_color(&self, param: &Param, meaning: Use) -> Result<bool, SceneError> {
+        let size = match (param.ty, &param.values) {
+            (Type::Rgb | Type::Xyz, Values::Numbers(_)) => 3,
+            (Type::Blackbody, Values::Numbers(_)) => 2,
+            (Type::Spectrum, Values::Numbers(v)) => v.len(),
+            (Type::Spectrum, _) => return Ok(true),
+            _ => {
+                let what = "is no colour; expected rgb, xyz, spectrum or blackbody";
+                return Ok(self.left_out::<()>(param, what)?.is_some());
+            }
+        };
+        let given = param.values.len();
+        if given == 0 || given != size && meaning == Use::Emission {
+            let what = format!("has {given} numbers where {size} make a colour");
+            return Ok(self.left_out::<()>(param, &what)?.is_some());
+        }
+        if given != size {
+            self.note_at(param, "the first of its values is used");
+        }
+        Ok(true)
     }
 
     /// The colour a parameter means, or an error if it is of no such type.
@@ -164,6 +190,7 @@ impl ParamSet {
         };
         let three = |v: &[f64]| match *v {
             [r, g, b] => Ok([r, g, b]),
+            [r, g, b, ..] if self.dialect == Dialect::V3 => Ok([r, g, b]),
             _ => Err(fail(format!("expected 3 values, found {}", v.len()))),
         };
         let rgb = match (param.ty, &param.values) {
@@ -177,6 +204,7 @@ impl ParamSet {
                 let (kelvin, scale) = match *v.as_slice() {
                     [kelvin] => (kelvin, 1.0),
                     [kelvin, scale] => (kelvin, scale),
+                    [kelvin, scale, ..] if self.dialect == Dialect::V3 => (kelvin, scale),
                     _ => {
                         return Err(fail(format!(
                             "expected a temperature in kelvin, found {} values",
@@ -221,6 +249,7 @@ impl ParamSet {
                 } else {
                     // v3 scenes often come without the files of measured metals they name.
                     let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
+                    let known = known.or_else(|| self.black_for(param, name));
                     known.ok_or_else(|| {
                         if spectrum::is_sensor(name) {
                             return fail(format!(
@@ -244,10 +273,28 @@ impl ParamSet {
         if !rgb.iter().all(|c| c.is_finite()) {
             return Err(fail("is out of range".to_owned()));
         }
+        // Conversions leave the bounds by a little.
+        const SLACK: f32 = 1e-3;
+        if rgb.iter().any(|c| *c < -SLACK) {
+            self.note_at(param, "is negative, and counts as 0");
+        }
+        if meaning == Use::Albedo && rgb.iter().any(|c| *c > 1.0 + SLACK) {
+            self.note_at(param, "is more than 1, and counts as 1");
+        }
         Ok(match (self.dialect, meaning) {
             (Dialect::V4, Use::Albedo) => rgb.map(|c| c.clamp(0.0, 1.0)),
             _ => rgb.map(|c| c.max(0.0)),
         })
+    }
+
+    /// v3: what stands for a file of samples that is missing.
+    fn black_for(&self, param: &Param, name: &str) -> Option<Rgb> {
+        if self.dialect == Dialect::V4 {
+            return None;
+        }
+        let what = format_args!("there is no file \"{name}\"; it is black, as in pbrt-v3");
+        self.note_at(param, what);
+        Some([0.0; 3])
     }
 
     /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter is no spectrum, or the same everywhere.

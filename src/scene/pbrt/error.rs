@@ -3,6 +3,8 @@
 use std::fmt;
 use std::rc::Rc;
 
+use crate::brief::brief;
+
 /// Why a scene could not be loaded. Displays as one line,
 /// `file:line:column: Directive: what is wrong; what could be used instead`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,63 +27,15 @@ impl fmt::Display for Pos {
 
 impl Pos {
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(one_line(format!("{self}: {what}")))
+        SceneError(brief(&format!("{self}: {what}")))
     }
 }
 
 impl SceneError {
     /// An error of no place.
     pub(super) fn plain(what: impl fmt::Display) -> Self {
-        Self(one_line(what.to_string()))
+        Self(brief(&what.to_string()))
     }
-}
-
-/// Longest name in a message, longest word outside of quotes, such as a path, and longest message, in characters.
-const MAX_NAME: usize = 80;
-const MAX_WORD: usize = 200;
-const MAX_MESSAGE: usize = 600;
-
-/// A message as it is shown: names in a scene may hold line ends and other control characters, and may be of any length. What is too long
-/// loses its middle: the end of a path says more than the rest of it.
-fn one_line(message: String) -> String {
-    let plain = !message.contains(char::is_control);
-    if plain && message.len() <= MAX_NAME {
-        return message;
-    }
-    // What is in quotes is a name, blanks and all.
-    let pieces = message.split('"').enumerate().map(|(i, piece)| {
-        if i % 2 == 1 {
-            return shortened(piece, MAX_NAME);
-        }
-        let words: Vec<String> = piece.split(' ').map(|w| shortened(w, MAX_WORD)).collect();
-        words.join(" ")
-    });
-    let mut line = String::new();
-    for (i, piece) in pieces.enumerate() {
-        if i > 0 {
-            line.push('"');
-        }
-        for c in piece.chars() {
-            if c.is_control() {
-                line.extend(c.escape_default());
-            } else {
-                line.push(c);
-            }
-        }
-    }
-    shortened(&line, MAX_MESSAGE)
-}
-
-/// A text without its middle if it is longer than so many characters.
-fn shortened(text: &str, most: usize) -> String {
-    let count = text.chars().count();
-    if count <= most {
-        return text.to_owned();
-    }
-    let half = most / 2 - 2;
-    let head = text.chars().take(half);
-    let tail = text.chars().skip(count - half);
-    head.chain("...".chars()).chain(tail).collect()
 }
 
 /// A directive in a file, as messages name it: `Shape "sphere"`.
@@ -95,12 +49,12 @@ impl Site {
     pub fn new(pos: Pos, label: impl Into<String>) -> Self {
         Self {
             pos,
-            label: one_line(label.into()),
+            label: brief(&label.into()),
         }
     }
 
     pub fn error(&self, what: impl fmt::Display) -> SceneError {
-        SceneError(one_line(format!("{}: {}: {what}", self.pos, self.label)))
+        SceneError(brief(&format!("{}: {}: {what}", self.pos, self.label)))
     }
 
     /// `scene.pbrt:42`, for reports on materials and lights.
@@ -145,37 +99,5 @@ impl Report {
                 .push(format!("{} further warnings not shown", self.suppressed));
         }
         self.warnings
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn messages_are_lines() {
-        let path = "folder/".repeat(20) + "scene.pbrt:1:2: ";
-        let message = path + "there is no \"texture\nof a name\" here";
-        let shown = one_line(message.clone());
-        assert_eq!(shown, message.replace('\n', "\\n"));
-        let name = "a long name ".repeat(1000);
-        let shown = one_line(format!(
-            "f:1:2: Texture \"{name}\": \"{name}\" is unknown; use x"
-        ));
-        assert!(
-            shown.starts_with("f:1:2: Texture \"a long name "),
-            "{shown}"
-        );
-        assert!(
-            shown.ends_with("a long name \" is unknown; use x"),
-            "{shown}"
-        );
-        assert!(shown.len() < 250, "{shown}");
-        let word = "é\"\u{1}".repeat(10_000);
-        for text in [format!("x {word} y"), format!("\"{word} y"), word] {
-            assert!(one_line(text).chars().count() <= MAX_MESSAGE);
-        }
-        let shown = one_line(format!("{}/scene.pbrt:7:1: what", "x".repeat(10_000)));
-        assert!(shown.ends_with("x/scene.pbrt:7:1: what"), "{shown}");
     }
 }

@@ -18,8 +18,9 @@ use crate::scene::{
     Triangle, Vertex,
 };
 
-/// Twice the area (internal space) below which a triangle counts as having none: the square of its normal would leave `f32`.
-const MIN_CROSS: f64 = 1e-18;
+/// Twice the area (internal space) below which a triangle counts as having none: products of its inverse would leave `f32`. On a ground of 1e7 it
+/// is that of a triangle of a thousandth.
+const MIN_CROSS: f64 = 1e-22;
 
 /// Lights at points whose neighbourhoods are looked at.
 const LAMPS: usize = 4;
@@ -112,6 +113,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         },
         large: Large::default(),
         bounds: [Vec3::ZERO; 2],
+        files: loader.dir.files(),
         warnings: Vec::new(),
     };
     let mut spheres = Vec::with_capacity(loader.geometry.spheres.len());

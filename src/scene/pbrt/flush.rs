@@ -20,7 +20,7 @@ use crate::scene::{Material, MaterialKind, NONE, Space};
 /// How far in front a lamp lies, in units of the scene's radius: some 256 roundings.
 const STEP: f64 = 1.0 / 65_536.0;
 /// The same in units of the lamp's size, at most.
-const STEP_OF_LAMP: f64 = 1.0 / 64.0;
+const STEP_OF_LAMP: f64 = 1.0 / 256.0;
 /// Lamps in one place that lie one before the other, at most.
 const MOST_LAYERS: u32 = 16;
 /// Planes of one shape that are looked after, at most.
@@ -244,11 +244,12 @@ fn find(
                 pairs += 1;
                 let lamp = &mut lamps[facet.lamp];
                 let is_own = other == Some(facet.lamp);
-                if pairs > MOST_PAIRS
-                    || is_own && !are_back_to_back(facet, p, lamp)
-                    || !is_in(facet, p, lamp)
-                    || is_own
-                {
+                if pairs > MOST_PAIRS || is_own && !are_back_to_back(facet, p, lamp) {
+                    return;
+                }
+                // Also notes what the lamp shares its place with.
+                let inside = is_in(facet, p, lamp);
+                if !inside || is_own {
                     return;
                 }
                 if let Some(other) = other {
@@ -259,13 +260,6 @@ fn find(
         }
     }
     neighbours
-}
-
-/// Whether another triangle `p` of the same lamp shines to the other side.
-fn are_back_to_back(facet: &Facet, p: [DVec3; 3], lamp: &Lamp) -> bool {
-    let turned = |own: Plane, other: Plane| own.n.dot(other.n) < 0.0;
-    !lamp.two_sided
-        && (Plane::of(facet.p).zip(Plane::of(p))).is_some_and(|(own, other)| turned(own, other))
 }
 
 /// Whether a facet lies in the triangle `p`; its plane is then one of the lamp's.
@@ -375,6 +369,13 @@ fn shift(geometry: &mut Geometry, lamp: &Lamp, distance: f64) {
             geometry.triangles[i].v[corner] = new;
         }
     }
+}
+
+/// Whether another triangle `p` of the same lamp shines to the other side.
+fn are_back_to_back(facet: &Facet, p: [DVec3; 3], lamp: &Lamp) -> bool {
+    let turned = |own: Plane, other: Plane| own.n.dot(other.n) < 0.0;
+    !lamp.two_sided
+        && (Plane::of(facet.p).zip(Plane::of(p))).is_some_and(|(own, other)| turned(own, other))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 
 use super::error::{Report, SceneError, Site};
 use super::lights::AreaLight;
-use super::transform::{normal_matrix, swaps_handedness};
+use super::transform::{Place, normal_matrix, swaps_handedness};
 use crate::scene;
 use crate::scene::Loading;
 use crate::scene::budget::{Budget, Charge};
@@ -64,13 +64,15 @@ pub(super) struct WorldShape {
 #[derive(Clone, Debug)]
 pub(super) struct Setting {
     pub site: Rc<Site>,
-    pub ctm: DAffine3,
+    pub place: Place,
     pub reverse: bool,
     pub material: u32,
     /// Index into the scene's table of cut-outs, or [`NONE`](scene::NONE).
     pub alpha: u32,
     /// The material or the cut-out looks at texture coordinates.
     pub needs_uv: bool,
+    /// It matters to the material how tangents lie.
+    pub sees_tangents: bool,
     pub light: Option<Rc<AreaLight>>,
 }
 
@@ -204,9 +206,14 @@ impl Geometry {
     }
 
     pub fn add_sphere(&mut self, setting: &Setting, radius: f64) -> Result<(), SceneError> {
+        let Some(ctm) = setting.place.affine() else {
+            return Err(setting.site.error(
+                "the current transform is projective, which makes no sphere; use a plymesh",
+            ));
+        };
         self.room_for(&setting.site, 1, 0, 1)?;
         self.room_for_lights(setting, 1)?;
-        let to_world = setting.ctm * DAffine3::from_scale(DVec3::splat(radius));
+        let to_world = *ctm * DAffine3::from_scale(DVec3::splat(radius));
         let reach = to_world.matrix3.to_cols_array().map(f64::abs);
         let far = to_world.translation.abs() + DVec3::splat(reach.iter().sum());
         if super::transform::inverse(&to_world).is_none() || !is_placeable(far) {
@@ -264,9 +271,9 @@ impl Geometry {
 
         let facing = if setting.reverse { -1.0 } else { 1.0 };
         let given = mesh.normals.as_deref().unwrap_or_default();
-        let normals = NormalMap::of(normal_matrix(&setting.ctm) * facing, given);
+        let normals = NormalMap::of(setting.place.normals() * facing, given);
         let vertex = |i: usize| WorldVertex {
-            p: setting.ctm.transform_point3(mesh.positions[i]),
+            p: setting.place.point(mesh.positions[i]),
             n: mesh
                 .normals
                 .as_ref()
@@ -282,7 +289,7 @@ impl Geometry {
         if !unshared {
             self.vertices.extend((0..mesh.positions.len()).map(vertex));
         }
-        let flip = setting.reverse != swaps_handedness(&setting.ctm);
+        let flip = setting.reverse != setting.place.mirrors();
         let mut dropped = 0;
         for indices in &mesh.triangles {
             let mut v = indices.map(|i| base.wrapping_add(i));

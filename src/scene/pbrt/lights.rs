@@ -334,6 +334,13 @@ fn image_of<'a>(
     let Some(file) = set.string(name)?.filter(|f| !f.is_empty()) else {
         return Ok(None);
     };
+    if set.dialect == Dialect::V3 && !set.dir.join(file).exists() {
+        set.note(format_args!(
+            "there is no file {}; the light is without an image, as in pbrt-v3",
+            set.dir.join(file).display()
+        ));
+        return Ok(None);
+    }
     // pbrt-v3 leaves the codes of files as they are, but for `imagemap` textures.
     let encoding = match set.dialect {
         Dialect::V3 => Encoding::Linear,
@@ -450,12 +457,26 @@ fn projection(
     if !(1e-6..=1e6).contains(&tangent) {
         return Err(set.error("\"fov\" must lie between 0 and 180 degrees, both excluded"));
     }
-    let Some((index, image)) = image_of(set, Channels::Rgb, tables)? else {
-        let name = match set.dialect {
-            Dialect::V3 => "mapname",
-            Dialect::V4 => "filename",
+    if set.dialect == Dialect::V3 && image_of(set, Channels::Rgb, tables)?.is_none() {
+        tables.images.push(Image {
+            name: "white".to_owned(),
+            width: 1,
+            height: 1,
+            texels: vec![[1.0; 3]],
+        });
+        let scale = i;
+        let light = WorldLightKind::Projection {
+            p,
+            image: tables.images.len() as u32 - 1,
+            scale,
+            to_light: turned(set, ctm)?,
+            extent: [tangent; 2],
+            filtering,
         };
-        return Err(set.error(format_args!("needs an image, \"string {name}\"")));
+        return Ok((scale, light));
+    }
+    let Some((index, image)) = image_of(set, Channels::Rgb, tables)? else {
+        return Err(set.error("needs an image, \"string filename\""));
     };
     // The shorter side has the angle of view.
     let aspect = f64::from(image.width) / f64::from(image.height);

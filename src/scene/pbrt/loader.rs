@@ -1,15 +1,15 @@
 //! One method per group of directives: reads its arguments and changes the state or adds to the scene.
 
 use std::cell::Cell;
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 
 use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError, Site};
+use super::folder::Folder;
 use super::geometry::{Geometry, Setting};
 use super::lexer::{Token, TokenKind};
 use super::lights::{self, AreaLight, WorldLight};
@@ -19,6 +19,8 @@ use super::shape::{self, Cut};
 use super::state::{Block, CurrentMaterial, MaterialDef, StateStack};
 use super::stream::{Item, TokenStream};
 use super::textures::{self, Class, NAME_BYTES, Tables};
+use super::tolerance::{knows_light, knows_material, knows_shape, makes_texture};
+use super::transform::Place;
 use super::{coats, materials, options, transform};
 use crate::scene::budget::{Budget, Charge};
 use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
@@ -55,7 +57,7 @@ struct Object {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Section {
+pub(super) enum Section {
     Options,
     World,
     End,
@@ -63,12 +65,14 @@ enum Section {
 
 #[derive(Debug)]
 pub(super) struct Loader {
-    stream: TokenStream,
+    pub(super) stream: TokenStream,
     pub dialect: Dialect,
-    dir: Rc<Path>,
+    pub dir: Rc<Folder>,
     states: StateStack,
-    section: Section,
-    coordinate_systems: HashMap<String, [DAffine3; 2]>,
+    pub(super) section: Section,
+    coordinate_systems: HashMap<String, [DMat4; 2]>,
+    /// Media that a `MediumInterface` of v3 can name.
+    media: HashSet<String>,
     objects: HashMap<String, Rc<Geometry>>,
     open_object: Option<Object>,
     instance_bytes: usize,
@@ -89,7 +93,7 @@ pub(super) struct Loader {
 }
 
 impl Loader {
-    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Path>, budget: Rc<Budget>) -> Self {
+    pub fn new(stream: TokenStream, dialect: Dialect, dir: Rc<Folder>, budget: Rc<Budget>) -> Self {
         Self {
             stream,
             dialect,
@@ -97,6 +101,7 @@ impl Loader {
             states: StateStack::new(),
             section: Section::Options,
             coordinate_systems: HashMap::new(),
+            media: HashSet::new(),
             objects: HashMap::new(),
             open_object: None,
             instance_bytes: 0,
@@ -162,6 +167,9 @@ impl Loader {
     fn directive(&mut self, token: &Token) -> Result<(), SceneError> {
         let name = token.raw();
         let site = Site::new(token.pos(), name);
+        if self.skip_misplaced(name, &site)? {
+            return Ok(());
+        }
         match name {
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform"
             | "ConcatTransform" | "CoordinateSystem" | "CoordSysTransform" | "ActiveTransform"
@@ -282,6 +290,15 @@ impl Loader {
         Ok((kind, set))
     }
 
+    /// An error in v4; v3 ignores the directive.
+    fn tolerate(&mut self, site: &Site, what: &str) -> Result<(), SceneError> {
+        if self.dialect == Dialect::V4 {
+            return Err(site.error(what));
+        }
+        self.report.warn_at(site, format_args!("ignored: {what}"));
+        Ok(())
+    }
+
     fn in_world(&self, site: &Site) -> Result<(), SceneError> {
         match self.section {
             Section::Options => Err(site.error("belongs after WorldBegin")),
@@ -301,26 +318,19 @@ impl Loader {
     fn transform(&mut self, name: &str, site: &Site) -> Result<(), SceneError> {
         let change = match name {
             "Identity" => {
-                return self.states.current.change(site, |_| DAffine3::IDENTITY);
+                return self.states.current.change(site, |_| DMat4::IDENTITY);
             }
-            "Translate" => DAffine3::from_translation(DVec3::from(self.numbers::<3>(site)?)),
-            "Scale" => DAffine3::from_scale(DVec3::from(self.numbers::<3>(site)?)),
+            "Translate" => DMat4::from_translation(DVec3::from(self.numbers::<3>(site)?)),
+            "Scale" => DMat4::from_scale(DVec3::from(self.numbers::<3>(site)?)),
             "Rotate" => {
                 let [degrees, x, y, z] = self.numbers(site)?;
                 transform::rotate(degrees, DVec3::new(x, y, z))
                     .ok_or_else(|| site.error("its axis is zero; use for instance 0 0 1"))?
+                    .into()
             }
-            "LookAt" => {
-                let n: [f64; 9] = self.numbers(site)?;
-                let v = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
-                transform::look_at(v(0), v(3), v(6)).ok_or_else(|| {
-                    site.error("the eye is the point looked at, or the up vector is zero or along the view")
-                })?
-            }
+            "LookAt" => self.look_at(site)?.into(),
             "Transform" | "ConcatTransform" => {
-                let m = transform::from_numbers(&self.numbers(site)?).ok_or_else(|| {
-                    site.error("the matrix is not affine: its fourth row must be 0 0 0 1")
-                })?;
+                let m = transform::from_numbers(&self.numbers(site)?);
                 if name == "Transform" {
                     return self.states.current.change(site, |_| m);
                 }
@@ -339,12 +349,13 @@ impl Loader {
             }
             "CoordSysTransform" => {
                 let name = self.quoted(site, "a name")?;
-                let Some(ctm) = self.coordinate_systems.get(&name) else {
-                    return Err(site.error(format_args!(
-                        "there is no coordinate system named \"{name}\""
-                    )));
-                };
-                self.states.current.ctm = *ctm;
+                match self.coordinate_systems.get(&name) {
+                    Some(ctm) => self.states.current.ctm = *ctm,
+                    None => self.report.warn_at(
+                        site,
+                        format_args!("ignored: there is no coordinate system named \"{name}\""),
+                    ),
+                }
                 return Ok(());
             }
             "ActiveTransform" => {
@@ -372,66 +383,111 @@ impl Loader {
         self.states.current.change(site, |ctm| ctm * change)
     }
 
+    fn look_at(&mut self, site: &Site) -> Result<DAffine3, SceneError> {
+        let n: [f64; 9] = self.numbers(site)?;
+        let v = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
+        if let Some(view) = transform::look_at(v(0), v(3), v(6)) {
+            return Ok(view);
+        }
+        let parallel = v(0) != v(3) && v(6) != DVec3::ZERO;
+        if self.dialect == Dialect::V3 && parallel {
+            self.report.warn_at(
+                site,
+                "ignored: its up vector is along the view, which tells nothing of what is up",
+            );
+            return Ok(DAffine3::IDENTITY);
+        }
+        Err(site
+            .error("the eye is the point looked at, or the up vector is zero or along the view"))
+    }
+
     fn begin(&mut self, block: Block, site: &Site) -> Result<(), SceneError> {
         if block != Block::Transform {
             self.in_world(site)?;
         }
-        self.states.begin(block, site)
+        self.states.begin(block, self.dialect, site)
     }
 
     fn end(&mut self, block: Block, site: &Site) -> Result<(), SceneError> {
-        self.states.end(block, self.dialect, site)
+        self.states.end(block, self.dialect, site, &mut self.report)
+    }
+
+    fn begin_object(&mut self, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "a name")?;
+        if let Some(open) = &self.open_object {
+            let what = format!(
+                "object \"{}\" is still open; objects do not nest",
+                open.name
+            );
+            if self.dialect == Dialect::V4 {
+                return Err(site.error(what));
+            }
+            self.report
+                .warn_at(site, format_args!("{what}: it ends here"));
+            self.close_object(site);
+        }
+        self.begin(Block::Object, site)?;
+        let bytes = NAME_BYTES + 2 * name.len() as u64;
+        self.budget.take(bytes).map_err(|e| site.error(e))?;
+        self.open_object = Some(Object {
+            name,
+            geometry: Geometry::new(&self.budget),
+            warned_of_light: false,
+        });
+        Ok(())
+    }
+
+    /// The object that is open can be placed from here on.
+    fn close_object(&mut self, site: &Site) {
+        let Some(object) = self.open_object.take() else {
+            return;
+        };
+        let geometry = Rc::new(object.geometry);
+        if self.objects.insert(object.name.clone(), geometry).is_some() {
+            self.report.warn_at(
+                site,
+                format_args!("object \"{}\" replaces an earlier one", object.name),
+            );
+        }
+    }
+
+    fn place_object(&mut self, site: &Site) -> Result<(), SceneError> {
+        let name = self.quoted(site, "a name")?;
+        let known = self.objects.get(&name);
+        let what = match known {
+            _ if self.open_object.is_some() => {
+                "objects cannot hold instances; repeat the shapes".to_owned()
+            }
+            None => format!("there is no object named \"{name}\""),
+            Some(object) => {
+                let place = self.states.current.fixed_ctm(site)?;
+                let Some(by) = place.affine() else {
+                    return Err(site.error(
+                        "the current transform is projective; place the shapes themselves",
+                    ));
+                };
+                self.geometry.add_instance(site, object, by)?;
+                self.instance_bytes = self.instance_bytes.saturating_add(object.bytes());
+                return Ok(());
+            }
+        };
+        self.tolerate(site, &what)
     }
 
     fn object(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
         self.in_world(site)?;
         match directive {
-            "ObjectBegin" => {
-                let name = self.quoted(site, "a name")?;
-                if let Some(open) = &self.open_object {
-                    return Err(site.error(format_args!(
-                        "object \"{}\" is still open; objects do not nest",
-                        open.name
-                    )));
-                }
-                self.begin(Block::Object, site)?;
-                let bytes = NAME_BYTES + 2 * name.len() as u64;
-                self.budget.take(bytes).map_err(|e| site.error(e))?;
-                self.open_object = Some(Object {
-                    name,
-                    geometry: Geometry::new(&self.budget),
-                    warned_of_light: false,
-                });
-                Ok(())
-            }
+            "ObjectBegin" => self.begin_object(site),
             "ObjectEnd" => {
+                if self.dialect == Dialect::V3 && self.open_object.is_none() {
+                    self.report
+                        .warn_at(site, "there is no object that ends here");
+                }
                 self.end(Block::Object, site)?;
-                if let Some(object) = self.open_object.take()
-                    && self
-                        .objects
-                        .insert(object.name.clone(), Rc::new(object.geometry))
-                        .is_some()
-                {
-                    self.report.warn_at(
-                        site,
-                        format_args!("object \"{}\" replaces an earlier one", object.name),
-                    );
-                }
+                self.close_object(site);
                 Ok(())
             }
-            _ => {
-                let name = self.quoted(site, "a name")?;
-                if self.open_object.is_some() {
-                    return Err(site.error("objects cannot hold instances; repeat the shapes"));
-                }
-                let Some(object) = self.objects.get(&name) else {
-                    return Err(site.error(format_args!("there is no object named \"{name}\"")));
-                };
-                let by = self.states.current.fixed_ctm(site)?;
-                self.geometry.add_instance(site, object, &by)?;
-                self.instance_bytes = self.instance_bytes.saturating_add(object.bytes());
-                Ok(())
-            }
+            _ => self.place_object(site),
         }
     }
 
@@ -441,6 +497,13 @@ impl Loader {
         let import = (directive == "Import").then(|| site.pos.clone());
         if import.is_some() {
             self.begin(Block::Import, site)?;
+        }
+        if self.dialect == Dialect::V3 && !path.exists() {
+            self.report.warn_at(
+                site,
+                format_args!("ignored: there is no file {}", path.display()),
+            );
+            return Ok(());
         }
         self.stream
             .include(&path, import)
@@ -460,7 +523,7 @@ impl Loader {
         }
         self.in_options(site)?;
         self.section = Section::World;
-        self.states.current.ctm = [DAffine3::IDENTITY; 2];
+        self.states.current.ctm = [DMat4::IDENTITY; 2];
         self.states.current.active = [true; 2];
         self.coordinate_systems
             .insert("world".to_owned(), self.states.current.ctm);
@@ -474,12 +537,23 @@ impl Loader {
         let (kind, set) = self.kind_and_params(site, "option")?;
         let mut ctm = DAffine3::IDENTITY;
         if directive == "Camera" {
-            ctm = self.states.current.fixed_ctm(&set.site)?;
-            let camera_to_world = transform::inverse(&ctm).ok_or_else(|| {
-                set.error("the current transform collapses space, so there is no view of it")
-            })?;
+            let collapsed =
+                || set.error("the current transform collapses space, so there is no view of it");
+            let place = self.states.current.fixed_ctm(&set.site)?;
+            let to_world = match place {
+                Place::Affine(t) => transform::inverse(&t).ok_or_else(collapsed)?.into(),
+                Place::Projective(m) => m.inverse(),
+            };
+            ctm = match place {
+                Place::Affine(t) => t,
+                Place::Projective(_) => {
+                    let view = Place::of(&to_world).frame();
+                    view.and_then(|t| transform::inverse(&t))
+                        .ok_or_else(collapsed)?
+                }
+            };
             self.coordinate_systems
-                .insert("camera".to_owned(), [camera_to_world; 2]);
+                .insert("camera".to_owned(), [to_world; 2]);
         }
         let pending = Some(Pending { kind, set, ctm });
         match directive {
@@ -499,9 +573,13 @@ impl Loader {
             "ColorSpace" => {
                 let name = self.quoted(site, "a name")?;
                 let Some(space) = ColorSpace::parse(&name) else {
-                    return Err(site.error(format_args!(
-                        "\"{name}\" is unknown; use srgb, dci-p3, rec2020 or aces2065-1"
-                    )));
+                    self.report.warn_at(
+                        site,
+                        format_args!(
+                            "ignored: \"{name}\" is unknown; use srgb, dci-p3, rec2020 or aces2065-1"
+                        ),
+                    );
+                    return Ok(());
                 };
                 self.states.current.color_space = space;
                 Ok(())
@@ -541,10 +619,13 @@ impl Loader {
     }
 
     fn medium(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
-        let inside = self.quoted(site, "a name")?;
+        let mut inside = self.quoted(site, "a name")?;
         if directive == "MakeNamedMedium" {
             // Of consequence only once a MediumInterface names it.
-            self.params(site.clone())?;
+            let set = self.params(site.clone())?;
+            if matches!(set.string("type")?, Some("homogeneous" | "heterogeneous")) {
+                self.media.insert(inside);
+            }
             return Ok(());
         }
         let mut outside = String::new();
@@ -554,6 +635,17 @@ impl Loader {
             .is_some_and(|t| t.kind == TokenKind::Quoted)
         {
             outside = self.quoted(site, "a name")?;
+        }
+        if self.dialect == Dialect::V3 {
+            for name in [&mut inside, &mut outside] {
+                if !name.is_empty() && !self.media.contains(name) {
+                    self.report.warn_at(
+                        site,
+                        format_args!("there is no medium named \"{name}\": none is used"),
+                    );
+                    name.clear();
+                }
+            }
         }
         if inside.is_empty() && outside.is_empty() {
             return Ok(());
@@ -565,20 +657,25 @@ impl Loader {
 
     fn texture(&mut self, site: &Site) -> Result<(), SceneError> {
         let name = self.quoted(site, "a name")?;
-        let class = match self
-            .quoted(site, "a type, \"float\" or \"spectrum\"")?
-            .as_str()
-        {
+        let class = self.quoted(site, "a type, \"float\" or \"spectrum\"")?;
+        let (kind, set) = self.kind_and_params(site, "texture")?;
+        let class = match class.as_str() {
             "float" => Class::Float,
             "spectrum" | "color" => Class::Color,
             other => {
-                return Err(site.error(format_args!(
-                    "texture type \"{other}\" is unknown; use float or spectrum"
-                )));
+                let what = format!("texture type \"{other}\" is unknown; use float or spectrum");
+                return self.tolerate(site, &what);
             }
         };
-        let (kind, set) = self.kind_and_params(site, "texture")?;
-        let ctm = self.states.current.fixed_ctm(&set.site);
+        if self.dialect == Dialect::V3 && !makes_texture(&kind, class == Class::Float) {
+            let what = format_args!("left out: pbrt-v3 has no such texture; it is undefined");
+            self.report.warn_at(&set.site, what);
+            return Ok(());
+        }
+        let place = self.states.current.start_ctm(&set.site, &mut self.report);
+        let ctm = place.affine().copied().ok_or_else(|| {
+            set.error("the current transform is projective, which no texture in space can be")
+        });
         let names = &mut self.states.current.textures;
         let built = textures::build(
             &kind,
@@ -603,8 +700,20 @@ impl Loader {
         match directive {
             "NamedMaterial" => {
                 let name = self.quoted(site, "a name")?;
-                self.states.current.material =
-                    CurrentMaterial::Named(Rc::new(site.clone()), name.into());
+                // v3 looks for it now, v4 where a shape needs it.
+                self.states.current.material = match self.dialect {
+                    Dialect::V4 => CurrentMaterial::Named(Rc::new(site.clone()), name.into()),
+                    Dialect::V3 => match self.states.current.named_materials.get(&name) {
+                        Some(made) => CurrentMaterial::Made(Rc::clone(made)),
+                        None => {
+                            let what = format_args!(
+                                "ignored: there is no material named \"{name}\" yet; the one before stays"
+                            );
+                            self.report.warn_at(site, what);
+                            return Ok(());
+                        }
+                    },
+                };
             }
             "Material" => {
                 let (kind, set) = self.kind_and_params(site, "material")?;
@@ -614,8 +723,14 @@ impl Loader {
             }
             _ => {
                 let (name, mut set) = self.kind_and_params(site, "material")?;
-                let Some(kind) = set.string("type")?.map(str::to_owned) else {
-                    return Err(set.error("needs a \"string type\""));
+                let kind = match set.string("type")?.map(str::to_owned) {
+                    Some(kind) => kind,
+                    None if self.dialect == Dialect::V3 => {
+                        let what = "has no \"string type\": rays pass through, as of \"none\"";
+                        self.report.warn_at(&set.site, what);
+                        String::new()
+                    }
+                    None => return Err(set.error("needs a \"string type\"")),
                 };
                 let label = format!("{} of type \"{kind}\"", set.site.label);
                 set.site = Site::new(set.site.pos, label);
@@ -637,9 +752,16 @@ impl Loader {
     fn make_material(
         &mut self,
         name: String,
-        kind: String,
+        mut kind: String,
         set: ParamSet,
     ) -> Result<Rc<MaterialDef>, SceneError> {
+        if self.dialect == Dialect::V3 && !knows_material(&kind) {
+            self.report.warn_at(
+                &set.site,
+                format_args!("material \"{kind}\" is unknown: \"matte\" is used"),
+            );
+            kind = "matte".to_owned();
+        }
         let built = self.build_material(&kind, &set);
         let own = match &built {
             Ok((built, _)) => built.bytes(),
@@ -819,6 +941,12 @@ impl Loader {
         Ok(self.tables.materials.len() as u32 - 1)
     }
 
+    fn sees_tangents(&self, material: u32) -> bool {
+        let made = &self.tables.materials[material as usize];
+        let below = |i: u32| self.sees_tangents(i);
+        made.bump.is_some() || materials::sees_tangents(&made.kind, &below)
+    }
+
     /// Index of a cut-out; shapes that follow each other mostly share one.
     fn add_alpha(&mut self, alpha: Alpha) -> u32 {
         let alphas = &mut self.tables.alphas;
@@ -831,12 +959,28 @@ impl Loader {
     fn light(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "light")?;
-        if directive == "AreaLightSource" {
+        let area = directive == "AreaLightSource";
+        let known = match directive {
+            "AreaLightSource" => matches!(kind.as_str(), "area" | "diffuse"),
+            _ => knows_light(&kind),
+        };
+        if self.dialect == Dialect::V3 && !known {
+            self.report
+                .warn_at(&set.site, "left out: there is no such light");
+            if area {
+                self.states.current.light = None;
+            }
+            return Ok(());
+        }
+        if area {
             let light = AreaLight::build(&kind, set, &mut self.tables, &mut self.report)?;
             self.states.current.light = Some(Rc::new(light));
             return Ok(());
         }
-        let ctm = self.states.current.fixed_ctm(&set.site)?;
+        let place = self.states.current.start_ctm(&set.site, &mut self.report);
+        let ctm = place
+            .frame()
+            .ok_or_else(|| set.error("the current transform collapses space"))?;
         if let Some(light) = lights::build(&kind, &set, &ctm, &mut self.tables, &mut self.report)? {
             let room = self.budget.take(light.bytes());
             room.map_err(|e| set.error(e))?;
@@ -848,7 +992,12 @@ impl Loader {
     fn shape(&mut self, site: &Site) -> Result<(), SceneError> {
         self.in_world(site)?;
         let (kind, set) = self.kind_and_params(site, "shape")?;
-        let ctm = self.states.current.fixed_ctm(&set.site)?;
+        if self.dialect == Dialect::V3 && !knows_shape(&kind) {
+            self.report
+                .warn_at(&set.site, "left out: there is no such shape");
+            return Ok(());
+        }
+        let place = self.states.current.fixed_ctm(&set.site)?;
         let mut material = self.material_for(&set)?;
         let mut light = self.states.current.light.clone().filter(|l| !l.is_black());
         let interface = self.tables.materials[material as usize].kind == MaterialKind::Interface;
@@ -896,11 +1045,12 @@ impl Loader {
             || light.as_ref().is_some_and(|l| l.image.is_some());
         let setting = Setting {
             site: Rc::new(set.site.clone()),
-            ctm,
+            place,
             reverse: self.states.current.reverse,
             material,
             alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
             needs_uv,
+            sees_tangents: self.sees_tangents(material),
             light,
         };
         // What is invisible is checked, and left out.

@@ -483,3 +483,21 @@ pub(super) fn needs_uv(
         MaterialKind::Interface => false,
     }
 }
+
+/// Whether turning the tangents of a surface around its normal changes what it looks like. `below` says it of the materials that this one
+/// is made of.
+pub(super) fn sees_tangents(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool {
+    let uneven = |alphas: [f32; 2]| alphas[0] != alphas[1];
+    match kind {
+        MaterialKind::Conductor { roughness, .. }
+        | MaterialKind::Dielectric { roughness, .. }
+        | MaterialKind::Plastic { roughness, .. }
+        | MaterialKind::Substrate { roughness, .. } => roughness.u != roughness.v,
+        MaterialKind::CoatedDiffuse { coat, .. } => uneven(coat.alphas),
+        MaterialKind::CoatedConductor { alphas, coat, .. } => {
+            uneven(*alphas) || uneven(coat.alphas)
+        }
+        MaterialKind::Mixture { components } => components.iter().any(|c| below(c.material)),
+        _ => false,
+    }
+}

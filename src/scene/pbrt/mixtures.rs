@@ -18,10 +18,10 @@ pub(super) fn mix(
 ) -> Result<Built, SceneError> {
     let [first, second] = match set.dialect {
         Dialect::V3 => [
-            component(set, materials, "namedmaterial1")?,
-            component(set, materials, "namedmaterial2")?,
+            component(set, names, materials, "namedmaterial1")?,
+            component(set, names, materials, "namedmaterial2")?,
         ],
-        Dialect::V4 => components(set, materials)?,
+        Dialect::V4 => components(set, materials)?.map(PartMaterial::Named),
     };
     let half = Param::Constant([0.5; 3]);
     let (first_weight, second_weight) = match set.dialect {
@@ -34,8 +34,8 @@ pub(super) fn mix(
             (Weight::Rest(amount), Weight::Amount(amount))
         }
     };
-    let part = |made: Rc<MaterialDef>, weight| Part {
-        material: PartMaterial::Named(made),
+    let part = |material: PartMaterial, weight| Part {
+        material,
         weight,
         albedo: Vec::new(),
     };
@@ -195,19 +195,24 @@ fn is_white(param: Param) -> bool {
     matches!(param, Param::Constant(c) if c.iter().all(|x| *x >= 1.0))
 }
 
-/// v3: the material that one parameter names.
+/// v3: the material that one parameter names; if there is none, matte with the parameters of the mixture.
 fn component(
     set: &ParamSet,
+    names: &TextureNames,
     materials: &MaterialNames,
     param: &str,
-) -> Result<Rc<MaterialDef>, SceneError> {
-    let Some(name) = set.string(param)? else {
-        return Err(set.error(format_args!("needs a \"string {param}\"")));
-    };
-    match set.find(param) {
-        Some(given) => named(set, materials, given, name),
-        None => Err(set.error(format_args!("needs a \"string {param}\""))),
+) -> Result<PartMaterial, SceneError> {
+    let name = set.string(param)?.unwrap_or_default();
+    if let (Some(given), true) = (set.find(param), materials.contains_key(name)) {
+        return named(set, materials, given, name).map(PartMaterial::Named);
     }
+    set.note(format_args!(
+        "there is no material named \"{name}\" for \"{param}\": \"matte\" is used"
+    ));
+    Ok(PartMaterial::Own(MaterialKind::Diffuse {
+        reflectance: color_param_or(set, names, "Kd", 0.5)?,
+        sigma: float_param_or(set, names, "sigma", 0.0)?,
+    }))
 }
 
 /// v4: both names are in one parameter.

@@ -2,7 +2,8 @@
 //!
 //! 1. `text` reads files block by block, `lexer` and `stream` turn them into tokens, `Include` spliced in.
 //! 2. `dialect` decides between v3 and v4 before anything is interpreted.
-//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`.
+//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`. What pbrt
+//!    tolerates is tolerated, with a warning each: `tolerance` has what is of v3 as a whole.
 //! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for, geometry in world space and
 //!    `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
@@ -15,6 +16,7 @@ mod error;
 mod extent;
 mod finish;
 mod flush;
+mod folder;
 mod geometry;
 mod lexer;
 mod lights;
@@ -29,6 +31,7 @@ mod state;
 mod stream;
 mod text;
 mod textures;
+mod tolerance;
 mod transform;
 mod view;
 
@@ -41,6 +44,7 @@ use std::sync::Arc;
 
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
+use self::folder::Folder;
 use self::loader::Loader;
 use self::stream::TokenStream;
 use self::text::Text;
@@ -74,7 +78,12 @@ fn load_text(text: &Text, dir: &Path, budget: Budget) -> Result<Scene, SceneErro
     };
     let start = Site::new(start, "WorldBegin");
     let dialect = dialect::detect(text, dir);
-    let mut loader = Loader::new(stream, dialect, dir.into(), budget);
+    let mut loader = Loader::new(
+        stream,
+        dialect,
+        Rc::new(Folder::new(dir, text.path())),
+        budget,
+    );
     loader.run(&start)?;
     finish::finish(loader)
 }

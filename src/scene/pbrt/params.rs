@@ -1,9 +1,8 @@
 //! Parameter lists, `"type name" [ values ]`: typed access with defaults, and a record of what was asked for, so that
 //! what nobody asked for can be reported.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::fmt;
-use std::path::Path;
 use std::rc::Rc;
 
 use glam::{DVec2, DVec3};
@@ -11,6 +10,7 @@ use glam::{DVec2, DVec3};
 use super::color::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
+use super::folder::Folder;
 use super::lexer::{Token, TokenKind};
 use super::stream::TokenStream;
 use crate::scene::budget::Charge;
@@ -75,6 +75,73 @@ impl Type {
     }
 }
 
+impl Type {
+    /// Whether pbrt-v3 writes its values in quotes.
+    fn is_text(self) -> bool {
+        matches!(self, Self::Bool | Self::String | Self::Texture)
+    }
+
+    /// Numbers of one value, if it has more than one.
+    fn tuple(self) -> usize {
+        match self {
+            Self::Point2 | Self::Vector2 | Self::Blackbody | Self::Spectrum => 2,
+            Self::Point3 | Self::Vector3 | Self::Normal | Self::Rgb | Self::Xyz => 3,
+            _ => 1,
+        }
+    }
+}
+
+/// The type and the name in a declaration. What follows them is no part of it in pbrt.
+fn declared(declaration: &Token) -> Result<(Type, String), String> {
+    let text = declaration.text();
+    let mut words = text.split_ascii_whitespace();
+    let (Some(ty), Some(name)) = (words.next(), words.next()) else {
+        return Err(format!(
+            "expected a parameter as \"type name\", found {}",
+            declaration.shown()
+        ));
+    };
+    let Some(ty) = Type::parse(ty) else {
+        return Err(format!(
+            "parameter \"{name}\" has the unknown type \"{ty}\"; the types are integer, float, bool, string, \
+             point2, point3, vector2, vector3, normal, rgb, xyz, spectrum, blackbody, texture"
+        ));
+    };
+    Ok((ty, name.to_owned()))
+}
+
+/// v3: cuts values off that make no whole, as pbrt does; false if the parameter is to be left out.
+fn fit(ty: Type, values: &mut Values, site: &Site, name: &str, report: &mut Report) -> bool {
+    let tuple = ty.tuple();
+    match values {
+        Values::Numbers(list) if list.len() % tuple != 0 => {
+            let rest = list.len() % tuple;
+            let what = format_args!(
+                "parameter \"{name}\" has {} numbers, not a multiple of {tuple}: the last {rest} ignored",
+                list.len()
+            );
+            report.warn_at(site, what);
+            list.truncate(list.len() - rest);
+            return !list.is_empty();
+        }
+        Values::Numbers(list) if ty == Type::Integer && list.iter().any(|x| x.fract() != 0.0) => {
+            let what = format_args!("parameter \"{name}\" has fractions, which are cut off");
+            report.warn_at(site, what);
+            list.iter_mut().for_each(|x| *x = x.trunc());
+        }
+        Values::Strings(list) if ty == Type::Texture && list.len() != 1 => {
+            let what = format_args!(
+                "parameter \"{name}\" is left out: expected the name of one texture, found {}",
+                list.len()
+            );
+            report.warn_at(site, what);
+            return false;
+        }
+        _ => {}
+    }
+    true
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
     Numbers(Vec<f64>),
@@ -122,10 +189,12 @@ pub(super) struct ParamSet {
     pub site: Site,
     pub dialect: Dialect,
     /// Folder that file names are relative to.
-    pub dir: Rc<Path>,
+    pub dir: Rc<Folder>,
     /// The `ColorSpace` in force at the directive.
     pub color_space: ColorSpace,
     params: Vec<Rc<Param>>,
+    /// What was let pass with a word, to be told by [`ParamSet::finish`].
+    notes: Rc<RefCell<Vec<(Site, String)>>>,
 }
 
 /// A list of this many numbers is larger than any scene text should hold.
@@ -135,13 +204,14 @@ const MAX_VALUES: usize = 1 << 30;
 const MAX_PARAMS: usize = 1000;
 
 impl ParamSet {
-    pub fn empty(site: Site, dialect: Dialect, dir: Rc<Path>) -> Self {
+    pub fn empty(site: Site, dialect: Dialect, dir: Rc<Folder>) -> Self {
         Self {
             site,
             dialect,
             dir,
             color_space: ColorSpace::default(),
             params: Vec::new(),
+            notes: Rc::default(),
         }
     }
 
@@ -150,7 +220,7 @@ impl ParamSet {
         stream: &mut TokenStream,
         site: Site,
         dialect: Dialect,
-        dir: Rc<Path>,
+        dir: Rc<Folder>,
         color_space: ColorSpace,
         report: &mut Report,
     ) -> Result<Self, SceneError> {
@@ -160,7 +230,9 @@ impl ParamSet {
             let Some(declaration) = stream.next_token()? else {
                 break;
             };
-            let param = set.read_one(stream, &declaration, color_space)?;
+            let Some(param) = set.read_one(stream, &declaration, color_space, report)? else {
+                continue;
+            };
             if let Some(at) = set.params.iter().position(|p| p.name == param.name) {
                 let site = Site::new(param.pos.clone(), set.site.label.clone());
                 report.warn_at(
@@ -180,47 +252,88 @@ impl ParamSet {
         Ok(set)
     }
 
+    /// `None` if it is left out, with a warning.
     fn read_one(
         &self,
         stream: &mut TokenStream,
         declaration: &Token,
         color_space: ColorSpace,
-    ) -> Result<Param, SceneError> {
+        report: &mut Report,
+    ) -> Result<Option<Param>, SceneError> {
         let pos = declaration.pos();
+        let site = Site::new(pos.clone(), &self.site.label);
+        let declared = declared(declaration);
+        let (ty, name) = match &declared {
+            Ok((ty, name)) => (Some(*ty), name.as_str()),
+            Err(what) if self.dialect == Dialect::V4 => return Err(site.error(what)),
+            // Its values are stepped over.
+            Err(_) => (None, ""),
+        };
+        let room = Charge::of(&stream.budget, PARAM_BYTES + name.len() as u64);
+        let mut room = room.map_err(|e| site.error(format_args!("parameter \"{name}\": {e}")))?;
+        let (mut values, mistaken) = self.values(stream, &pos, ty, name, &mut room)?;
+        let (ty, name) = match declared {
+            Ok(declared) => declared,
+            Err(what) => {
+                report.warn_at(&site, format_args!("left out: {what}"));
+                return Ok(None);
+            }
+        };
+        if mistaken {
+            let expected = if ty.is_text() {
+                "strings in quotes"
+            } else {
+                "numbers"
+            };
+            let what = format_args!("parameter \"{name}\" is left out: expected {expected}");
+            report.warn_at(&site, what);
+            return Ok(None);
+        }
+        if self.dialect == Dialect::V3 && !fit(ty, &mut values, &site, &name, report) {
+            return Ok(None);
+        }
+        if ty == Type::Integer
+            && values
+                .numbers()
+                .iter()
+                .any(|x| x.fract() != 0.0 || x.abs() > 9e15)
+        {
+            return Err(site.error(format_args!("parameter \"{name}\" must be an integer")));
+        }
+        Ok(Some(Param {
+            ty,
+            name,
+            values,
+            pos,
+            color_space,
+            used: Cell::new(false),
+            _room: room,
+        }))
+    }
+
+    /// The values of a parameter; in v3 perhaps numbers where strings belong, or the other way round: then the second is true. Without
+    /// a type, whatever comes.
+    fn values(
+        &self,
+        stream: &mut TokenStream,
+        pos: &Pos,
+        ty: Option<Type>,
+        name: &str,
+        room: &mut Charge,
+    ) -> Result<(Values, bool), SceneError> {
         let fail = |pos: &Pos, what: fmt::Arguments<'_>| {
             Err(Site::new(pos.clone(), &self.site.label).error(what))
-        };
-        let text = declaration.text();
-        let mut words = text.split_ascii_whitespace();
-        let (Some(ty), Some(name), None) = (words.next(), words.next(), words.next()) else {
-            return fail(
-                &pos,
-                format_args!(
-                    "expected a parameter as \"type name\", found {}",
-                    declaration.shown()
-                ),
-            );
-        };
-        let Some(ty) = Type::parse(ty) else {
-            return fail(
-                &pos,
-                format_args!(
-                    "parameter \"{name}\" has the unknown type \"{ty}\"; the types are integer, float, bool, string, \
-                     point2, point3, vector2, vector3, normal, rgb, xyz, spectrum, blackbody, texture"
-                ),
-            );
         };
         let no_room = |e: String| {
             Site::new(pos.clone(), &self.site.label)
                 .error(format_args!("parameter \"{name}\": {e}"))
         };
-        let room = Charge::of(&stream.budget, PARAM_BYTES + name.len() as u64);
-        let mut room = room.map_err(no_room)?;
         let mut values = match ty {
-            Type::Bool => Values::Bools(Vec::new()),
-            Type::String | Type::Texture => Values::Strings(Vec::new()),
+            Some(Type::Bool) => Values::Bools(Vec::new()),
+            Some(Type::String | Type::Texture) => Values::Strings(Vec::new()),
             _ => Values::Numbers(Vec::new()),
         };
+        let mut mistaken = false;
         let bracketed = stream.peek()?.is_some_and(|t| t.kind == TokenKind::Open);
         if bracketed {
             stream.next_token()?;
@@ -232,14 +345,27 @@ impl ParamSet {
                 } else {
                     "has no value"
                 };
-                return fail(&pos, format_args!("parameter \"{name}\" {what}"));
+                return fail(pos, format_args!("parameter \"{name}\" {what}"));
             };
             if bracketed && token.kind == TokenKind::Close {
                 break;
             }
-            if ty == Type::Spectrum && token.kind == TokenKind::Quoted && values.len() == 0 {
-                // A spectrum is a list of samples, or a name, or a file's name.
-                values = Values::Strings(Vec::new());
+            if values.len() == 0 {
+                let text = token.kind == TokenKind::Quoted;
+                if text && matches!(ty, None | Some(Type::Spectrum)) {
+                    // A spectrum is a list of samples, or a name, or a file's name.
+                    values = Values::Strings(Vec::new());
+                } else if let Some(ty) = ty
+                    && self.dialect == Dialect::V3
+                    && text != ty.is_text()
+                    && (text || token.number().is_ok())
+                {
+                    mistaken = true;
+                    values = match text {
+                        true => Values::Strings(Vec::new()),
+                        false => Values::Numbers(Vec::new()),
+                    };
+                }
             }
             let grown = match &values {
                 Values::Numbers(list) => room.grow(list, 1),
@@ -258,7 +384,7 @@ impl ParamSet {
                 }
                 Values::Numbers(_) => {
                     return fail(
-                        &pos,
+                        pos,
                         format_args!("parameter \"{name}\" has too many values"),
                     );
                 }
@@ -277,6 +403,15 @@ impl ParamSet {
                 Values::Bools(list) => list.push(match token.raw() {
                     "true" => true,
                     "false" => false,
+                    _ if self.dialect == Dialect::V3 && token.kind == TokenKind::Quoted => {
+                        let site = Site::new(token.pos(), &self.site.label);
+                        let what = format!(
+                            "parameter \"{name}\": {} is neither true nor false; false is used",
+                            token.shown()
+                        );
+                        self.notes.borrow_mut().push((site, what));
+                        false
+                    }
                     _ => {
                         return fail(
                             &token.pos(),
@@ -292,26 +427,7 @@ impl ParamSet {
                 break;
             }
         }
-        if ty == Type::Integer
-            && values
-                .numbers()
-                .iter()
-                .any(|x| x.fract() != 0.0 || x.abs() > 9e15)
-        {
-            return fail(
-                &pos,
-                format_args!("parameter \"{name}\" must be an integer"),
-            );
-        }
-        Ok(Param {
-            ty,
-            name: name.to_owned(),
-            values,
-            pos,
-            color_space,
-            used: Cell::new(false),
-            _room: room,
-        })
+        Ok((values, mistaken))
     }
 
     /// A token's own message, with the directive and the parameter put in front.
@@ -385,6 +501,11 @@ impl ParamSet {
         }
     }
 
+    /// Nothing is said of any parameter: the directive as a whole has been spoken of.
+    pub fn accept_all(&self) {
+        self.params.iter().for_each(|p| p.used.set(true));
+    }
+
     /// An error if any of these is present: it would alter the picture and is not supported.
     pub fn refuse(&self, names: &[&str], why: &str) -> Result<(), SceneError> {
         match self
@@ -397,8 +518,23 @@ impl ParamSet {
         }
     }
 
-    /// Warns of parameters nobody asked for.
+    /// A word about a parameter that is taken to be something else than it says.
+    pub fn note_at(&self, param: &Param, what: impl fmt::Display) {
+        let what = format!("parameter \"{}\": {what}", param.name);
+        self.notes.borrow_mut().push((self.site_of(param), what));
+    }
+
+    /// A word about the directive.
+    pub fn note(&self, what: impl fmt::Display) {
+        let note = (self.site.clone(), what.to_string());
+        self.notes.borrow_mut().push(note);
+    }
+
+    /// Warns of parameters nobody asked for, and of what was let pass.
     pub fn finish(&self, report: &mut Report) {
+        for (site, what) in self.notes.borrow_mut().drain(..) {
+            report.warn_at(&site, what);
+        }
         for param in self.params.iter().filter(|p| !p.used.replace(true)) {
             report.warn_at(
                 &self.site_of(param),
@@ -420,14 +556,10 @@ impl ParamSet {
         };
         if !types.contains(&param.ty) {
             let expected: Vec<_> = types.iter().map(|t| t.name()).collect();
-            return Err(self.error_at(
-                param,
-                format_args!(
-                    "has type {}, expected {}",
-                    param.ty.name(),
-                    expected.join(" or ")
-                ),
-            ));
+            let expected = expected.join(" or ");
+            let what = format!("has type {}, expected {expected}", param.ty.name());
+            // Another type is another parameter.
+            return self.left_out(param, &what);
         }
         Ok(Some(param))
     }
@@ -443,15 +575,43 @@ impl ParamSet {
             && param.values.len() != count
         {
             let plural = if count == 1 { "" } else { "s" };
-            return Err(self.error_at(
-                param,
-                format_args!(
-                    "expected {count} value{plural}, found {}",
-                    param.values.len()
-                ),
-            ));
+            let what = format!(
+                "expected {count} value{plural}, found {}",
+                param.values.len()
+            );
+            return self.left_out(param, &what);
         }
         Ok(param)
+    }
+
+    /// As if the parameter were not there in v3, with a word; an error in v4.
+    pub fn left_out<T>(&self, param: &Param, what: &str) -> Result<Option<T>, SceneError> {
+        if self.dialect == Dialect::V4 {
+            return Err(self.error_at(param, what));
+        }
+        self.note_at(param, format_args!("{what}; it is left out, as in pbrt-v3"));
+        Ok(None)
+    }
+
+    /// Of a parameter that may be a texture in pbrt-v3: the first of several numbers.
+    pub fn first_float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        match self.find(name) {
+            Some(param) if self.dialect == Dialect::V3 && param.ty == Type::Float => {
+                let [first, rest @ ..] = param.values.numbers() else {
+                    return self.left_out(param, "has no value");
+                };
+                if !rest.is_empty() {
+                    self.note_at(param, "the first of its values is used");
+                }
+                if !(*first as f32).is_finite() {
+                    return Err(
+                        self.error_at(param, format_args!("is {first}, which is out of range"))
+                    );
+                }
+                Ok(Some(*first))
+            }
+            _ => self.float(name),
+        }
     }
 
     /// A float that is one in `f32` as well.
@@ -575,7 +735,7 @@ impl ParamSet {
             return Ok(None);
         };
         let numbers = param.values.numbers();
-        if !numbers.len().is_multiple_of(2) {
+        if !numbers.len().is_multiple_of(2) && self.dialect == Dialect::V4 {
             return Err(self.error_at(
                 param,
                 format_args!("has {} numbers, not a multiple of 2", numbers.len()),
@@ -586,8 +746,12 @@ impl ParamSet {
         ))
     }
 
-    /// Indices below `limit`.
-    pub fn indices(&self, name: &str, limit: usize) -> Result<Option<Vec<u32>>, SceneError> {
+    /// Indices below `limit`, or why they are not: the first that is beyond.
+    pub fn indices(
+        &self,
+        name: &str,
+        limit: usize,
+    ) -> Result<Option<Result<Vec<u32>, String>>, SceneError> {
         let Some(param) = self.typed(name, &[Type::Integer])? else {
             return Ok(None);
         };
@@ -595,13 +759,14 @@ impl ParamSet {
         let mut out = Vec::with_capacity(numbers.len());
         for &x in numbers {
             if x < 0.0 || x >= limit as f64 || x >= f64::from(u32::MAX) {
-                return Err(self.error_at(
-                    param,
-                    format_args!("index {x} is out of range, there are {limit} vertices"),
-                ));
+                let what = format!("index {x} is out of range, there are {limit} vertices");
+                return match x < 0.0 || self.dialect == Dialect::V4 {
+                    true => Err(self.error_at(param, what)),
+                    false => Ok(Some(Err(what))),
+                };
             }
             out.push(x as u32);
         }
-        Ok(Some(out))
+        Ok(Some(Ok(out)))
     }
 }

@@ -33,25 +33,34 @@ pub(super) fn build(
     let copies = geometry.room_to_make(2 * set.number_bytes());
     let _copies = copies.map_err(|e| set.error(e))?;
     match kind {
-        "trianglemesh" => {
-            let mesh = triangle_mesh(set, report)?;
-            geometry.add_mesh(setting, &mesh, false, report)
-        }
+        "trianglemesh" => match triangle_mesh(set, setting, report)? {
+            Ok(mesh) => geometry.add_mesh(setting, &mesh, false, report),
+            Err(why) => left_out(set, report, &why),
+        },
         "plymesh" => {
             let Some(name) = set.string("filename")? else {
-                return Err(set.error("needs a \"string filename\""));
+                return left_out(set, report, "needs a \"string filename\"");
             };
             set.accept(&["edgelength"]);
             let path = set.dir.join(name);
-            let bytes = ply::bytes_needed(&path).map_err(|e| set.error(e))?;
+            let bytes = match ply::bytes_needed(&path) {
+                Ok(bytes) => bytes,
+                Err(why) => return left_out(set, report, &why),
+            };
             let no_room = |e: String| set.error(format_args!("{}: {e}", path.display()));
             let mut room = geometry.room_to_make(bytes).map_err(no_room)?;
             let name = path.file_name().unwrap_or(path.as_os_str());
             let name = name.to_string_lossy().into_owned();
             geometry.loading().set_file(Some(name));
-            let read = ply::read_ply_within(&path, &mut |bytes| room.add(bytes));
-            let read = read.map_err(|e| set.error(e))?;
+            let mut full = false;
+            let mut take = |bytes| room.add(bytes).inspect_err(|_| full = true);
+            let read = ply::read_ply_within(&path, &mut take);
             geometry.loading().set_file(None);
+            let read = match read {
+                Ok(read) => read,
+                Err(why) if full => return Err(set.error(why)),
+                Err(why) => return left_out(set, report, &why),
+            };
             match set.dialect {
                 Dialect::V3 => {
                     add_data(read.into_triangles(), set, setting, geometry, false, report)
@@ -128,66 +137,115 @@ pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<
     Ok(cut)
 }
 
-fn triangle_mesh(set: &ParamSet, report: &mut Report) -> Result<Mesh, SceneError> {
+/// A shape that cannot be made: an error, but for v3, which goes on without it.
+fn left_out(set: &ParamSet, report: &mut Report, why: &str) -> Result<(), SceneError> {
+    if set.dialect == Dialect::V4 {
+        return Err(set.error(why));
+    }
+    report.warn_at(
+        &set.site,
+        format_args!("{why}; it is left out, as in pbrt-v3"),
+    );
+    set.accept_all();
+    Ok(())
+}
+
+/// The mesh, or why there is none.
+fn triangle_mesh(
+    set: &ParamSet,
+    setting: &Setting,
+    report: &mut Report,
+) -> Result<Result<Mesh, String>, SceneError> {
     let Some(positions) = set.triples("P", Type::Point3)? else {
-        return Err(set.error("needs vertex positions, \"point3 P\" (v3: \"point P\")"));
+        return Ok(Err(
+            "needs vertex positions, \"point3 P\" (v3: \"point P\")".into(),
+        ));
     };
     if positions.len() > u32::MAX as usize / 4 {
         return Err(set.error("has too many vertices"));
     }
     let indices = match set.indices("indices", positions.len())? {
-        Some(indices) => indices,
+        Some(Ok(indices)) => indices,
+        Some(Err(why)) => return Ok(Err(why)),
         None if positions.len() == 3 && set.dialect == Dialect::V4 => vec![0, 1, 2],
-        None => return Err(set.error("needs vertex indices, \"integer indices\"")),
+        None => return Ok(Err("needs vertex indices, \"integer indices\"".into())),
     };
-    let triangles = groups::<3>(set, &indices)?;
+    let triangles = match groups::<3>(set, &indices, report) {
+        Ok(triangles) => triangles,
+        Err(why) => return Ok(Err(why)),
+    };
+    let vertices = positions.len();
     let normals = set.triples("N", Type::Normal)?;
-    check_count(set, "N", normals.as_ref().map(Vec::len), positions.len())?;
-    if let Some(param) = set.find("S") {
+    let normals = one_each(set, "N", normals, vertices, report);
+    if let Some(param) = set.find("S")
+        && setting.sees_tangents
+    {
         report.warn_at(
             &set.site_of(param),
-            "tangents \"S\" are ignored; they follow from the texture coordinates",
+            "tangents \"S\" are ignored: highlights and bumps of this material lie along the texture coordinates",
         );
     }
-    let uvs = texture_coordinates(set)?;
-    check_count(set, "uv", uvs.as_ref().map(Vec::len), positions.len())?;
+    let uvs = texture_coordinates(set, vertices, report)?;
     set.accept(&["faceIndices"]);
-    Ok(Mesh {
+    Ok(Ok(Mesh {
         positions,
         normals,
         uvs,
         triangles,
-    })
+    }))
 }
 
-fn texture_coordinates(set: &ParamSet) -> Result<Option<Vec<DVec2>>, SceneError> {
-    Ok(match set.pairs("uv")? {
-        Some(uv) => Some(uv),
-        None => set.pairs("st")?,
-    })
+/// One a vertex, or none.
+fn texture_coordinates(
+    set: &ParamSet,
+    vertices: usize,
+    report: &mut Report,
+) -> Result<Option<Vec<DVec2>>, SceneError> {
+    let (name, mut uvs) = match set.pairs("uv")? {
+        Some(uv) => ("uv", Some(uv)),
+        None => ("st", set.pairs("st")?),
+    };
+    // v3 does not mind more than there are vertices.
+    if let (Dialect::V3, Some(uvs)) = (set.dialect, &mut uvs)
+        && uvs.len() > vertices
+    {
+        let what = format!("has {} \"{name}\" for {vertices} vertices", uvs.len());
+        report.warn_at(&set.site, format_args!("{what}; the last are not used"));
+        uvs.truncate(vertices);
+    }
+    Ok(one_each(set, name, uvs, vertices, report))
 }
 
-fn check_count(
+/// An array of another length than that of the vertices is left out.
+fn one_each<T>(
     set: &ParamSet,
     name: &str,
-    count: Option<usize>,
+    array: Option<Vec<T>>,
     vertices: usize,
-) -> Result<(), SceneError> {
-    match count {
-        Some(count) if count != vertices => Err(set.error(format_args!(
-            "has {count} \"{name}\" for {vertices} vertices; give one for each"
-        ))),
-        _ => Ok(()),
+    report: &mut Report,
+) -> Option<Vec<T>> {
+    let array = array?;
+    if array.len() == vertices {
+        return Some(array);
     }
+    let what = format!("has {} \"{name}\" for {vertices} vertices", array.len());
+    report.warn_at(&set.site, format_args!("{what}; they are left out"));
+    None
 }
 
-fn groups<const N: usize>(set: &ParamSet, indices: &[u32]) -> Result<Vec<[u32; N]>, SceneError> {
+/// Indices by faces; what is left over does not count.
+fn groups<const N: usize>(
+    set: &ParamSet,
+    indices: &[u32],
+    report: &mut Report,
+) -> Result<Vec<[u32; N]>, String> {
     let (groups, rest) = indices.as_chunks::<N>();
-    if !rest.is_empty() || groups.is_empty() {
-        return Err(set.error(format_args!(
-            "has {} indices, not a multiple of {N}",
-            indices.len()
-        )));
+    let what = format!("has {} indices, not a multiple of {N}", indices.len());
+    if groups.is_empty() {
+        return Err(what);
+    }
+    if !rest.is_empty() {
+        report.warn_at(&set.site, format_args!("{what}; the last are ignored"));
     }
     Ok(groups.to_vec())
 }
@@ -282,16 +340,16 @@ fn bilinear(
     let Some(positions) = set.triples("P", Type::Point3)? else {
         return Err(set.error("needs vertex positions, \"point3 P\""));
     };
-    let indices = match set.indices("indices", positions.len())? {
-        Some(indices) => indices,
-        None if positions.len() == 4 => vec![0, 1, 2, 3],
+    let vertices = positions.len();
+    let indices = match set.indices("indices", vertices)? {
+        Some(indices) => indices.map_err(|why| set.error(why))?,
+        None if vertices == 4 => vec![0, 1, 2, 3],
         None => return Err(set.error("needs vertex indices, \"integer indices\"")),
     };
-    let patches = groups::<4>(set, &indices)?;
+    let patches = groups::<4>(set, &indices, report).map_err(|why| set.error(why))?;
     let normals = set.triples("N", Type::Normal)?;
-    check_count(set, "N", normals.as_ref().map(Vec::len), positions.len())?;
-    let uvs = texture_coordinates(set)?;
-    check_count(set, "uv", uvs.as_ref().map(Vec::len), positions.len())?;
+    let normals = one_each(set, "N", normals, vertices, report);
+    let uvs = texture_coordinates(set, vertices, report)?;
     set.accept(&["faceIndices"]);
 
     let p = narrow(&positions);
@@ -308,7 +366,7 @@ fn bilinear(
         // Power is that of each patch, not of the triangles it is made of.
         patches.iter().try_for_each(|patch| add(patch, true))
     } else {
-        add(&indices, false)
+        add(patches.as_flattened(), false)
     }
 }
 
@@ -326,12 +384,16 @@ fn subdivision(
     let levels = set.int_in(name, 3, 0, 13)? as u32;
     set.accept(&["scheme", "nlevels"]);
     let Some(positions) = set.triples("P", Type::Point3)? else {
-        return Err(set.error("needs vertex positions, \"point3 P\" (v3: \"point P\")"));
+        let why = "needs vertex positions, \"point3 P\" (v3: \"point P\")";
+        return left_out(set, report, why);
     };
     let Some(indices) = set.indices("indices", positions.len())? else {
-        return Err(set.error("needs vertex indices, \"integer indices\""));
+        return left_out(set, report, "needs vertex indices, \"integer indices\"");
     };
-    let faces = groups::<3>(set, &indices)?.len();
+    let indices = indices.map_err(|why| set.error(why))?;
+    let faces = groups::<3>(set, &indices, report).map_err(|why| set.error(why))?;
+    let indices = faces.as_flattened();
+    let faces = faces.len();
     if faces.saturating_mul(1 << (2 * levels)) > MAX_SUBDIVIDED_FACES {
         return Err(set.error(format_args!(
             "{faces} faces subdivided {levels} times are more than {MAX_SUBDIVIDED_FACES}; use fewer levels"
@@ -342,6 +404,6 @@ fn subdivision(
         .room_to_make(bytes)
         .map_err(|e| set.error(format_args!("{faces} faces subdivided {levels} times: {e}")))?;
     let data =
-        shapes::loop_subdivide(levels, &narrow(&positions), &indices).map_err(|e| set.error(e))?;
+        shapes::loop_subdivide(levels, &narrow(&positions), indices).map_err(|e| set.error(e))?;
     add_data(data, set, setting, geometry, false, report)
 }

@@ -41,6 +41,14 @@ impl Text {
         }
     }
 
+    /// Its file, if it has one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Held(..) => None,
+        }
+    }
+
     /// Begins to read; `total` counts the bytes of all texts of a scene.
     pub fn open(&self, total: &Rc<Cell<u64>>) -> Result<Blocks, String> {
         Ok(Blocks {

@@ -1,6 +1,6 @@
 //! Transforms as pbrt defines them, in `f64`: scenes far from the origin lose what `f32` cannot hold.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec3};
 
 /// World-to-camera transform of `LookAt`; `None` if the directions do not span a frame.
 pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
@@ -22,21 +22,88 @@ pub(super) fn rotate(degrees: f64, axis: DVec3) -> Option<DAffine3> {
     ))
 }
 
-/// The 16 numbers of `Transform`, column by column. Only affine ones are of use.
-pub(super) fn from_numbers(m: &[f64; 16]) -> Option<DAffine3> {
-    let w = m[15];
-    if w == 0.0 || [m[3], m[7], m[11]].iter().any(|x| *x != 0.0) {
+/// The 16 numbers of `Transform`, column by column.
+pub(super) fn from_numbers(m: &[f64; 16]) -> DMat4 {
+    DMat4::from_cols_array(m)
+}
+
+/// The matrix as an affine map, if it is one.
+pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
+    let w = m.w_axis.w;
+    if w == 0.0 || [m.x_axis.w, m.y_axis.w, m.z_axis.w] != [0.0; 3] {
         return None;
     }
-    let column = |i: usize| DVec3::from_slice(&m[i..i + 3]) / w;
+    let column = |v: DVec4| {
+        if w == 1.0 {
+            v.truncate()
+        } else {
+            v.truncate() / w
+        }
+    };
     Some(DAffine3 {
-        matrix3: DMat3::from_cols(column(0), column(4), column(8)),
-        translation: column(12),
+        matrix3: DMat3::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis)),
+        translation: column(m.w_axis),
     })
 }
 
-pub(super) fn is_finite(t: &DAffine3) -> bool {
-    t.is_finite()
+/// What a matrix does to things placed by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place {
+    Affine(DAffine3),
+    /// Points are divided by their fourth coordinate, as in pbrt.
+    Projective(DMat4),
+}
+
+impl Place {
+    pub fn of(m: &DMat4) -> Self {
+        affine(m).map_or(Self::Projective(*m), Self::Affine)
+    }
+
+    /// Not finite where there is no such point.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        match self {
+            Self::Affine(t) => t.transform_point3(p),
+            Self::Projective(m) => m.project_point3(p),
+        }
+    }
+
+    /// What normals are multiplied by: see [`normal_matrix`]. As in pbrt it does not depend on where they are.
+    pub fn normals(&self) -> DMat3 {
+        match self {
+            Self::Affine(t) => normal_matrix(t),
+            Self::Projective(m) => DMat3::from_mat4(m.inverse()).transpose(),
+        }
+    }
+
+    pub fn mirrors(&self) -> bool {
+        match self {
+            Self::Affine(t) => swaps_handedness(t),
+            Self::Projective(m) => DMat3::from_mat4(*m).determinant() < 0.0,
+        }
+    }
+
+    /// The affine map that puts the origin where this one does and turns directions as its inverse does, which is all that lights and
+    /// cameras see of it. `None` if it has no inverse.
+    pub fn frame(&self) -> Option<DAffine3> {
+        match self {
+            Self::Affine(t) => Some(*t),
+            Self::Projective(m) => {
+                let back = DMat3::from_mat4(m.inverse());
+                let frame = DAffine3 {
+                    matrix3: back.inverse(),
+                    translation: m.project_point3(DVec3::ZERO),
+                };
+                (back.determinant() != 0.0 && frame.is_finite()).then_some(frame)
+            }
+        }
+    }
+
+    pub fn affine(&self) -> Option<&DAffine3> {
+        match self {
+            Self::Affine(t) => Some(t),
+            Self::Projective(_) => None,
+        }
+    }
 }
 
 /// The inverse, if there is one.
@@ -159,11 +226,31 @@ mod tests {
         let m = [
             1., 0., 0., 0., 0., 2., 0., 0., 0., 0., 3., 0., 4., 5., 6., 1.,
         ];
-        let t = from_numbers(&m).expect("affine");
+        let t = affine(&from_numbers(&m)).expect("affine");
         close(t.transform_point3(DVec3::ONE), DVec3::new(5.0, 7.0, 9.0));
         let mut projective = m;
         projective[3] = 0.5;
-        assert!(from_numbers(&projective).is_none());
+        assert!(affine(&from_numbers(&projective)).is_none());
+    }
+
+    /// Of `(x, y, z) -> (x, y, z) / (1 + z / 2)` and a shift.
+    #[test]
+    fn projective_maps_divide() {
+        let mut m = DMat4::IDENTITY;
+        m.z_axis.w = 0.5;
+        let moved = DMat4::from_translation(DVec3::new(4.0, 0.0, 0.0)) * m;
+        let place = Place::of(&moved);
+        close(
+            place.point(DVec3::new(1.0, 2.0, 2.0)),
+            DVec3::new(4.5, 1.0, 1.0),
+        );
+        assert!(!place.point(DVec3::new(0.0, 0.0, -2.0)).is_finite());
+        // The shift is seen in the inverse, and so by directions.
+        let frame = place.frame().expect("an inverse");
+        close(frame.translation, DVec3::new(4.0, 0.0, 0.0));
+        let back = DMat3::from_mat4(moved.inverse());
+        close(back * frame.transform_vector3(DVec3::Z), DVec3::Z);
+        assert!(Place::of(&DMat4::ZERO).frame().is_none());
     }
 
     #[test]
@@ -235,10 +322,10 @@ mod tests {
             if affine {
                 (m[3], m[7], m[11], m[15]) = (0.0, 0.0, 0.0, 1.0);
             }
-            let t = from_numbers(&m);
+            let t = super::affine(&from_numbers(&m));
             prop_assert!(affine || t.is_none());
             if let Some(t) = t {
-                prop_assert!(inverse(&t).is_none_or(|t| is_finite(&t)));
+                prop_assert!(inverse(&t).is_none_or(|t| t.is_finite()));
                 prop_assert!(similarity(&t).is_none_or(|s| s.frame.is_finite() && s.scale > 0.0));
             }
         }

@@ -179,10 +179,26 @@ pub(super) fn shutter_time(set: &ParamSet) -> Result<f64, SceneError> {
 
 fn crop(set: &ParamSet, width: u32, height: u32) -> Result<[u32; 4], SceneError> {
     let mut crop = [0, width, 0, height];
-    if let Some(window) = set.floats("cropwindow")? {
-        let [x0, x1, y0, y1] = *window else {
-            return Err(set.error("\"cropwindow\" needs 4 values: x0 x1 y0 y1"));
-        };
+    let four = |name: &str, given: Option<&[f64]>| match given {
+        Some(&[x0, x1, y0, y1]) => Ok(Some([x0, x1, y0, y1])),
+        // v3 would go on with a window that holds nothing.
+        Some(_) if set.dialect == Dialect::V3 => {
+            Err(set.error(format_args!("\"{name}\" needs 4 values: x0 x1 y0 y1")))
+        }
+        Some(_) => {
+            set.note(format_args!(
+                "\"{name}\" is ignored: it needs 4 values, x0 x1 y0 y1"
+            ));
+            Ok(None)
+        }
+        None => Ok(None),
+    };
+    let window = four("cropwindow", set.floats("cropwindow")?)?;
+    let mut bounds = four("pixelbounds", set.ints("pixelbounds")?)?;
+    if window.is_some() && bounds.take().is_some() {
+        set.note("\"pixelbounds\" is ignored beside \"cropwindow\"");
+    }
+    if let Some([x0, x1, y0, y1]) = window {
         // In f32 as pbrt does it, for the same pixels; rounded up at both ends, so that adjacent windows tile.
         let edge = |x: f64, size: u32| {
             (size as f32 * (x as f32).clamp(0.0, 1.0))
@@ -196,10 +212,7 @@ fn crop(set: &ParamSet, width: u32, height: u32) -> Result<[u32; 4], SceneError>
             edge(y0.max(y1), height),
         ];
     }
-    if let Some(bounds) = set.ints("pixelbounds")? {
-        let [x0, x1, y0, y1] = *bounds else {
-            return Err(set.error("\"pixelbounds\" needs 4 values: x0 x1 y0 y1"));
-        };
+    if let Some([x0, x1, y0, y1]) = bounds {
         let edge = |x: f64, size: u32| x.clamp(0.0, f64::from(size)) as u32;
         crop = [
             edge(x0, width),
@@ -360,10 +373,10 @@ pub(super) fn camera(
         [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
     };
     if let Some(window) = set.floats("screenwindow")? {
-        let [x0, x1, y0, y1] = *window else {
-            return Err(set.error("\"screenwindow\" needs 4 values: x0 x1 y0 y1"));
-        };
-        screen = [x0, x1, y0, y1];
+        match *window {
+            [x0, x1, y0, y1] => screen = [x0, x1, y0, y1],
+            _ => set.note("\"screenwindow\" is ignored: it needs 4 values, x0 x1 y0 y1"),
+        }
     }
     let lens_radius = set.float_in("lensradius", 0.0, 0.0, f64::INFINITY)?;
     let focal_distance = set.float_or("focaldistance", 1e6)?;

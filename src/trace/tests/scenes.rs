@@ -103,6 +103,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         },
         large: Large::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
+        files: vec![],
         warnings: vec![],
     }
 }

@@ -8,6 +8,9 @@ use crate::scene::pbrt::error::{Report, SceneError};
 use crate::scene::pbrt::params::ParamSet;
 use crate::scene::{Param, Texture, Wrap};
 
+/// The sRGB value 0.5 as a linear one (IEC 61966-2-1).
+const GREY_DECODED: f32 = 0.214_041_14;
+
 pub fn image_map(
     class: Class,
     set: &ParamSet,
@@ -15,8 +18,10 @@ pub fn image_map(
     tables: &mut Tables,
     report: &mut Report,
 ) -> Result<Param, SceneError> {
-    let Some(filename) = set.string("filename")? else {
-        return Err(set.error("an imagemap needs a \"string filename\""));
+    let filename = match set.string("filename")? {
+        Some(filename) => filename,
+        None if set.dialect == Dialect::V3 => "",
+        None => return Err(set.error("an imagemap needs a \"string filename\"")),
     };
     let path = set.dir.join(filename);
     let mapping = mapping(set, ctm)?;
@@ -26,6 +31,12 @@ pub fn image_map(
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
         "octahedralsphere" if set.dialect == Dialect::V4 => Wrap::Octahedral,
+        other if set.dialect == Dialect::V3 => {
+            set.note(format_args!(
+                "wrap mode \"{other}\" is unknown; repeat is used"
+            ));
+            Wrap::Repeat
+        }
         other => {
             return Err(set.error(format_args!(
                 "wrap mode \"{other}\" is unknown; use repeat, black, clamp or octahedralsphere"
@@ -70,6 +81,19 @@ pub fn image_map(
             (encoding, set.bool_or("invert", false)?)
         }
     };
+    if set.dialect == Dialect::V3 && !path.exists() {
+        set.note(format_args!(
+            "there is no file {}; it is grey, as in pbrt-v3",
+            path.display()
+        ));
+        let png_or_tga = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("png" | "tga"));
+        let decoded = match encoding {
+            Encoding::Auto => path.extension().is_some_and(png_or_tga),
+            other => other == Encoding::Srgb,
+        };
+        let grey = if decoded { GREY_DECODED } else { 0.5 };
+        return Ok(Param::Constant([scale * grey; 3]));
+    }
     let channels = match (class, set.dialect) {
         (Class::Color, _) => Channels::Rgb,
         (Class::Float, Dialect::V3) => Channels::Luminance,

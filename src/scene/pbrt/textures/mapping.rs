@@ -85,9 +85,20 @@ pub fn mapping(set: &ParamSet, ctm: &Ctm) -> Result<Mapped<Mapping>, SceneError>
             (Mapping::Planar(UNPLACED), Some(plane * to_texture))
         }
         other => {
-            return Err(set.error(format_args!(
-                "texture mapping \"{other}\" is unknown; use uv, spherical, cylindrical or planar"
-            )));
+            // pbrt's own default, scale 1; it looks at none of the parameters.
+            set.accept(&["uscale", "vscale", "udelta", "vdelta", "v1", "v2"]);
+            set.note(format_args!(
+                "texture mapping \"{other}\" is unknown; uv is used, without its scales"
+            ));
+            (
+                Mapping::Uv(UvMapping {
+                    su: 1.0,
+                    sv: 1.0,
+                    du: 0.0,
+                    dv: 0.0,
+                }),
+                None,
+            )
         }
     };
     Ok(Mapped { what, to_texture })

@@ -196,7 +196,9 @@ pub(super) fn float_param(
     if set.find(name).is_some_and(|p| p.ty == Type::Texture) {
         return named(set, &names.float, name, "float");
     }
-    Ok(set.float(name)?.map(|x| Param::Constant([x as f32; 3])))
+    Ok(set
+        .first_float(name)?
+        .map(|x| Param::Constant([x as f32; 3])))
 }
 
 pub(super) fn float_param_or(
@@ -250,10 +252,10 @@ fn named(
     };
     match names.get(texture) {
         Some(found) => found.param.clone().map(Some),
-        None => Err(set.error_at(
-            param,
-            format_args!("there is no {class} texture named \"{texture}\""),
-        )),
+        None => {
+            let what = format!("there is no {class} texture named \"{texture}\"");
+            set.left_out(param, &what)
+        }
     }
 }
 

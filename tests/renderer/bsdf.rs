@@ -1,0 +1,713 @@
+//! Scattering functions: sampling against densities, values against `f64`, energy, extremes.
+
+use crate::common;
+
+use common::bsdf::{Evaluated, Kernels, Sampled, coated_copper, coated_diffuse, shaken};
+use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
+use phalanx::replay::bsdf;
+use phalanx::replay::vector::*;
+use phalanx::simd::f32x8;
+use phalanx::surface::coated_conductor::pack_bounces;
+use phalanx::surface::{Kind, Mode, fresnel, microfacet::pack_alphas};
+use std::f64::consts::{PI, TAU};
+
+const EPSILON: f64 = f32::EPSILON as f64;
+const COPPER: [f32; 6] = [0.2, 0.92, 1.4, 3.9, 2.4, 2.1];
+
+/// Parameter rows of every kind that is not a delta.
+fn rough_rows() -> Vec<(Kind, [f32; 8])> {
+    let mut rows = vec![(Kind::Diffuse, [0.9, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])];
+    for sigma in [5.0, 40.0, 90.0] {
+        let (a, b) = phalanx::surface::diffuse::oren_nayar_coefficients(sigma);
+        rows.push((Kind::OrenNayar, [1.0, 0.5, 0.1, a, b, 0.0, 0.0, 0.0]));
+    }
+    for (ax, ay) in [
+        (0.001, 0.001),
+        (0.01, 0.01),
+        (0.1, 0.1),
+        (0.1, 0.6),
+        (0.001, 0.5),
+        (1.0, 1.0),
+    ] {
+        let c = COPPER;
+        rows.push((
+            Kind::RoughConductor,
+            [c[0], c[1], c[2], c[3], c[4], c[5], ax, ay],
+        ));
+        rows.push((Kind::Plastic, [0.5, 0.3, 0.1, 0.5, 0.5, 0.5, ax, ay]));
+    }
+    for (eta, ax, ay) in [
+        (1.5, 0.001, 0.001),
+        (1.5, 0.1, 0.1),
+        (1.5, 0.1, 0.6),
+        (0.7, 0.3, 0.01),
+        (3.0, 1.0, 1.0),
+        (1.01, 0.05, 0.05),
+    ] {
+        rows.push((
+            Kind::RoughDielectric,
+            [1.0, 0.5, 0.2, 1.0, 0.9, 0.3, eta, pack_alphas(ax, ay)],
+        ));
+    }
+    rows.push((Kind::Plastic, [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.2, 0.2]));
+    rows.push((Kind::Plastic, [0.5, 0.3, 0.1, 0.0, 0.0, 0.0, 0.2, 0.2]));
+    for (ax, ay) in [
+        (0.001, 0.001),
+        (0.05, 0.3),
+        (0.2, 0.5),
+        (0.5, 0.5),
+        (1.0, 1.0),
+    ] {
+        rows.push((Kind::Substrate, [1.0, 0.3, 0.0, 0.04, 0.5, 0.2, ax, ay]));
+        rows.push((Kind::Substrate, [0.0, 0.0, 0.0, 1.0, 0.5, 0.1, ax, ay]));
+    }
+    rows.push((Kind::Substrate, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.3]));
+    for [r, g, b, s, t, u] in [
+        [0.5, 0.3, 0.1, 0.2, 0.4, 0.1],
+        [0.0, 0.0, 0.0, 0.1, 1.0, 0.5],
+        [1.0, 0.9, 0.9, 0.0, 0.0, 0.0],
+        [0.3, 0.3, 0.3, 0.7, 0.7, 0.7],
+    ] {
+        rows.push((Kind::DiffuseTransmission, [r, g, b, s, t, u, 0.0, 0.0]));
+    }
+    for (eta, alphas, thickness) in [
+        (1.5, [0.001, 0.001], 0.01),
+        (1.5, [0.1, 0.1], 0.01),
+        (1.3, [0.2, 0.6], 0.5),
+        (2.0, [1.0, 1.0], 0.01),
+        (0.8, [0.3, 0.3], 0.0),
+    ] {
+        let white = coated_diffuse([1.0, 0.5, 0.0], eta, alphas, thickness);
+        rows.push((Kind::CoatedDiffuse, white));
+        let black = coated_diffuse([0.0; 3], eta, alphas, thickness);
+        rows.push((Kind::CoatedDiffuse, black));
+    }
+    for (eta, thickness) in [(1.5, 0.01), (1.0, 0.1), (0.8, 0.0), (3.0, 2.0)] {
+        let row = [0.2, 0.1, 0.0, eta, thickness, 0.0, 0.0, 0.0];
+        rows.push((Kind::CoatedDiffuseBase, row));
+    }
+    for (eta, coat, conductor) in [
+        (1.5, [0.2, 0.2], [0.3, 0.3]),
+        (1.3, [0.01, 0.01], [0.001, 0.001]),
+        (2.0, [0.6, 0.2], [0.2, 0.5]),
+        (0.8, [0.3, 0.3], [0.3, 0.3]),
+    ] {
+        let rough = coated_copper(eta, Some(coat), conductor);
+        rows.push((Kind::CoatedConductor, rough));
+        let below = coated_copper(eta, None, conductor);
+        rows.push((Kind::CoatedConductorBase, below));
+    }
+    rows
+}
+
+fn delta_rows() -> Vec<(Kind, [f32; 8])> {
+    let mut rows = vec![(Kind::Mirror, [1.0, 0.5, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0])];
+    let c = COPPER;
+    rows.push((
+        Kind::SmoothConductor,
+        [c[0], c[1], c[2], c[3], c[4], c[5], 0.0, 0.0],
+    ));
+    for eta in [0.5, 1.0, 1.5, 3.0] {
+        rows.push((Kind::Coat, [eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+        let thickness = pack_bounces(0.01, 5);
+        let mirror = [c[0], c[1], c[2], c[3], c[4], c[5], eta, thickness];
+        rows.push((Kind::CoatedMirror, mirror));
+    }
+    for eta in [0.5, 1.0, 1.0001, 1.5, 3.0] {
+        rows.push((
+            Kind::SmoothDielectric,
+            [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, eta, 0.0],
+        ));
+    }
+    for eta in [0.5, 1.0, 1.5, 3.0] {
+        rows.push((
+            Kind::ThinDielectric,
+            [eta, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ));
+    }
+    rows
+}
+
+fn at_angle(theta: f64, phi: f64, side: f64) -> [f32; 3] {
+    narrow([
+        theta.sin() * phi.cos(),
+        theta.sin() * phi.sin(),
+        side * theta.cos(),
+    ])
+}
+
+fn is_glossy(kind: Kind) -> bool {
+    matches!(kind, Kind::RoughConductor | Kind::Plastic)
+}
+
+/// Rows whose density one of the maps below spreads out: a narrow lobe and a wide one together have none.
+fn rows_for_chi_square() -> Vec<(Kind, [f32; 8])> {
+    let mut rows = rough_rows();
+    // Half of a substrate's samples are diffuse, and black ones count as lost.
+    rows.retain(|(kind, row)| {
+        *kind != Kind::Substrate || row[6].min(row[7]) >= 0.2 && row[3] > 0.0
+    });
+    rows.retain(|(kind, row)| match kind {
+        Kind::CoatedDiffuse => {
+            let (ax, ay) = bsdf::unpacked_alphas(row[4].into());
+            ax.min(ay) >= 0.2
+        }
+        // The lobe of the conductor is that much wider outside.
+        // Thinner than air: nothing comes from beyond the critical angle, and black samples count as lost.
+        // The density of a conductor's lobe is infinite there, which the midpoint rule does not see.
+        Kind::CoatedDiffuseBase | Kind::CoatedConductorBase | Kind::CoatedConductor
+            if row[3] < 1.0 =>
+        {
+            false
+        }
+        Kind::CoatedConductor | Kind::CoatedConductorBase => {
+            let (ax, ay) = bsdf::unpacked_alphas(row[5].into());
+            ax.min(ay) >= 0.2
+        }
+        _ => true,
+    });
+    // `tests/renderer/rough_dielectric.rs` has that of both hemispheres.
+    rows.retain(|(kind, _)| *kind != Kind::RoughDielectric);
+    for (kind, row) in &mut rows {
+        if *kind == Kind::Plastic && row[6].min(row[7]) < 0.2 {
+            row[..3].fill(0.0);
+        }
+    }
+    rows
+}
+
+/// Directions are spread by slopes of the half vector, not by the cosine.
+fn by_slopes(kind: Kind, row: &[f32; 8]) -> bool {
+    is_glossy(kind) && row[..3] == [0.0; 3] || kind == Kind::RoughConductor
+}
+
+/// Slopes of the half vector over the roughness, in polar coordinates, the radius `r` as `r^2 / (1 + r^2)`: microfacet lobes of any
+/// roughness spread over this square. Returns the direction that belongs to a point of it, and its Jacobian to solid angle.
+fn from_slopes(wo: V, ax: f64, ay: f64, q: f64, phi: f64) -> Option<(V, f64)> {
+    let r = (q / (1.0 - q)).sqrt();
+    let h = unit([r * phi.cos() * ax, r * phi.sin() * ay, 1.0]);
+    let c = dot(wo, h);
+    let wi = sub(scale(h, 2.0 * c), wo);
+    let jacobian = 4.0 * c * h[2].powi(3) * ax * ay / (2.0 * (1.0 - q) * (1.0 - q));
+    (c > 0.0 && wi[2] > 0.0).then_some((wi, jacobian))
+}
+
+fn to_slopes(wo: V, ax: f64, ay: f64, wi: V) -> (f64, f64) {
+    let h = unit(add(wo, wi));
+    let (x, y) = (h[0] / h[2] / ax, h[1] / h[2] / ay);
+    let r2 = x * x + y * y;
+    (r2 / (1.0 + r2), y.atan2(x).rem_euclid(TAU))
+}
+
+/// The hemisphere as a square: areas of a sphere are those of its cylinder.
+fn from_height(z: f64, phi: f64) -> V {
+    let r = (1.0 - z * z).sqrt();
+    [r * phi.cos(), r * phi.sin(), z]
+}
+
+#[test]
+fn sampling_follows_the_density() {
+    const CELLS: usize = 12;
+    const FINE: usize = 24;
+    const SAMPLES: usize = 150_000;
+    let angles = [0.0, 0.7, 1.4];
+    let cases = rows_for_chi_square();
+    let p = FALSE_ALARM / (cases.len() * angles.len()) as f64;
+    let mut random = Random(1);
+    for (kind, row) in cases {
+        for theta in angles {
+            let side = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+            let wo32 = at_angle(theta, 0.6, side);
+            let wo = [wo32[0].into(), wo32[1].into(), f64::from(wo32[2]).abs()];
+            let (ax, ay) = (f64::from(row[6]), f64::from(row[7]));
+            // Expected: densities reported by `eval`, by the midpoint rule.
+            let mut expected = vec![0.0; CELLS * CELLS + 1];
+            let (mut at, mut wi, mut jacobian) = (vec![], vec![], vec![]);
+            let n = CELLS * FINE;
+            for i in 0..n * n {
+                let q = ((i % n) as f64 + 0.5) / n as f64;
+                let phi = ((i / n) as f64 + 0.5) / n as f64 * TAU;
+                let point = if by_slopes(kind, &row) {
+                    from_slopes(wo, ax, ay, q, phi)
+                } else if kind == Kind::DiffuseTransmission {
+                    Some((from_height(2.0 * q - 1.0, phi), 2.0))
+                } else {
+                    Some((from_height(q, phi), 1.0))
+                };
+                if let Some((w, j)) = point {
+                    at.push(i % n / FINE + CELLS * (i / n / FINE));
+                    wi.push(narrow([w[0], w[1], side * w[2]]));
+                    jacobian.push(j);
+                }
+            }
+            let values =
+                Kernels::eval::<f32x8>(kind, &row, &vec![wo32; wi.len()], &wi, Mode::Radiance);
+            let cell = TAU / (n * n) as f64 * SAMPLES as f64;
+            for ((value, at), j) in values.iter().zip(&at).zip(&jacobian) {
+                expected[*at] += f64::from(value.1) * j * cell;
+            }
+            let all: f64 = expected.iter().sum();
+            assert!(
+                all < 1.01 * SAMPLES as f64,
+                "{kind:?} {row:?} {theta} {all}"
+            );
+            // Samples below the surface are lost.
+            expected[CELLS * CELLS] = (SAMPLES as f64 - all).max(0.0);
+            let u: Vec<[f32; 3]> = (0..SAMPLES)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let sampled =
+                Kernels::sample::<f32x8>(kind, &row, &vec![wo32; SAMPLES], &u, Mode::Radiance);
+            let mut observed = vec![0.0; CELLS * CELLS + 1];
+            for (wi, weight, ..) in sampled {
+                let w = [wi[0].into(), wi[1].into(), f64::from(wi[2]) * side];
+                let transmits = kind == Kind::DiffuseTransmission;
+                if weight == [0.0; 3] || (w[2] <= 0.0 && !transmits) {
+                    observed[CELLS * CELLS] += 1.0;
+                    continue;
+                }
+                let (q, phi) = if by_slopes(kind, &row) {
+                    to_slopes(wo, ax, ay, w)
+                } else {
+                    let q = if transmits { (w[2] + 1.0) / 2.0 } else { w[2] };
+                    (q, w[1].atan2(w[0]).rem_euclid(TAU))
+                };
+                let index = |x: f64| ((x * CELLS as f64) as usize).min(CELLS - 1);
+                observed[index(q) + CELLS * index(phi / TAU)] += 1.0;
+            }
+            assert_follows(
+                &observed,
+                &expected,
+                p,
+                &format!("{kind:?} {row:?} at {theta}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn samples_and_evaluations_are_consistent() {
+    let mut random = Random(2);
+    for (kind, row) in rough_rows() {
+        for theta in [0.0, 0.3, 1.0, 1.5, 1.570] {
+            for side in [1.0, -1.0] {
+                let wo = vec![at_angle(theta, 2.0, side); 64];
+                let u: Vec<[f32; 3]> = (0..64)
+                    .map(|_| std::array::from_fn(|_| random.uniform()))
+                    .collect();
+                let sampled = Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Importance);
+                let wi: Vec<[f32; 3]> = sampled.iter().map(|s| s.0).collect();
+                let forth = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, Mode::Importance);
+                let back = Kernels::eval::<f32x8>(kind, &row, &wi, &wo, Mode::Radiance);
+                for (i, (wi, weight, pdf, pdf_reverse)) in sampled.into_iter().enumerate() {
+                    if weight == [0.0; 3] {
+                        continue;
+                    }
+                    let what = format!("{kind:?} {row:?} {:?} {wi:?}", wo[i]);
+                    let (f, p, r) = forth[i];
+                    // The same few operations on the same directions.
+                    let near = |a: f32, b: f32, what: &str| {
+                        let ulps = 16.0 * f32::EPSILON * a.abs().max(b.abs());
+                        assert!((a - b).abs() <= ulps, "{what}: {a} {b}");
+                    };
+                    let length = dot(wide(wi), wide(wi)).sqrt();
+                    assert!((length - 1.0).abs() < 1e-5, "{what}: length {length}");
+                    near(pdf, p, &format!("pdf, {what}"));
+                    near(pdf_reverse, r, &format!("reverse, {what}"));
+                    for c in 0..3 {
+                        let expected = f[c] * wi[2].abs() / p;
+                        near(weight[c], expected, &format!("weight, {what}"));
+                    }
+                    // The swapped pair: the same, but for the rounding of the two cosines against the half vector.
+                    let shallow = wo[i][2].abs().min(wi[2].abs());
+                    let mut relative = f32::EPSILON * (16.0 + 4.0 / shallow);
+                    if kind == Kind::Plastic {
+                        // Its Fresnel term is steep at the critical angle.
+                        let h = unit(add(wide(wo[i]), wide(wi)));
+                        let c = dot(h, wide(wi)).abs().min(1.0);
+                        let f = |c: f64| bsdf::dielectric(c, 1.0 / 1.5).0;
+                        relative += (shaken(f, c) / f(c)) as f32;
+                    }
+                    let near = |a: f32, b: f32, what: &str| {
+                        let slack = relative * a.abs().max(b.abs());
+                        assert!((a - b).abs() <= slack, "{what}: {a} {b}");
+                    };
+                    near(back[i].1, r, &format!("reverse pdf, {what}"));
+                    near(back[i].2, p, &format!("reversed reverse, {what}"));
+                    for (back, forth) in back[i].0.into_iter().zip(f) {
+                        near(back, forth, &format!("reciprocity, {what}"));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The roughness that a row has, in one direction.
+fn roughness_of(kind: Kind, row: &[f64; 8]) -> f64 {
+    match kind {
+        Kind::RoughDielectric => bsdf::unpacked_alphas(row[7]).0,
+        Kind::CoatedDiffuse | Kind::CoatedConductor => bsdf::unpacked_alphas(row[4]).0,
+        Kind::CoatedConductorBase => bsdf::unpacked_alphas(row[5]).0,
+        Kind::CoatedDiffuseBase => 1.0,
+        _ => row[6],
+    }
+}
+
+#[test]
+fn values_are_those_of_the_formulas() {
+    let mut random = Random(3);
+    for (kind, row) in rough_rows() {
+        let row64 = row.map(f64::from);
+        let mode = if random.uniform() < 0.5 {
+            Mode::Radiance
+        } else {
+            Mode::Importance
+        };
+        let wo: Vec<[f32; 3]> = (0..2000).map(|_| narrow(random.direction())).collect();
+        // Half of the directions near the mirror direction, where lobes are.
+        let wi: Vec<[f32; 3]> = (wo.iter().enumerate())
+            .map(|(i, w)| {
+                let mirror = [-f64::from(w[0]), -f64::from(w[1]), w[2].into()];
+                let spread = if i % 2 == 0 {
+                    4.0
+                } else {
+                    roughness_of(kind, &row64) + 1e-4
+                };
+                narrow(unit(add(mirror, scale(random.direction(), spread))))
+            })
+            .collect();
+        // From inside, an index near 1 is rounded as a whole, and what is seen of it depends on its distance from 1.
+        let by_index = match kind {
+            Kind::RoughDielectric => 4.0 * EPSILON / (row64[6] - 1.0).abs(),
+            _ => 0.0,
+        };
+        let values = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, mode);
+        for ((wo, wi), (f, pdf, reverse)) in wo.iter().zip(&wi).zip(values) {
+            let want = bsdf::eval(kind, &row64, wide(*wo), wide(*wi), mode);
+            // Directions are as good as their last place; a half vector made of them in `f32`, a few places worse.
+            let (mut shaken, mut trial) = ([0.0f64; 5], 0);
+            while trial < 8 {
+                let mut shake = |w: [f32; 3]| {
+                    let moved = add(wide(w), scale(random.direction(), 4.0 * EPSILON));
+                    unit(moved)
+                };
+                let other = bsdf::eval(kind, &row64, shake(*wo), shake(*wi), mode);
+                let change = [
+                    other.pdf - want.pdf,
+                    other.pdf_reverse - want.pdf_reverse,
+                    other.f[0] - want.f[0],
+                    other.f[1] - want.f[1],
+                    other.f[2] - want.f[2],
+                ];
+                (shaken.iter_mut().zip(change)).for_each(|(s, c)| *s = s.max(c.abs()));
+                trial += 1;
+            }
+            let near = |a: f32, b: f64, shaken: f64, what: &str| {
+                let tolerance = (32.0 * EPSILON + by_index) * b + 4.0 * shaken + 1e-30;
+                assert!(
+                    (f64::from(a) - b).abs() <= tolerance,
+                    "{what} of {kind:?} {row:?} at {wo:?} {wi:?}: {a} is {b} +- {tolerance:e}"
+                );
+            };
+            near(pdf, want.pdf, shaken[0], "density");
+            near(reverse, want.pdf_reverse, shaken[1], "reverse density");
+            for c in 0..3 {
+                near(f[c], want.f[c], shaken[2 + c], "value");
+            }
+        }
+    }
+}
+
+/// `A + B g(theta)`, the integral of the factor over the hemisphere with `sin alpha tan beta` split where the angles swap.
+fn oren_nayar_albedo(a: f64, b: f64, theta: f64) -> f64 {
+    let below = theta.sin() * (theta / 2.0 - (2.0 * theta).sin() / 4.0);
+    let above = theta.tan() * (1.0 - theta.sin().powi(3)) / 3.0;
+    a + b * (below + above) * 2.0 / PI
+}
+
+#[test]
+fn nothing_reflects_more_than_it_receives() {
+    let mut random = Random(4);
+    for (kind, row) in rough_rows() {
+        for theta in [0.0, 0.5, 1.2, 1.5, 1.57] {
+            let mut mean = Mean::default();
+            let n = 20_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let wo = vec![at_angle(theta, 1.0, 1.0); n];
+            for s in Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Importance) {
+                mean.add(s.1[0].into());
+            }
+            // The qualitative model of Oren and Nayar is not passive by itself; its albedo is known.
+            let most = match kind {
+                Kind::OrenNayar => oren_nayar_albedo(row[3].into(), row[4].into(), theta),
+                _ => 1.0,
+            };
+            let bound = most + normal_quantile(FALSE_ALARM) * mean.error() + 1e-5;
+            assert!(
+                mean.mean() <= bound,
+                "{kind:?} {row:?} at {theta}: {mean:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn diffuse_sheets_divide_light_by_their_colours() {
+    let mut random = Random(7);
+    for (kind, row) in rough_rows() {
+        if kind != Kind::DiffuseTransmission {
+            continue;
+        }
+        for side in [1.0, -1.0] {
+            let n = 40_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let wo = vec![at_angle(0.8, 1.0, side); n];
+            // Reflected and transmitted, three channels each.
+            let mut means = [Mean::default(); 6];
+            for s in Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Radiance) {
+                let reflected = s.0[2] * wo[0][2] > 0.0;
+                for (i, mean) in means.iter_mut().enumerate() {
+                    let here = reflected == (i < 3);
+                    mean.add(if here { s.1[i % 3].into() } else { 0.0 });
+                }
+            }
+            for (mean, albedo) in means.iter().zip(row) {
+                let reach = normal_quantile(FALSE_ALARM) * mean.error() + 1e-6;
+                assert!(
+                    (mean.mean() - f64::from(albedo)).abs() <= reach,
+                    "{row:?}: {mean:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Of a smooth coat: Schlick's share is reflected, what is admitted is in the end given to the base, both ways.
+#[test]
+fn substrates_reflect_what_the_model_says() {
+    let mut random = Random(8);
+    for (rd, rs) in [(1.0, 0.0), (0.5, 0.04), (0.0, 0.5), (1.0, 1.0), (0.8, 0.3)] {
+        for theta in [0.0, 0.5, 1.0, 1.3] {
+            let n = 100_000;
+            let u: Vec<[f32; 3]> = (0..n)
+                .map(|_| std::array::from_fn(|_| random.uniform()))
+                .collect();
+            let row = [rd, rd, rd, rs, rs, rs, 0.001, 0.001];
+            let wo = vec![at_angle(theta, 1.0, 1.0); n];
+            let mut mean = Mean::default();
+            for s in Kernels::sample::<f32x8>(Kind::Substrate, &row, &wo, &u, Mode::Radiance) {
+                mean.add(s.1[0].into());
+            }
+            let (rd, rs, c) = (f64::from(rd), f64::from(rs), theta.cos());
+            let base = rd * (1.0 - rs) * (1.0 - (1.0 - c / 2.0).powi(5));
+            let coat = rs + (1.0 - rs) * (1.0 - c).powi(5);
+            // A lobe of this width is not quite a mirror's.
+            let reach = normal_quantile(FALSE_ALARM) * mean.error() + 0.01 * coat;
+            assert!(
+                (mean.mean() - base - coat).abs() <= reach,
+                "{rd} {rs} at {theta}: {mean:?} is {}",
+                base + coat
+            );
+        }
+    }
+}
+
+#[test]
+fn smooth_glass_keeps_energy() {
+    let mut random = Random(5);
+    for (kind, row) in delta_rows() {
+        for _ in 0..2000 {
+            let wo = narrow(random.direction());
+            let u = std::array::from_fn(|_| random.uniform());
+            let importance = Kernels::sample::<f32>(kind, &row, &[wo], &[u], Mode::Importance)[0];
+            let radiance = Kernels::sample::<f32>(kind, &row, &[wo], &[u], Mode::Radiance)[0];
+            let wi = importance.0;
+            assert_eq!(wi, radiance.0);
+            let reflected = wi[2] * wo[2] > 0.0;
+            if kind == Kind::ThinDielectric {
+                let reflectance = bsdf::sheet(f64::from(wo[2]).abs(), row[0].into());
+                if (f64::from(u[2]) - reflectance).abs() > 1e-4 {
+                    assert_eq!(reflected, f64::from(u[2]) < reflectance, "{row:?} {wo:?}");
+                }
+                let z = if reflected { wo[2] } else { -wo[2] };
+                let all = [1.0; 3];
+                assert_eq!(importance, ([-wo[0], -wo[1], z], all, 1.0, 1.0));
+                assert_eq!(importance, radiance);
+                continue;
+            }
+            if kind != Kind::SmoothDielectric {
+                assert!(reflected && importance.1 == radiance.1);
+                assert!(importance.1.iter().all(|w| (0.0..=1.0).contains(w)));
+                continue;
+            }
+            assert_eq!(importance.1, [1.0; 3]);
+            let eta = if wo[2] > 0.0 { row[6] } else { 1.0 / row[6] };
+            let (reflectance, cos_t) = bsdf::dielectric(f64::from(wo[2]).abs(), eta.into());
+            if (f64::from(u[2]) - reflectance).abs() > 1e-4 {
+                assert_eq!(reflected, f64::from(u[2]) < reflectance, "{row:?} {wo:?}");
+            }
+            if reflected {
+                assert_eq!(radiance.1, [1.0; 3]);
+                assert_eq!(wi, [-wo[0], -wo[1], wo[2]]);
+                assert_eq!(importance.3, 1.0);
+                continue;
+            }
+            // Radiance over n^2 is what a refraction keeps.
+            let scaled = radiance.1[0] * eta * eta;
+            assert!((scaled - 1.0).abs() < 4.0 * f32::EPSILON, "{scaled}");
+            // Snell; near the critical angle the cosine is the root of a small difference.
+            let sin2 = f64::from(wi[0]).powi(2) + f64::from(wi[1]).powi(2);
+            let snell = (1.0 - f64::from(wo[2]).powi(2)) / f64::from(eta).powi(2);
+            assert!((sin2 - snell).abs() < 8.0 * EPSILON, "{sin2} {snell}");
+            let slack = 4.0 * EPSILON / cos_t.max(1e-3) + 1e-6;
+            assert!(
+                (f64::from(wi[2]).abs() - cos_t).abs() < slack.max(1e-6),
+                "{wi:?} {cos_t}"
+            );
+            // The density back, over the density forth, is the change of solid angle.
+            let back = f64::from(wo[2]).abs() / f64::from(wi[2]).abs() / f64::from(eta).powi(2);
+            assert!((f64::from(importance.3) / back - 1.0).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn both_widths_give_the_same_bits() {
+    let mut random = Random(6);
+    for (kind, row) in rough_rows().into_iter().chain(delta_rows()) {
+        let wo: Vec<[f32; 3]> = (0..256).map(|_| narrow(random.direction())).collect();
+        let wi: Vec<[f32; 3]> = (0..256).map(|_| narrow(random.direction())).collect();
+        let u: Vec<[f32; 3]> = (0..256)
+            .map(|_| std::array::from_fn(|_| random.uniform()))
+            .collect();
+        for mode in [Mode::Radiance, Mode::Importance] {
+            let one = Kernels::sample::<f32>(kind, &row, &wo, &u, mode);
+            let eight = Kernels::sample::<f32x8>(kind, &row, &wo, &u, mode);
+            let bits = |s: &Sampled| {
+                let mut all = [0; 8];
+                let values = s.0.iter().chain(&s.1).chain([&s.2, &s.3]);
+                all.iter_mut()
+                    .zip(values)
+                    .for_each(|(a, v)| *a = v.to_bits());
+                all
+            };
+            for (a, b) in one.iter().zip(&eight) {
+                assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
+            }
+        }
+        for mode in [Mode::Radiance, Mode::Importance] {
+            let one = Kernels::eval::<f32>(kind, &row, &wo, &wi, mode);
+            let eight = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, mode);
+            for (a, b) in one.iter().zip(&eight) {
+                let bits = |v: &Evaluated| (v.0.map(f32::to_bits), v.1.to_bits(), v.2.to_bits());
+                assert_eq!(bits(a), bits(b), "{kind:?} {row:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn grazing_angles_give_numbers() {
+    let corner = [0.0, 1.0 / 16_777_216.0, 0.5, 1.0 - f32::EPSILON / 2.0];
+    let mut wo = vec![[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+    for exponent in [-45, -38, -30, -20, -10, -7, -5, -3, -1] {
+        for side in [1.0, -1.0] {
+            let z = 10f64.powi(exponent);
+            let r = (1.0 - z * z).sqrt();
+            wo.push(narrow([r * 0.6, -r * 0.8, side * z]));
+            wo.push(narrow([r, 0.0, side * z]));
+            // Nearly along the normal.
+            wo.push(narrow([z, 0.0, side]));
+        }
+    }
+    for (kind, row) in rough_rows().into_iter().chain(delta_rows()) {
+        for &o in &wo {
+            for i in 0..64 {
+                let u = [corner[i % 4], corner[i / 4 % 4], corner[i / 16]];
+                let (wi, weight, pdf, reverse) =
+                    Kernels::sample::<f32>(kind, &row, &[o], &[u], Mode::Radiance)[0];
+                let what =
+                    format!("{kind:?} {row:?} {o:?} {u:?}: {wi:?} {weight:?} {pdf} {reverse}");
+                assert!(weight.iter().all(|w| w.is_finite() && *w >= 0.0), "{what}");
+                if weight != [0.0; 3] {
+                    assert!(wi.iter().all(|w| w.is_finite()), "{what}");
+                    assert!(pdf > 0.0 && reverse >= 0.0, "{what}");
+                    assert!(pdf.is_finite() && reverse.is_finite(), "{what}");
+                }
+            }
+            for &i in &wo {
+                let (f, pdf, reverse) =
+                    Kernels::eval::<f32>(kind, &row, &[o], &[i], Mode::Radiance)[0];
+                let what = format!("{kind:?} {row:?} {o:?} {i:?}: {f:?} {pdf} {reverse}");
+                assert!(f.iter().all(|v| v.is_finite() && *v >= 0.0), "{what}");
+                assert!(pdf.is_finite() && pdf >= 0.0, "{what}");
+                assert!(reverse.is_finite() && reverse >= 0.0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fresnel_of_conductors() {
+    use phalanx::simd::Vec3;
+    for eta in [0.0, 0.05, 0.3, 0.5, 1.0, 1.5, 3.0, 4.0f32] {
+        for k in [0.0, 1e-3, 0.1, 0.5, 1.0, 2.0, 4.0, 10.0f32] {
+            for i in 0..=1000 {
+                let c = (f64::from(i) / 1000.0) as f32;
+                let got =
+                    fresnel::conductor::<f32>(c, Vec3::splat([eta; 3]), Vec3::splat([k; 3])).x;
+                let f = |x: f64| bsdf::conductor(x, eta.into(), k.into());
+                let want = f(c.into());
+                // Conditioned by the cosine, and by the indices where a root is taken of their squares' difference.
+                let d = 4.0 * EPSILON;
+                let by_index = [
+                    (1.0 + d, 1.0),
+                    (1.0 - d, 1.0),
+                    (1.0, 1.0 + d),
+                    (1.0, 1.0 - d),
+                ]
+                .into_iter()
+                .map(|(a, b)| {
+                    let v = bsdf::conductor(c.into(), f64::from(eta) * a, f64::from(k) * b);
+                    (v - want).abs()
+                })
+                .fold(0.0, f64::max);
+                // a^2 = (|n^2 - sin^2| + Re(n^2 - sin^2)) / 2 cancels for good conductors.
+                let (e, k64, c64) = (f64::from(eta), f64::from(k), f64::from(c));
+                let re = e * e - k64 * k64 - (1.0 - c64 * c64);
+                let modulus = re.hypot(2.0 * e * k64);
+                let a2 = (modulus + re).max(0.0) / 2.0;
+                let lost = (a2 + 4.0 * EPSILON * modulus).sqrt() - a2.sqrt();
+                let cancelled = 8.0 * c64 * lost / (modulus + c64 * c64).max(1e-300);
+                let slack = shaken(f, c.into()) + by_index + cancelled + 32.0 * EPSILON;
+                assert!(
+                    (f64::from(got) - want).abs() <= slack && (0.0..=1.0 + 1e-6).contains(&got),
+                    "eta {eta}, k {k}, cos {c}: {got} is {want} +- {slack:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn normals_of_microfacets_integrate_to_one() {
+    // The projected area of all microfacets is that of the surface.
+    for alpha in [0.01, 0.2, 1.0] {
+        let n = 2000;
+        let sum: f64 = (0..n)
+            .map(|i| {
+                let q = (f64::from(i) + 0.5) / f64::from(n);
+                let r = (q / (1.0 - q)).sqrt() * alpha;
+                let h = unit([r, 0.0, 1.0]);
+                let j = h[2].powi(3) * alpha * alpha / (2.0 * (1.0 - q).powi(2));
+                bsdf::ggx_d(h, alpha, alpha) * h[2] * j * 2.0 * PI / f64::from(n)
+            })
+            .sum();
+        assert!((sum - 1.0).abs() < 1e-3, "{alpha} {sum}");
+    }
+}

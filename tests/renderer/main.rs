@@ -1,0 +1,42 @@
+//! Tests of the renderer as a library: kernels against closed forms and independent arithmetic, pictures
+//! against each other and against references. One binary, so that kernels are compiled for tests once.
+
+// The seeds of fuzz targets bring scenes of their own copy.
+#![allow(clippy::duplicate_mod)]
+
+mod accuracy;
+mod analytic;
+mod bdpt;
+mod bidirectional;
+mod bsdf;
+mod bumps;
+mod cameras;
+mod chains;
+mod choice;
+mod coated;
+mod common;
+mod cutouts;
+mod determinism;
+mod dispersion;
+mod effects;
+mod fuzz_seeds;
+mod hard_cases;
+mod hard_scenes;
+mod image_lights;
+mod lights;
+mod lt;
+mod mixtures;
+mod mutation;
+mod precision;
+mod properties;
+#[path = "../../src/property.rs"]
+mod property;
+mod pssmlt;
+mod reference;
+mod replay;
+mod rng;
+mod rough_dielectric;
+mod scenes_hard;
+mod strategies;
+mod support;
+mod textures;
