@@ -7,8 +7,8 @@ mod common;
 
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
-use phalanx::chain::bootstrap::regenerate;
 use phalanx::chain::mutate::Kernel;
+use phalanx::chain::primary::regenerate;
 use phalanx::film::SplatFilm;
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::samples::Samples;

@@ -1,7 +1,6 @@
 //! The target and the acceptance rule.
 
-use crate::simd::Lanes;
-use crate::simd::Mask;
+use crate::simd::{Lanes, Mask, math};
 use crate::transport::Paths;
 
 /// The scalar a chain equilibrates to: the mean of the channels. Positive wherever any channel is (luminance would starve blue), and a
@@ -44,6 +43,22 @@ pub fn acceptance<L: Lanes>(current: L, proposed: L) -> L {
     let one = L::one();
     let ratio = L::select(current.gt(L::zero()), (proposed / current).min(one), one);
     ratio.or_zero(proposed.gt(L::zero()).and(proposed.is_finite()))
+}
+
+/// The same where proposals are not as probable as their reversals: `min(1, proposed / current exp(log_ratio))`, with the natural
+/// logarithm of the density of the way back over that of the way there (Hastings 1970). A proposal from which there is no way back
+/// (`-inf`, or not a number) is rejected.
+#[inline(always)]
+pub fn biased_acceptance<L: Lanes>(current: L, proposed: L, log_ratio: L) -> L {
+    let one = L::one();
+    let ratio = (proposed / current) * math::exp(log_ratio.min(L::splat(80.0)));
+    let ratio = L::select(current.gt(L::zero()), ratio.min(one), one);
+    let possible = log_ratio.gt(L::splat(f32::NEG_INFINITY));
+    ratio.or_zero(
+        possible
+            .and(proposed.gt(L::zero()))
+            .and(proposed.is_finite()),
+    )
 }
 
 #[cfg(test)]

@@ -25,32 +25,29 @@
 //! march and stays; `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis weight, a large step once
 //! more with weight 1: Kelemen's equations, but for `b`, which need not be known when they splat.
 
-use super::accept::{acceptance, colour, target, total, totals};
-use super::bootstrap::{Moments, regenerate};
+use super::accept::{acceptance, biased_acceptance, colour, target, total, totals};
+use super::bootstrap::Moments;
+use super::counts::{Counts, LargeSteps, chain_id};
 use super::monitor::{Monitor, View};
-use super::mutate::Kernel;
+use super::primary::PrimarySampleSpace;
+use super::splats::proposal;
+use super::splats::{ONE, StateSplat, exchange, fixed, in_units, mask, normalised, push, weight};
+use super::target::{Steps, Target};
 use crate::film::{Destination, SplatFilm, SplatLog, Tiling};
-use crate::simd::record::record;
-use crate::simd::{Lanes, Vec3};
+use crate::simd::Lanes;
 use crate::transport::clock::Stage;
 use crate::transport::records::OutcomeLanes;
-use crate::transport::samples::Samples;
 use crate::transport::{Host, Paths, World};
 
-/// Weights are kept as integers in units of 2^-32, so that a state's weight is exact however its visits are grouped.
-const WEIGHT_BITS: u32 = 32;
-
-/// Chains of one host and where they stand.
-pub struct Batch {
-    host: Host,
+/// Chains of one target and where they stand.
+pub struct Batch<T: Target = PrimarySampleSpace> {
+    target: T,
     /// How large steps are splatted as independent samples, if they are.
     combined: Option<Combined>,
     /// Global chain numbers, padded to a multiple of eight.
     ids: Vec<u32>,
     /// `0..n`, the chains without padding.
     order: Vec<u32>,
-    current: Samples,
-    proposed: Samples,
     /// Targets of the current states.
     targets: Vec<f32>,
     /// The rest of the current states, `[splat][chain]`.
@@ -77,19 +74,6 @@ pub struct Batch {
     pub counts: Counts,
 }
 
-record! {
-    /// A splat of a chain's state. It is written when chains accept or reject, and read by the film's logs and by monitors.
-    pub struct StateSplat / StateSplatLanes {
-        /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share of what it shares with large
-        /// steps, if it does.
-        colour: [f32; 3],
-        /// Raster position, in pixels.
-        raster: [f32; 2],
-        /// Light vertices of its strategy.
-        s: u32,
-    } free 2
-}
-
 /// Large steps as independent samples.
 #[derive(Clone, Copy, Debug)]
 struct Combined {
@@ -101,29 +85,22 @@ struct Combined {
 
 /// Where a chain stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
-    /// Laid out as the host says.
-    pub samples: Vec<f32>,
+pub struct State<S = Vec<f32>> {
+    /// [`Target::State`]; primary samples are laid out as their host says.
+    pub samples: S,
     pub target: f32,
 }
 
 /// What a chain did in an iteration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
-    pub proposal: Vec<f32>,
+pub struct Step<S = Vec<f32>> {
+    pub proposal: S,
     /// Drawn afresh, not a movement of the current state.
     pub large: bool,
     /// Acceptance probability, and the uniform number that has to be below it.
     pub acceptance: f32,
     pub drawn: f32,
     pub accepted: bool,
-}
-
-/// Sums over the large steps of each chain.
-struct LargeSteps {
-    count: Vec<u32>,
-    sum: Vec<f64>,
-    squares: Vec<f64>,
 }
 
 /// Memory to march in: one for each thread, whatever the batches.
@@ -147,54 +124,6 @@ impl Workspace {
 /// Splats collected before they go to the film, 256 KiB: the more, the more of them are neighbours there.
 const LOG: usize = 8192;
 
-/// What happened to proposals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    pub large: u64,
-    /// Sum of acceptance probabilities of large steps, in units of 2^-32.
-    pub large_accepted: u64,
-    pub small: u64,
-    pub small_accepted: u64,
-    pub rejected: u64,
-    pub rays: u64,
-}
-
-impl Counts {
-    pub fn merge(&mut self, o: &Self) {
-        self.large += o.large;
-        self.large_accepted += o.large_accepted;
-        self.small += o.small;
-        self.small_accepted += o.small_accepted;
-        self.rejected += o.rejected;
-        self.rays += o.rays;
-    }
-    /// Mean acceptance probability of large and small steps.
-    pub fn acceptance(&self) -> (f64, f64) {
-        let rate = |sum: u64, n: u64| {
-            if n > 0 {
-                sum as f64 / 2f64.powi(WEIGHT_BITS as i32) / n as f64
-            } else {
-                0.0
-            }
-        };
-        (
-            rate(self.large_accepted, self.large),
-            rate(self.small_accepted, self.small),
-        )
-    }
-}
-
-/// Chain number of chain `j` of a host. No two chains of a run share one, and none depends on how chains are batched.
-fn chain_id(host: u32, j: usize) -> u32 {
-    host << MAX_CHAINS_BITS | j as u32
-}
-
-const MAX_CHAINS_BITS: u32 = 20;
-/// Chains a depth can have.
-pub const MAX_CHAINS_PER_DEPTH: usize = 1 << MAX_CHAINS_BITS;
-/// Depths a run can have.
-pub const MAX_DEPTHS: u32 = 1 << (32 - MAX_CHAINS_BITS);
-
 impl Batch {
     /// Chains `first..first + seeds.len()` of a host, started from bootstrap samples. A host of one depth has the world's plan of that depth,
     /// or one that differs from it in how strategies are chosen.
@@ -206,12 +135,27 @@ impl Batch {
         seed: u64,
         paths: &mut Paths,
     ) -> Self {
-        let host = host.into();
+        let target = PrimarySampleSpace::new(host, seeds.len());
+        Self::over::<L>(world, target, first, seeds, seed, paths)
+    }
+}
+
+impl<T: Target> Batch<T> {
+    /// Chains `first..first + seeds.len()` of a target that has room for as many, started from the bootstrap samples `seeds` of
+    /// the run with this `seed`.
+    pub fn over<L: Lanes>(
+        world: &World,
+        mut target: T,
+        first: usize,
+        seeds: &[u64],
+        seed: u64,
+        paths: &mut Paths,
+    ) -> Self {
         let n = seeds.len();
-        let splats = host.splats();
+        let splats = target.splats();
         let padded = n.next_multiple_of(8);
-        let current = regenerate::<L>(&host, seed, seeds);
-        world.evaluate_host::<L>(&host, &current, n, paths);
+        target.draw::<L>(seed, n, |i| seeds[i]);
+        target.evaluate::<L>(world, n, paths);
         let mut targets = totals(paths, splats);
         let state = |row: usize, i: usize| {
             let o = &paths.splat_row(row)[i];
@@ -227,34 +171,31 @@ impl Batch {
             .map(|(row, i)| state(row, i))
             .collect();
         targets.resize(padded, 0.0);
+        let mut taken = vec![0.0; padded];
+        taken[..n].fill(1.0);
+        target.commit::<L>(&taken);
         Self {
             ids: (first..first + padded)
-                .map(|j| chain_id(host.id(), j))
+                .map(|j| chain_id(target.id(), j))
                 .collect(),
             order: (0..n as u32).collect(),
-            proposed: Samples::new(host.dimensions(), n),
-            current,
             targets,
             states,
             weights: vec![0; padded],
             large: vec![0.0; padded],
             decide: vec![0.0; padded],
             share: vec![0.0; padded],
-            taken: vec![0.0; padded],
+            taken,
             lit: vec![0.0; padded],
             seen: vec![0.0; padded],
             left: vec![StateSplat::default(); splats * n],
             left_weights: vec![0; n],
             iteration: 0,
-            large_moments: LargeSteps {
-                count: vec![0; n],
-                sum: vec![0.0; n],
-                squares: vec![0.0; n],
-            },
+            large_moments: LargeSteps::new(n),
             monitor: None,
             counts: Counts::default(),
             combined: None,
-            host,
+            target,
         }
     }
 
@@ -262,7 +203,7 @@ impl Batch {
     /// to, ascending.
     pub fn watch(&mut self, groups: &[u8], tiling: &Tiling) {
         let combined = self.combined.is_some();
-        let monitor = Monitor::new(groups, self.host.strategies(), combined, tiling);
+        let monitor = Monitor::new(groups, self.target.strategies(), combined, tiling);
         self.monitor = Some(monitor);
     }
 
@@ -296,23 +237,14 @@ impl Batch {
 
     /// Large-step targets, chain by chain: independent uniform samples.
     pub fn large_moments(&self) -> impl Iterator<Item = Moments> {
-        let LargeSteps {
-            count,
-            sum,
-            squares,
-        } = &self.large_moments;
-        (0..self.len()).map(|i| Moments {
-            count: u64::from(count[i]),
-            sum: sum[i],
-            sum_squares: squares[i],
-        })
+        self.large_moments.moments()
     }
 
     /// Marches `iterations` steps; splats go to the film.
     pub fn march<L: Lanes>(
         &mut self,
         world: &World,
-        kernel: &Kernel,
+        kernel: &T::Kernel,
         iterations: u32,
         workspace: &mut Workspace,
         film: &SplatFilm,
@@ -374,30 +306,29 @@ impl Batch {
 
     /// One step of all chains. What they leave behind is splatted by [`Self::march`] only; [`Self::latest`] says what they did.
     #[inline(always)]
-    pub fn step<L: Lanes>(&mut self, world: &World, kernel: &Kernel, paths: &mut Paths) {
+    pub fn step<L: Lanes>(&mut self, world: &World, kernel: &T::Kernel, paths: &mut Paths) {
         let n = self.len();
-        kernel.propose::<L>(
-            &self.ids,
-            self.iteration,
-            &self.current,
-            &mut self.proposed,
-            &mut self.large,
-            &mut self.decide,
-        );
+        let steps = Steps {
+            ids: &self.ids,
+            iteration: self.iteration,
+            large: &mut self.large,
+            decide: &mut self.decide,
+        };
+        self.target.propose::<L>(kernel, steps);
         paths.clock.count(Stage::Mutate, n, L::N);
         paths.clock.lap(Stage::Mutate);
-        world.evaluate_host::<L>(&self.host, &self.proposed, n, paths);
+        self.target.evaluate::<L>(world, n, paths);
         self.accept::<L>(paths);
-        self.keep::<L>();
+        self.target.commit::<L>(&self.taken);
         paths.clock.count(Stage::Accept, n, L::N);
         paths.clock.lap(Stage::Accept);
         self.iteration += 1;
     }
 
-    /// Where chain `i` of the batch stands: its primary samples and target.
-    pub fn state(&self, i: usize) -> State {
+    /// Where chain `i` of the batch stands: its state and target.
+    pub fn state(&self, i: usize) -> State<T::State> {
         State {
-            samples: self.current.column(i),
+            samples: self.target.current(i),
             target: self.targets[i],
         }
     }
@@ -409,9 +340,9 @@ impl Batch {
     }
 
     /// What chain `i` did in the latest step.
-    pub fn latest(&self, i: usize) -> Step {
+    pub fn latest(&self, i: usize) -> Step<T::State> {
         Step {
-            proposal: self.proposed.column(i),
+            proposal: self.target.proposed(i),
             large: self.large[i] > 0.0,
             acceptance: self.share[i],
             drawn: self.decide[i],
@@ -423,7 +354,7 @@ impl Batch {
     /// the one left behind is splatted, the one that stays collects weight until it is left.
     fn accept<L: Lanes>(&mut self, paths: &Paths) {
         let n = self.order.len();
-        let splats = self.host.splats();
+        let splats = self.target.splats();
         // One splat a state is told apart once a batch: nothing is added up.
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
@@ -441,7 +372,11 @@ impl Batch {
                 proposed = total(std::iter::once(proposed).chain(others));
             }
             let current = L::load(&self.targets[start..]);
-            let a = acceptance(current, proposed);
+            let a = if T::SYMMETRIC {
+                acceptance(current, proposed)
+            } else {
+                biased_acceptance(current, proposed, self.target.log_ratio(start))
+            };
             let taken = L::load(&self.decide[start..]).lt(a);
             let large = L::load(&self.large[start..]).gt(zero);
             a.store(&mut self.share[start..]);
@@ -525,18 +460,6 @@ impl Batch {
         self.counts.small_accepted += all - of_large;
     }
 
-    /// The primary samples of accepted proposals become current.
-    fn keep<L: Lanes>(&mut self) {
-        for d in 0..self.host.dimensions() {
-            let to = self.current.row_mut(d).chunks_exact_mut(L::N);
-            let from = self.proposed.row(d).chunks_exact(L::N);
-            for ((to, from), taken) in to.zip(from).zip(self.taken.chunks_exact(L::N)) {
-                let taken = L::load(taken).gt(L::zero());
-                L::select(taken, L::load(from), L::load(to)).store(to);
-            }
-        }
-    }
-
     /// Splats what the current states have collected, as at the end of a run.
     pub fn flush(&mut self, film: &SplatFilm, to: Destination) {
         let mut log = SplatLog::default();
@@ -557,117 +480,5 @@ impl Batch {
             }
         }
         self.weights.fill(0);
-    }
-}
-
-/// A splat with its colour over the target of its state, times `scale`.
-#[inline(always)]
-fn normalised<L: Lanes>(
-    splat: &OutcomeLanes<L>,
-    target: L,
-    scale: Option<L>,
-) -> StateSplatLanes<L> {
-    let [r, g, b] = colour(splat.rgb.to_array(), target);
-    let colour = Vec3::new(r, g, b);
-    StateSplatLanes {
-        colour: scale.map_or(colour, |scale| colour * scale),
-        raster: splat.raster,
-        s: splat.s,
-    }
-}
-
-/// Stores the splats of the states that stay and of those that are left, which it returns.
-#[inline(always)]
-fn exchange<L: Lanes>(
-    taken: L::Mask,
-    new: StateSplatLanes<L>,
-    states: &mut [StateSplat],
-    left: &mut [StateSplat],
-    list: &[u32],
-) -> StateSplatLanes<L> {
-    let old = StateSplatLanes::load(states, list);
-    StateSplatLanes::select(taken, new, old).store(states, list);
-    let goes = StateSplatLanes::select(taken, old, new);
-    goes.store(left, list);
-    goes
-}
-
-impl<L: Lanes> StateSplatLanes<L> {
-    #[inline(always)]
-    fn select(mask: L::Mask, a: Self, b: Self) -> Self {
-        Self {
-            colour: Vec3::select(mask, a.colour, b.colour),
-            raster: [0, 1].map(|i| L::select(mask, a.raster[i], b.raster[i])),
-            s: L::uint_select(mask, a.s, b.s),
-        }
-    }
-}
-
-/// `w` of the module's equations.
-#[inline(always)]
-fn weight<L: Lanes>(target: L, constant: L) -> L {
-    // In this order nothing overflows that matters: a target beyond c has the weight 1, one far below it that of its ratio.
-    let one = L::one();
-    (one / (one + constant / target)).or_zero(target.gt(L::zero()))
-}
-
-/// Logs splats with their weights; those without light need none, where there are several to a state (`sparse`).
-#[inline(always)]
-fn push(log: &mut SplatLog, states: &[StateSplat], weights: &[u64], sparse: bool) {
-    for (state, weight) in states.iter().zip(weights) {
-        let [r, g, b] = state.colour;
-        let dark = sparse && r + g + b == 0.0;
-        log.push(state.colour, state.raster, if dark { 0 } else { *weight });
-    }
-}
-
-/// The state that was proposed: the one that is current if it was taken, else the one that is left.
-#[inline(always)]
-pub(super) fn proposal<'a>(
-    taken: f32,
-    current: &'a StateSplat,
-    left: &'a StateSplat,
-) -> &'a StateSplat {
-    if taken > 0.0 { current } else { left }
-}
-
-/// For weights in units of 2^-32.
-fn in_units(to: Destination) -> Destination {
-    Destination {
-        scale: to.scale / ONE as f64,
-        ..to
-    }
-}
-
-/// A weight of 1.
-const ONE: u64 = 1 << WEIGHT_BITS;
-
-/// `x` in `[0, 1]` in units of 2^-32, rounded. In a sum with 2^52 the integer is the mantissa; a cast would have to look for numbers
-/// that do not fit.
-#[inline(always)]
-fn fixed(x: f32) -> u64 {
-    let sum = f64::from(x) * ONE as f64 + (1u64 << 52) as f64;
-    sum.to_bits() & ((1 << 52) - 1)
-}
-
-/// All ones for 1, 0 for 0.
-#[inline(always)]
-fn mask(flag: f32) -> u64 {
-    // Not a cast, which would look for numbers that do not fit.
-    u64::from(flag.to_bits() != 0).wrapping_neg()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn weights_are_rounded_shares() {
-        for x in [0.0, 1.0, 0.5, 1e-9, 1e-20, 0.999_999_94, 1.0 / 3.0] {
-            let exact = f64::from(x) * ONE as f64;
-            assert!((fixed(x) as f64 - exact).abs() <= 0.5, "{x}");
-        }
-        assert_eq!(fixed(1.0), ONE);
-        assert_eq!((mask(0.0), mask(1.0)), (0, u64::MAX));
     }
 }

@@ -1,17 +1,11 @@
-//! Bootstrap: the integral of the target of each host (of each depth, if paths are multiplexed), and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by
-//! systematic resampling).
-//!
-//! The dimensions that decide where on the film a path starts and which strategy it takes are not drawn independently: they follow
-//! additive recurrences (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), [`REPLICAS`] of them, each with a random
-//! offset. A small bright light in view is then counted by area and not by luck: most of the variance of `b` in common scenes. The replicas
-//! are independent, so their scatter is an honest standard error.
+//! Bootstrap: the integral of the target of each host (of each depth, if paths are multiplexed), and first states drawn in
+//! proportion to it (Veach and Guibas 1997, section 4.3, by systematic resampling).
 
 use super::accept::totals;
-use super::mutate::ONE_MINUS_EPSILON;
-use crate::plan::Choice;
+use super::primary::{PrimarySampleSpace, REPLICAS};
+use super::target::Target;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream, unit_float};
-use crate::transport::samples::Samples;
 use crate::transport::{Host, Paths, World};
 use rayon::prelude::*;
 
@@ -55,17 +49,6 @@ impl Moments {
         variance / n
     }
 }
-
-/// Independent quasirandom sets; path `i` is point `i / REPLICAS` of set `i % REPLICAS`.
-const REPLICAS: usize = 8;
-
-/// Additive recurrences in two and three dimensions: powers of the reciprocals of the plastic number and its analogue.
-const RECURRENCE_2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-const RECURRENCE_3: [f64; 3] = [
-    0.819_172_513_396_164_4,
-    0.671_043_606_703_789_2,
-    0.549_700_477_901_970_3,
-];
 
 /// The estimate of one integral: the quasirandom bootstrap, and independent samples that came later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -141,46 +124,6 @@ struct Part {
     rays: u64,
 }
 
-/// Fills columns `0..n` with the primary samples of bootstrap paths `index(0..n)`.
-fn fill<L: Lanes>(
-    stream: &Stream,
-    host: &Host,
-    samples: &mut Samples,
-    n: usize,
-    index: impl Fn(usize) -> u64,
-) {
-    samples.fill::<L>(stream, n, |i| {
-        let path = index(i);
-        [path as u32, host.id() | ((path >> 32) as u32) << 16]
-    });
-    let offsets: [[f64; 4]; REPLICAS] = std::array::from_fn(|r| {
-        let words = stream.words::<f32>(r as u32, host.id(), OFFSET_BLOCK);
-        words.map(|w| f64::from(w) / 2f64.powi(32))
-    });
-    let mut recur = |dimension: usize, axis: usize, step: f64| {
-        for (i, u) in samples.row_mut(dimension)[..n].iter_mut().enumerate() {
-            let path = index(i);
-            let (replica, point) = (path % REPLICAS as u64, path / REPLICAS as u64);
-            let v = (offsets[replica as usize][axis] + point as f64 * step).fract();
-            *u = (v as f32).min(ONE_MINUS_EPSILON);
-        }
-    };
-    match host.foremost() {
-        (Some(strategy), raster) => {
-            recur(strategy, 0, RECURRENCE_3[0]);
-            recur(raster, 1, RECURRENCE_3[1]);
-            recur(raster + 1, 2, RECURRENCE_3[2]);
-        }
-        (None, raster) => {
-            recur(raster, 0, RECURRENCE_2[0]);
-            recur(raster + 1, 1, RECURRENCE_2[1]);
-        }
-    }
-}
-
-/// Beyond every block of dimensions.
-const OFFSET_BLOCK: u32 = u32::MAX;
-
 impl Bootstrap {
     /// No path yet of `count`.
     pub fn new(count: u64) -> Self {
@@ -230,27 +173,40 @@ impl Bootstrap {
         until: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) {
-        let stream = Stream::new(seed, Purpose::Bootstrap);
+        let target = || PrimarySampleSpace::new(host, CHUNK as usize);
+        self.extend_over::<_, L>(world, target, seed, until, cancelled);
+    }
+
+    /// The same for any target; `target` makes room for [`CHUNK`] states.
+    pub fn extend_over<T: Target, L: Lanes>(
+        &mut self,
+        world: &World,
+        target: impl Fn() -> T + Sync,
+        seed: u64,
+        until: u64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) {
         let until = until.min(self.wanted);
-        let room = host.strategies().last().map_or(0, |s| *s as usize + 1);
-        let work = |(paths, samples): &mut (Paths, Samples), chunk: u64| {
+        let strategies = target().strategies().to_vec();
+        let room = strategies.last().map_or(0, |s| *s as usize + 1);
+        let work = |(paths, target): &mut (Paths, T), chunk: u64| {
             if cancelled() {
                 return Part::default();
             }
             let first = chunk * CHUNK;
             let n = (until - first).min(CHUNK) as usize;
             let rays = paths.rays.traced;
-            fill::<L>(&stream, host, samples, n, |i| first + i as u64);
-            world.evaluate_host::<L>(host, samples, n, paths);
-            let rejected = paths.rejected(host.splats());
-            let values = totals(paths, host.splats());
+            target.draw::<L>(seed, n, |i| first + i as u64);
+            target.evaluate::<L>(world, n, paths);
+            let rejected = paths.rejected(target.splats());
+            let values = totals(paths, target.splats());
             let mut by_light_vertices = vec![Moments::default(); room];
             for (outcome, value) in paths.splats.camera.iter().zip(&values) {
                 if let Some(moments) = by_light_vertices.get_mut(outcome.s as usize) {
                     moments.add(*value);
                 }
             }
-            let strategies = host.strategies().iter();
+            let strategies = strategies.iter();
             Part {
                 strategies: strategies.map(|s| by_light_vertices[*s as usize]).collect(),
                 values,
@@ -260,23 +216,14 @@ impl Bootstrap {
         };
         let chunks: Vec<Part> = (self.len() / CHUNK..until.div_ceil(CHUNK))
             .into_par_iter()
-            .map_init(
-                || {
-                    (
-                        Paths::new(world),
-                        Samples::new(host.dimensions(), CHUNK as usize),
-                    )
-                },
-                work,
-            )
+            .map_init(|| (Paths::new(world), target()), work)
             .collect();
         // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left out has lost its place, and counts
         // as if it had not been made.
         let whole = chunks
             .into_iter()
             .take_while(|part| !part.values.is_empty());
-        self.strategies
-            .resize(host.strategies().len(), Moments::default());
+        self.strategies.resize(strategies.len(), Moments::default());
         for part in whole {
             // Chunk by chunk: the order of the sum does not depend on threads or rounds.
             let mut sum = Moments::default();
@@ -352,31 +299,4 @@ fn replica_error2(n: u64, values: impl Iterator<Item = f32>) -> f64 {
     let mean = means.iter().sum::<f64>() / REPLICAS as f64;
     let spread: f64 = means.iter().map(|m| (m - mean).powi(2)).sum();
     spread / (REPLICAS * (REPLICAS - 1)) as f64
-}
-
-/// The primary samples of bootstrap paths `indices`, as columns of a new matrix; of the same paths under the choice of `host`, whatever
-/// that is, though the bootstrap chose uniformly.
-///
-/// Only the sample that chooses the strategy differs: it moves to the same part of that strategy's interval ([`Choice::carry`]). A path `x` of
-/// strategy `s` then has the target `F'(x) = f(x) / q_s` in place of `F(x) = n f(x)`, with `q_s` the new probability and `n` the number of
-/// strategies; and first states drawn in proportion to `F` are what first states should be, in proportion to `F'`:
-/// the density of the state at `u'`, the image of `u`, is `F(u) du / du'`, and the map stretches an interval of length `1 / n` to `q_s`, so
-/// that `du / du' = 1 / (n q_s)` and the density is `n f / (n q_s) = f / q_s = F'(u')`. Both integrate to the same `b`. So neither the
-/// bootstrap's estimate nor [`Bootstrap::seeds`] has to know of the new choice, and chains start in equilibrium.
-pub fn regenerate<L: Lanes>(host: impl Into<Host>, seed: u64, indices: &[u64]) -> Samples {
-    let host = host.into();
-    let stream = Stream::new(seed, Purpose::Bootstrap);
-    let mut samples = Samples::new(host.dimensions(), indices.len());
-    if !indices.is_empty() {
-        fill::<L>(&stream, &host, &mut samples, indices.len(), |i| indices[i]);
-        if let Host::Multiplexed(depth) = &host
-            && !depth.choice.is_uniform()
-        {
-            let uniform = Choice::uniform(&depth.strategies);
-            for u in &mut samples.row_mut(depth.layout.strategy)[..indices.len()] {
-                *u = depth.choice.carry(&uniform, *u);
-            }
-        }
-    }
-    samples
 }

@@ -4,7 +4,7 @@
 //! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
 //! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
-use super::batch::{StateSplat, proposal};
+use super::splats::{StateSplat, proposal};
 use crate::film::Tiling;
 use crate::simd::Lanes;
 use crate::transport::Outcome;

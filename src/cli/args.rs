@@ -11,7 +11,7 @@ use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
 use super::Failure;
 pub use super::compare::args::CompareArgs;
 pub use super::replay::args::ReplayArgs;
-use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::integrate::{Settings, StrategyChoice, Width, worker_threads};
 use crate::plan::Forced;

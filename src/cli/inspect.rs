@@ -26,7 +26,7 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
     let memory = MemoryLimit::new(None);
     let input = input::load(args.scene.as_deref(), &memory, messages)?;
     let max_depth = args.max_depth.unwrap_or(input.scene.integrator.max_depth);
-    let most = crate::chain::batch::MAX_DEPTHS - 1;
+    let most = crate::chain::counts::MAX_DEPTHS - 1;
     if max_depth > most {
         let message = format!("{}: maxdepth {max_depth} is beyond {most}", input.name);
         return Err(Failure::Input(message));

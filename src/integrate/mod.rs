@@ -476,11 +476,11 @@ impl Run<'_> {
 pub fn check(settings: &Settings) -> Result<(), RenderError> {
     let fail = |what: String| Err(RenderError::Settings(what));
     let s = settings;
-    if s.max_depth >= crate::chain::batch::MAX_DEPTHS {
+    if s.max_depth >= crate::chain::counts::MAX_DEPTHS {
         return fail(format!(
             "max depth {} is beyond {}",
             s.max_depth,
-            crate::chain::batch::MAX_DEPTHS - 1
+            crate::chain::counts::MAX_DEPTHS - 1
         ));
     }
     if !(0.0..=1.0).contains(&s.large_step_probability) {
@@ -498,8 +498,8 @@ pub fn check(settings: &Settings) -> Result<(), RenderError> {
     if s.integrator.mutates() && (s.chains == 0 || s.bootstrap == 0) {
         return fail("chains and bootstrap samples must be at least 1".into());
     }
-    if s.chains > crate::chain::batch::MAX_CHAINS_PER_DEPTH as u64 {
-        let most = crate::chain::batch::MAX_CHAINS_PER_DEPTH;
+    if s.chains > crate::chain::counts::MAX_CHAINS_PER_DEPTH as u64 {
+        let most = crate::chain::counts::MAX_CHAINS_PER_DEPTH;
         return fail(format!("{} chains are more than {most}", s.chains));
     }
     if s.bootstrap > 1 << 48 {

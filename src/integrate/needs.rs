@@ -2,8 +2,8 @@
 
 use super::chains::Method;
 use super::{Settings, sampled, worker_threads};
-use crate::chain::batch::StateSplat;
 use crate::chain::bootstrap::CHUNK;
+use crate::chain::splats::StateSplat;
 use crate::film::{FilterTable, GROUPS, SampleFilm, SplatFilm, Tiling};
 use crate::memory::Bytes;
 use crate::scene::{HostKind, IntegratorKind, LightKind, Scene};

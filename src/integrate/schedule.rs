@@ -2,8 +2,9 @@
 
 use super::Run;
 use super::chains::Method;
-use crate::chain::batch::{Batch, MAX_CHAINS_PER_DEPTH, Workspace};
+use crate::chain::batch::{Batch, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
+use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::chain::learn::learned;
 use crate::chain::mutate::{Kernel, large_step_probability};
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};

@@ -6,8 +6,9 @@ use crate::support;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
-use phalanx::chain::bootstrap::{Bootstrap, Moments, regenerate};
+use phalanx::chain::bootstrap::{Bootstrap, Moments};
 use phalanx::chain::learn::{EVEN, enough, learned};
+use phalanx::chain::primary::regenerate;
 use phalanx::integrate::{Settings, StrategyChoice, Width};
 use phalanx::plan::{Choice, DepthPlan};
 use phalanx::replay::Recorder;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, value_parser};
 
-use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::cli::args::{
     ChoiceName, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability, resolution, sigma,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, value_parser};
 
-use crate::chain::batch::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
+use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::cli::args::{ChainArgs, PictureArgs};
 
 /// Evaluate one path again, step by step, in single and in double precision

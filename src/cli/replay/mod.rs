@@ -52,9 +52,9 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
                 asked.title()
             ));
         }
-        if settings.max_depth >= crate::chain::batch::MAX_DEPTHS {
+        if settings.max_depth >= crate::chain::counts::MAX_DEPTHS {
             // World holds a plan of every depth.
-            let most = crate::chain::batch::MAX_DEPTHS - 1;
+            let most = crate::chain::counts::MAX_DEPTHS - 1;
             let message = format!(
                 "{}: maxdepth {} is beyond {most}",
                 input.name, settings.max_depth

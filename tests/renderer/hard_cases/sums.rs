@@ -6,7 +6,7 @@
 use super::COMPARISONS;
 use crate::support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
 use crate::support::{BOTH, Runs, head, inward_box, run, scene, settings};
-use phalanx::chain::bootstrap::regenerate;
+use phalanx::chain::primary::regenerate;
 use phalanx::integrate::Settings;
 use phalanx::scene::{Filter, FilterKind, IntegratorKind, LightKind, MaterialKind, Param, Scene};
 use phalanx::transport::World;
