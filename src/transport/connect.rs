@@ -10,8 +10,8 @@ use super::samples::{ConnectionSamples, Samples};
 use super::sides;
 use super::weigh::{self, Sink, TechniqueMask};
 use crate::BARE;
-use crate::simd::{Lanes, Mask, Row};
-use crate::surface::Bsdf;
+use crate::simd::{Lanes, Mask, Row, Vec3};
+use crate::surface::{Bsdf, Kind};
 
 /// What is joined, and where it goes.
 pub(super) struct Joining<'a> {
@@ -107,30 +107,14 @@ impl World<'_> {
         } else {
             self.link_lens::<L, false>(light, samples, &lists.lens, at, to, lens);
         }
-        let to = (&mut rays.ray[..], &mut connections.link[..]);
-        link_endpoints::<L>(endpoints, &lists.general, to, general);
-        for (list, side) in [
-            (&*direct, Side::Camera),
-            (&*general, Side::Camera),
-            (&*lens, Side::Light),
-            (&*general, Side::Light),
-        ] {
-            if list.is_empty() {
-                continue;
-            }
-            let endpoints = endpoints[side as usize];
-            self.queue(&endpoints.kind, list, &mut lists.queues);
-            for &kind in &self.plan.kinds {
-                let queue = &lists.queues[kind as usize];
-                if !queue.is_empty() {
-                    clock.count(Stage::Connect, queue.len(), L::N);
-                    let from = (endpoints, params);
-                    let values = &mut connections.value[side as usize];
-                    crate::for_kind!(
-                        kind,
-                        self.evaluate::<_, L>(from, &connections.link, queue, side, values)
-                    );
-                }
+        for (list, side) in [(&*direct, Side::Camera), (&*lens, Side::Light)] {
+            let from = (endpoints[side as usize], params);
+            for (kind, queue) in self.queues_of(from.0, list, &mut lists.queues) {
+                clock.count(Stage::Connect, queue.len(), L::N);
+                crate::for_kind!(
+                    kind,
+                    self.evaluate::<_, L>(from, queue, side, &mut *connections)
+                );
             }
         }
         clock.lap(Stage::Connect);
@@ -142,8 +126,32 @@ impl World<'_> {
         // Where `t = 1`, no strategy has more light vertices.
         let most = factors[factors.len() - 1];
         weigh::lens::<L>(connections, lens, (mask, most), &sink, live);
-        weigh::general::<L>(connections, general, (s, factors), &sink, live);
         clock.lap(Stage::Mis);
+        // The camera's BSDF is evaluated with the link, the light's with the weight: each endpoint is loaded whole once.
+        let list = &lists.general;
+        for (kind, queue) in self.queues_of(camera, list, &mut lists.queues) {
+            clock.count(Stage::Connect, queue.len(), L::N);
+            let to = (&mut rays.ray[..], &mut *connections, &mut *general);
+            crate::for_kind!(
+                kind,
+                self.link_endpoints::<_, L>(endpoints, params, queue, to)
+            );
+        }
+        for (kind, queue) in self.queues_of(light, general, &mut lists.queues) {
+            clock.count(Stage::Connect, queue.len(), L::N);
+            let (from, weights) = ((light, params), (s, factors));
+            crate::for_kind!(
+                kind,
+                self.weigh_endpoints::<_, L>(
+                    from,
+                    queue,
+                    weights,
+                    connections,
+                    (&sink, &mut *live)
+                )
+            );
+        }
+        clock.lap(Stage::Connect);
         self.trace_visibility::<L>(rays, live, clock);
         sink.add_visible(&connections.contribution, &rays.blocked, live);
         clock.lap(Stage::Mis);
@@ -229,65 +237,131 @@ impl World<'_> {
         }
     }
 
-    /// Values and densities of one side's BSDF along the link.
+    /// `list` by the kinds of its endpoints, without empty queues.
+    fn queues_of<'a>(
+        &'a self,
+        endpoints: &Endpoints,
+        list: &[u32],
+        queues: &'a mut [List; Kind::ALL.len()],
+    ) -> impl Iterator<Item = (Kind, &'a [u32])> {
+        if !list.is_empty() {
+            self.queue(&endpoints.kind, list, queues);
+        }
+        let kinds = if list.is_empty() {
+            &[]
+        } else {
+            &self.plan.kinds[..]
+        };
+        let queue_of = |kind: &Kind| (*kind, &*queues[*kind as usize]);
+        kinds
+            .iter()
+            .map(queue_of)
+            .filter(|(_, queue)| !queue.is_empty())
+    }
+
+    /// What one side's endpoints, linked already, make of their links.
     fn evaluate<B: Bsdf, L: Lanes>(
         &self,
         (endpoints, params): (&Endpoints, &[Row]),
-        links: &[Link],
         list: &[u32],
         side: Side,
-        values: &mut [EndpointValue],
+        connections: &mut Connections,
     ) {
         for chunk in list.chunks(L::N) {
             let end = endpoints.load::<L>(chunk);
-            let Endpoint {
-                place,
-                frame,
-                energy,
-            } = &end;
-            let w = LinkLanes::<L>::load(links, chunk).w;
-            let wi = if side == Side::Camera { w } else { -w };
-            let row = frame.load_params(params, chunk.len());
-            let directions = [place.wo, wi];
-            let normals = end.normals();
-            let value = sides::eval::<B, L>(self.sides, &row, &normals, directions, side.mode());
-            let wi_ng = wi.dot(frame.ng);
-            let cos = match side {
-                Side::Camera => wi.dot(frame.ns).abs(),
-                Side::Light => {
-                    mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
-                }
-            };
-            EndpointValueLanes {
-                beta: energy.beta.mul_elem(value.f * cos),
-                pdf: value.pdf,
-                back: end.partial().back(value.pdf_reverse),
-                cos: wi_ng.abs(),
-            }
-            .store(values, chunk);
+            let row = end.frame.load_params(params, chunk.len());
+            let w = LinkLanes::<L>::load(&connections.link, chunk).w;
+            let value = self.value_along::<B, L>(&end, &row, w, side);
+            value.store(&mut connections.value[side as usize], chunk);
         }
     }
-}
 
-/// `s, t >= 2`: endpoints to endpoints.
-fn link_endpoints<L: Lanes>(
-    endpoints: [&Endpoints; 2],
-    list: &[u32],
-    (rays, links): (&mut [Ray], &mut [Link]),
-    joined: &mut List,
-) {
-    for chunk in list.chunks(L::N) {
-        let [camera, light] =
-            endpoints.map(|side| EndpointPlaceLanes::<L>::load(&side.place, chunk));
-        let [camera_ng, light_ng] =
-            endpoints.map(|side| EndpointFrameLanes::<L>::load(&side.frame, chunk).ng);
-        let v = light.p - camera.p;
-        let d2 = v.length2();
-        let w = v * (L::one() / d2.sqrt());
-        let (from, to) = (camera.leave(camera_ng, w), light.leave(light_ng, -w));
-        RayLanes::between(from, to).store(rays, chunk);
-        LinkLanes { w, distance2: d2 }.store(links, chunk);
-        // Coincident endpoints have no direction between them and contribute nothing.
-        joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+    /// `s, t >= 2`: links endpoints to endpoints, and evaluates the camera's.
+    fn link_endpoints<B: Bsdf, L: Lanes>(
+        &self,
+        [camera, light]: [&Endpoints; 2],
+        params: &[Row],
+        list: &[u32],
+        (rays, connections, joined): (&mut [Ray], &mut Connections, &mut List),
+    ) {
+        for chunk in list.chunks(L::N) {
+            let end = camera.load::<L>(chunk);
+            let far = EndpointPlaceLanes::<L>::load(&light.place, chunk);
+            let far_ng = EndpointFrameLanes::<L>::load(&light.frame, chunk).ng;
+            let v = far.p - end.place.p;
+            let d2 = v.length2();
+            let w = v * (L::one() / d2.sqrt());
+            let (from, to) = (end.place.leave(end.frame.ng, w), far.leave(far_ng, -w));
+            RayLanes::between(from, to).store(rays, chunk);
+            LinkLanes { w, distance2: d2 }.store(&mut connections.link, chunk);
+            let row = end.frame.load_params(params, chunk.len());
+            let value = self.value_along::<B, L>(&end, &row, w, Side::Camera);
+            value.store(&mut connections.value[Side::Camera as usize], chunk);
+            // Coincident endpoints have no direction between them and contribute nothing.
+            joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+        }
+    }
+
+    /// `s, t >= 2`: evaluates the light's endpoints, and weighs both. The factors are those of `s` light vertices.
+    fn weigh_endpoints<B: Bsdf, L: Lanes>(
+        &self,
+        (light, params): (&Endpoints, &[Row]),
+        list: &[u32],
+        (s, factors): (&[u32], &[f32]),
+        connections: &mut Connections,
+        (sink, live): (&Sink, &mut List),
+    ) {
+        for chunk in list.chunks(L::N) {
+            let end = light.load::<L>(chunk);
+            let row = end.frame.load_params(params, chunk.len());
+            let link = LinkLanes::<L>::load(&connections.link, chunk);
+            let light = self.value_along::<B, L>(&end, &row, link.w, Side::Light);
+            let camera = EndpointValueLanes::<L>::load(&connections.value[0], chunk);
+            let last = chunk.len() - 1;
+            let factor = L::from_fn(|i| factors[s[chunk[i.min(last)] as usize] as usize]);
+            let contributions = &mut connections.contribution;
+            let ends = [&camera, &light];
+            weigh::general(
+                ends,
+                link.distance2,
+                factor,
+                contributions,
+                chunk,
+                (sink, live),
+            );
+        }
+    }
+
+    /// Values and densities of an endpoint's BSDF along a link of direction `w`, from the camera's side to the light's.
+    #[inline(always)]
+    fn value_along<B: Bsdf, L: Lanes>(
+        &self,
+        end: &Endpoint<L>,
+        row: &[L; Row::WIDTH],
+        w: Vec3<L>,
+        side: Side,
+    ) -> EndpointValueLanes<L> {
+        let Endpoint {
+            place,
+            frame,
+            energy,
+        } = end;
+        let wi = if side == Side::Camera { w } else { -w };
+        let directions = [place.wo, wi];
+        let normals = end.normals();
+        let value = sides::eval::<B, L>(self.sides, row, &normals, directions, side.mode());
+        let wi_ng = wi.dot(frame.ng);
+        let cos = match side {
+            Side::Camera => wi.dot(frame.ns).abs(),
+            Side::Light => {
+                mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+            }
+        };
+        EndpointValueLanes {
+            beta: energy.beta.mul_elem(value.f * cos),
+            pdf: value.pdf,
+            back: end.partial().back(value.pdf_reverse),
+            cos: wi_ng.abs(),
+        }
     }
 }

@@ -230,31 +230,22 @@ pub(super) fn lens<L: Lanes>(
     }
 }
 
-/// `s, t >= 2`; the factors are those of `s` light vertices.
+/// `s, t >= 2`: what both endpoints make of a link of such a squared length.
+#[inline(always)]
 pub(super) fn general<L: Lanes>(
-    connections: &mut Connections,
+    [camera, light]: [&EndpointValueLanes<L>; 2],
+    distance2: L,
+    factor: L,
+    contributions: &mut [Contribution],
     list: &[u32],
-    (s, factors): (&[u32], &[f32]),
-    sink: &Sink,
-    live: &mut List,
+    (sink, live): (&Sink, &mut List),
 ) {
-    for chunk in list.chunks(L::N) {
-        let camera = EndpointValueLanes::<L>::load(&connections.value[0], chunk);
-        let light = EndpointValueLanes::<L>::load(&connections.value[1], chunk);
-        let inv_d2 = L::one() / LinkLanes::<L>::load(&connections.link, chunk).distance2;
-        let weight = mis::weight_connect(&camera.joint(), &light.joint(), inv_d2);
-        let last = chunk.len() - 1;
-        let factor = L::from_fn(|i| factors[s[chunk[i.min(last)] as usize] as usize]);
-        let all = camera.beta.mul_elem(light.beta);
-        let rgb = all * (inv_d2 * weight * factor);
-        keep(
-            &mut connections.contribution,
-            chunk,
-            (rgb, || all * (inv_d2 * factor)),
-            sink,
-            live,
-        );
-    }
+    let inv_d2 = L::one() / distance2;
+    let weight = mis::weight_connect(&camera.joint(), &light.joint(), inv_d2);
+    let all = camera.beta.mul_elem(light.beta);
+    let rgb = all * (inv_d2 * weight * factor);
+    let unweighted = || all * (inv_d2 * factor);
+    keep(contributions, list, (rgb, unweighted), sink, live);
 }
 
 /// Keeps contributions, with their weights and without, until visibility is known; those that are not zero (also if not finite, so that they
