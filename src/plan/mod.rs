@@ -4,14 +4,15 @@
 
 mod choice;
 mod effects;
+mod layout;
 mod report;
 mod surfaces;
 
 pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Forced, Member};
+pub use self::layout::{Layout, Strides, Vertices};
 pub use self::report::Report;
 use crate::surface::Kind;
-use std::ops::Range;
 
 /// The plan of a render.
 #[derive(Clone, Debug)]
@@ -61,56 +62,6 @@ pub struct DepthPlan {
     pub layout: Layout,
 }
 
-/// Where primary samples live in the matrix `[dimension][path]`. Three streams in a row: camera, light, connection; a change of strategy
-/// re-labels none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
-    /// First sample of the camera stream; exists if there is more than one strategy.
-    pub strategy: usize,
-    pub raster: usize,
-    pub lens: usize,
-    /// Exists if something disperses light.
-    pub wavelength: usize,
-    pub camera_bounce: usize,
-    /// One sample per surface vertex that scatters, if there are mixtures; they choose components.
-    pub camera_label: usize,
-    pub light_choice: usize,
-    /// Four samples: position and direction.
-    pub emission: usize,
-    pub light_bounce: usize,
-    /// As `camera_label`; one more than there are bounces, as the tip is a mixture, too.
-    pub light_label: usize,
-    pub connection_choice: usize,
-    /// Two samples: a point on a light (`s = 1`), on the lens, or one of several places on the film (`t = 1`).
-    pub connection: usize,
-    pub per_bounce: usize,
-    /// Rows of the matrix.
-    pub total: usize,
-}
-
-impl Layout {
-    /// What the primary samples are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 12] {
-        [
-            ("strategy", self.strategy..self.raster),
-            ("raster position", self.raster..self.lens),
-            ("lens", self.lens..self.wavelength),
-            ("wavelength", self.wavelength..self.camera_bounce),
-            ("camera bounces", self.camera_bounce..self.camera_label),
-            ("camera components", self.camera_label..self.light_choice),
-            ("choice of light", self.light_choice..self.emission),
-            ("emission", self.emission..self.light_bounce),
-            ("light bounces", self.light_bounce..self.light_label),
-            ("light components", self.light_label..self.connection_choice),
-            (
-                "choice of connected light",
-                self.connection_choice..self.connection,
-            ),
-            ("connected point", self.connection..self.total),
-        ]
-    }
-}
-
 impl Plan {
     /// For paths of up to `max_depth` scattering events.
     pub fn new(effects: Effects, max_depth: u32) -> Self {
@@ -156,58 +107,12 @@ impl Plan {
             }
             strategies.push(depth + 1);
         }
-        let layout = self.layout(depth as usize, &strategies);
+        let layout = Layout::multiplexed(self, depth as usize, &strategies);
         DepthPlan {
             depth,
             choice: Choice::uniform(&strategies),
             strategies,
             layout,
-        }
-    }
-
-    fn layout(&self, depth: usize, strategies: &[u32]) -> Layout {
-        let mut next = 0;
-        let mut take = |n: usize| {
-            let at = next;
-            next += n;
-            at
-        };
-        let light_subpath = strategies.iter().any(|s| *s >= 2);
-        let light_bounces = if light_subpath {
-            depth.saturating_sub(1)
-        } else {
-            0
-        };
-        let connects = strategies.iter().any(|s| *s >= 1);
-        let choice = usize::from(self.light_choice);
-        let strategy = take(usize::from(strategies.len() > 1));
-        let raster = take(2);
-        let lens = take(if self.lens { 2 } else { 0 });
-        let wavelength = take(usize::from(self.dispersion));
-        let camera_bounce = take(depth * self.per_bounce);
-        let label = usize::from(self.mixtures);
-        let camera_label = take(depth * label);
-        let light_choice = take(if light_subpath { choice } else { 0 });
-        let emission = take(if light_subpath { 4 } else { 0 });
-        let light_bounce = take(light_bounces * self.per_bounce);
-        let light_label = take(if light_subpath { depth * label } else { 0 });
-        let connection_choice = take(if connects { choice } else { 0 });
-        let connection = take(if connects { 2 } else { 0 });
-        Layout {
-            strategy,
-            raster,
-            lens,
-            wavelength,
-            camera_bounce,
-            camera_label,
-            light_choice,
-            emission,
-            light_bounce,
-            light_label,
-            connection_choice,
-            connection,
-            per_bounce: self.per_bounce,
-            total: next,
         }
     }
 }

@@ -18,6 +18,7 @@ use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Outcome};
 use super::samples::{Bounce, ConnectionSamples, Samples};
 use super::weigh::{Sink, TechniqueMask};
+use crate::plan::{Layout, Vertices};
 use crate::simd::{Lanes, Row};
 
 /// A way to make a path: so many vertices from a light, and from the camera.
@@ -46,9 +47,7 @@ impl Strategy {
     }
 }
 
-/// Which strategies run, and where their primary samples are: raster (2), lens, wavelength, the camera subpath's bounces and components;
-/// choice of light, emission (4), the light subpath's bounces and components; then what joins each camera vertex to a light (`s = 1`: a choice
-/// of light, a point on it), and each light vertex to the camera (`t = 1`: two numbers, if the camera reads them).
+/// Which strategies run, and where their primary samples are.
 #[derive(Clone, Debug)]
 pub struct BidirectionalLayout {
     strategies: Vec<Strategy>,
@@ -61,23 +60,8 @@ pub struct BidirectionalLayout {
     camera_labels: usize,
     mask: TechniqueMask,
     parts: bool,
-    pub raster: usize,
-    pub lens: usize,
-    pub wavelength: usize,
-    pub camera_bounce: usize,
-    pub camera_label: usize,
-    pub light_choice: usize,
-    pub emission: usize,
-    pub light_bounce: usize,
-    pub light_label: usize,
-    /// First sample of a camera vertex's point on a light, and how many each has: the point's two are the last.
-    pub direct: usize,
-    pub per_direct: usize,
-    /// The same for a light vertex's point on the lens, or place on the film.
-    pub camera_point: usize,
-    pub per_camera_point: usize,
-    pub per_bounce: usize,
-    total: usize,
+    /// Where their primary samples are.
+    pub at: Layout,
 }
 
 impl BidirectionalLayout {
@@ -126,32 +110,14 @@ impl BidirectionalLayout {
         let joined = most(1, &|strategy| strategy.s > 0);
         let camera_labels = joined.max(camera_vertices.saturating_sub(1));
 
-        let mut total = 0;
-        let mut take = |n: usize| {
-            let at = total;
-            total += n;
-            at
+        let by_choice = usize::from(world.camera.connects_by_choice());
+        let vertices = Vertices {
+            camera: camera_vertices,
+            camera_labels,
+            light: light_vertices,
+            direct: most(1, &|strategy| strategy.s == 1),
+            seen: by_choice * most(0, &|strategy| strategy.t == 1),
         };
-        let label = usize::from(plan.mixtures);
-        let choice = usize::from(plan.light_choice);
-        let light = usize::from(light_vertices > 0);
-        let per_direct = choice + 2;
-        let per_camera_point = if world.camera.connects_by_choice() {
-            2
-        } else {
-            0
-        };
-        let raster = take(2);
-        let lens = take(if plan.lens { 2 } else { 0 });
-        let wavelength = take(usize::from(plan.dispersion));
-        let camera_bounce = take(camera_vertices.saturating_sub(1) * plan.per_bounce);
-        let camera_label = take(camera_labels * label);
-        let light_choice = take(choice * light);
-        let emission = take(4 * light);
-        let light_bounce = take(light_vertices.saturating_sub(1) * plan.per_bounce);
-        let light_label = take(light_vertices * label);
-        let direct = take(per_direct * most(1, &|strategy| strategy.s == 1));
-        let camera_point = take(per_camera_point * most(0, &|strategy| strategy.t == 1));
         Self {
             seen,
             camera_vertices,
@@ -159,21 +125,7 @@ impl BidirectionalLayout {
             camera_labels,
             mask,
             parts: false,
-            raster,
-            lens,
-            wavelength,
-            camera_bounce,
-            camera_label,
-            light_choice,
-            emission,
-            light_bounce,
-            light_label,
-            direct,
-            per_direct,
-            camera_point,
-            per_camera_point,
-            per_bounce: plan.per_bounce,
-            total,
+            at: Layout::bidirectional(plan, vertices),
             strategies,
         }
     }
@@ -185,7 +137,7 @@ impl BidirectionalLayout {
 
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
-        self.total
+        self.at.total
     }
 
     /// Raster positions that a path contributes to beside its camera's: lists in [`Splats::light`].
@@ -212,17 +164,18 @@ impl BidirectionalLayout {
     /// Samples that strategy `(s, t)` reads beside those of its subpaths.
     fn connection(&self, strategy: Strategy) -> ConnectionSamples {
         let [light, camera] = strategy.surfaces();
+        let at = &self.at;
         if strategy.t == 1 {
-            let point = self.camera_point + (light - 1) * self.per_camera_point;
+            let point = at.camera_point + 2 * (light - 1);
             return ConnectionSamples {
                 choice: point,
                 point,
             };
         }
-        let first = self.direct + (camera - 1) * self.per_direct;
+        let further = (camera - 1) * at.strides.connection;
         ConnectionSamples {
-            choice: first,
-            point: first + self.per_direct - 2,
+            choice: at.connection_choice + further,
+            point: at.connection + further,
         }
     }
 }
@@ -321,7 +274,7 @@ impl World<'_> {
         kept.start(layout, paths.room(), self.plan.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
-        self.start_wavelengths(samples, layout.wavelength, n, &mut paths.dispersion);
+        self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
         self.walk_light::<L>(layout, samples, paths, &mut lists, &mut kept);
         if self.plan.dispersion {
             paths.dispersion.forget();
@@ -355,7 +308,7 @@ impl World<'_> {
         self.start_light::<L>(
             samples,
             &lists.starting,
-            (layout.light_choice, layout.emission),
+            (layout.at.light_choice, layout.at.emission),
             (&mut paths.rays.ray, &mut paths.subpaths.flight),
             &mut lists.light,
         );
@@ -371,7 +324,9 @@ impl World<'_> {
                 lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
-            let label = Some(Bounce::at(layout.light_label + wave));
+            let label = Some(Bounce::at(
+                layout.at.light_label + wave * layout.at.strides.label,
+            ));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
@@ -399,15 +354,19 @@ impl World<'_> {
         let (on, first, count) = match side {
             Side::Camera => (
                 &mut lists.camera,
-                layout.camera_bounce,
+                layout.at.camera_bounce,
                 layout.camera_vertices,
             ),
-            Side::Light => (&mut lists.light, layout.light_bounce, layout.light_vertices),
+            Side::Light => (
+                &mut lists.light,
+                layout.at.light_bounce,
+                layout.light_vertices,
+            ),
         };
         on.clear();
         if wave + 1 < count {
             on.extend(&lists.emission);
-            let bounce = Bounce::at(first + wave * layout.per_bounce);
+            let bounce = Bounce::at(first + wave * layout.at.strides.bounce);
             self.scatter_queues::<L>(paths, samples, lists, side, bounce);
         }
         std::mem::swap(
@@ -429,7 +388,7 @@ impl World<'_> {
         self.start_camera::<L>(
             samples,
             &lists.camera,
-            (layout.raster, layout.lens),
+            (layout.at.raster, layout.at.lens),
             !self.plan.connectable,
             paths.camera_starts(),
         );
@@ -460,8 +419,8 @@ impl World<'_> {
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink);
             }
             paths.clock.lap(Stage::Mis);
-            let label =
-                (wave < layout.camera_labels).then(|| Bounce::at(layout.camera_label + wave));
+            let label = (wave < layout.camera_labels)
+                .then(|| Bounce::at(layout.at.camera_label + wave * layout.at.strides.label));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,

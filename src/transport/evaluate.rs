@@ -6,51 +6,52 @@ use super::paths::{Lists, Paths, Side};
 use super::records::Outcome;
 use super::samples::{Bounce, ConnectionSamples, Label, Samples};
 use super::weigh::{Sink, TechniqueMask};
-use crate::plan::{DepthPlan, Plan};
+use crate::plan::{DepthPlan, Layout, Plan};
 use crate::simd::Lanes;
 
-/// Primary samples of a path-traced path: raster (2), lens (2), wavelength (1, if paths have one), and per bounce three for the BSDF, one for
-/// the choice of a light, two for a point on it; and one for the choice of a component, if there are mixtures.
+/// Primary samples of path-traced paths.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
     pub max_depth: u32,
-    wavelength: bool,
-    per_bounce: usize,
+    at: Layout,
 }
 
 impl UnidirectionalLayout {
     /// The first of two samples that place a path on the film.
     pub const RASTER: usize = 0;
-    const LENS: usize = 2;
-    const WAVELENGTH: usize = 4;
 
     /// Of paths with up to `max_depth` scattering events.
     pub fn new(plan: &Plan, max_depth: u32) -> Self {
         Self {
             max_depth,
-            wavelength: plan.dispersion,
-            per_bounce: 6 + usize::from(plan.mixtures),
+            at: Layout::unidirectional(plan, max_depth),
         }
     }
 
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
-        self.at(self.max_depth).0
+        self.at.total
     }
 
-    fn at(&self, depth: u32) -> (usize, ConnectionSamples) {
-        let first = Self::WAVELENGTH + usize::from(self.wavelength);
-        let base = first + self.per_bounce * depth as usize;
+    /// The bounce of a vertex with `depth` scattering events before it, and what joins it to a light.
+    fn at(&self, depth: u32) -> (Bounce, ConnectionSamples) {
+        let (at, depth) = (&self.at, depth as usize);
+        let further = depth * at.strides.connection;
         let connection = ConnectionSamples {
-            choice: base + 3,
-            point: base + 4,
+            choice: at.connection_choice + further,
+            point: at.connection + further,
         };
-        (base, connection)
+        (
+            Bounce::at(at.camera_bounce + depth * at.strides.bounce),
+            connection,
+        )
     }
 
     /// The sample that chooses a component at a vertex with `depth` scattering events before it; the last one does not scatter.
     fn label(&self, depth: u32) -> Option<Bounce> {
-        (depth < self.max_depth).then(|| Bounce::at(self.at(depth).0 + 6))
+        let at = &self.at;
+        (depth < self.max_depth)
+            .then(|| Bounce::at(at.camera_label + depth as usize * at.strides.label))
     }
 }
 
@@ -170,8 +171,9 @@ impl World<'_> {
         }
         paths.clock.lap(Stage::Sort);
         // Only vertices met by chance are so late, and they do not scatter.
-        let label =
-            (wave < depth.depth).then(|| Bounce::at(depth.layout.camera_label + wave as usize));
+        let label = (wave < depth.depth).then(|| {
+            Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
+        });
         self.arrive_on::<L>(paths, &lists.scratch, (Side::Camera, 0), (samples, label));
         self.weigh_components(&mut paths.subpaths, Side::Camera);
         lists.camera.clear();
@@ -186,7 +188,7 @@ impl World<'_> {
             lists.starting.push_if(path, joins & (s > 1));
         }
         let at = &depth.layout;
-        let bounce = Bounce::at(at.camera_bounce + wave as usize * at.per_bounce);
+        let bounce = Bounce::at(at.camera_bounce + wave as usize * at.strides.bounce);
         self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
     }
 
@@ -228,7 +230,7 @@ impl World<'_> {
         }
         let bounce = Bounce {
             first: depth.layout.light_bounce,
-            per_bounce: depth.layout.per_bounce,
+            per_bounce: depth.layout.strides.bounce,
             wave,
         };
         self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
@@ -245,14 +247,13 @@ impl World<'_> {
     ) {
         paths.resize(n);
         let mask = TechniqueMask::UNIDIRECTIONAL;
-        let dimension = UnidirectionalLayout::WAVELENGTH;
-        self.start_wavelengths(samples, dimension, n, &mut paths.dispersion);
+        self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         for path in 0..n {
             lists.camera.push(path as u32);
         }
-        let place = (UnidirectionalLayout::RASTER, UnidirectionalLayout::LENS);
+        let place = (layout.at.raster, layout.at.lens);
         self.start_camera::<L>(samples, &lists.camera, place, true, paths.camera_starts());
         paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
@@ -286,10 +287,9 @@ impl World<'_> {
                 let joins = !paths.subpaths.endpoints[0].kind[path as usize].is_delta();
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
-            let (first, connection) = layout.at(depth);
+            let (bounce, connection) = layout.at(depth);
             let techniques = (mask, &[1.0; 2][..]);
             self.connect::<L>(paths, samples, &mut lists, connection, techniques);
-            let bounce = Bounce::at(first);
             self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
         }
         paths.lists = lists;

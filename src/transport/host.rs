@@ -84,7 +84,7 @@ impl Host {
                 (chooses.then_some(at.strategy), at.raster)
             }
             Host::Unidirectional(_) => (None, UnidirectionalLayout::RASTER),
-            Host::Bidirectional(layout) => (None, layout.raster),
+            Host::Bidirectional(layout) => (None, layout.at.raster),
         }
     }
 

@@ -40,35 +40,36 @@ fn multiplexed(
     let k = depth.depth as usize;
     let label = usize::from(plan.mixtures);
     let choice = usize::from(plan.light_choice);
-    copy(to.raster, layout.raster, 2);
-    copy(to.lens, layout.lens, if plan.lens { 2 } else { 0 });
+    copy(to.raster, layout.at.raster, 2);
+    copy(to.lens, layout.at.lens, if plan.lens { 2 } else { 0 });
     copy(
         to.wavelength,
-        layout.wavelength,
+        layout.at.wavelength,
         usize::from(plan.dispersion),
     );
-    copy(to.camera_bounce, layout.camera_bounce, k * to.per_bounce);
-    copy(to.camera_label, layout.camera_label, k * label);
+    copy(to.camera_bounce, layout.at.camera_bounce, k * to.per_bounce);
+    copy(to.camera_label, layout.at.camera_label, k * label);
     if strategy.s >= 2 {
-        copy(to.light_choice, layout.light_choice, choice);
-        copy(to.emission, layout.emission, 4);
+        copy(to.light_choice, layout.at.light_choice, choice);
+        copy(to.emission, layout.at.emission, 4);
         copy(
             to.light_bounce,
-            layout.light_bounce,
+            layout.at.light_bounce,
             (k - 1) * to.per_bounce,
         );
-        copy(to.light_label, layout.light_label, k * label);
+        copy(to.light_label, layout.at.light_label, k * label);
     }
     if strategy.s == 1 {
-        let from = layout.direct + (strategy.t as usize - 2) * layout.per_direct;
+        let from =
+            layout.at.connection_choice + (strategy.t as usize - 2) * layout.at.strides.connection;
         copy(to.connection_choice, from, choice);
         copy(to.connection, from + choice, 2);
     }
     if strategy.t == 1 {
-        let n = layout.per_camera_point;
+        let n = 2 * usize::from(world.camera.connects_by_choice());
         copy(
             to.connection,
-            layout.camera_point + (strategy.s as usize - 2) * n,
+            layout.at.camera_point + (strategy.s as usize - 2) * n,
             n,
         );
     }
@@ -158,18 +159,18 @@ fn light_tracing_is_unweighted() {
         world.evaluate_bidirectional::<f32x8>(&layout, &samples, BATCH, &mut paths);
         let short = BidirectionalLayout::light_tracing(&world);
         let mut own = Samples::new(short.total(), BATCH);
-        let camera = layout.camera_bounce;
-        assert_eq!(short.camera_bounce, camera);
+        let camera = layout.at.camera_bounce;
+        assert_eq!(short.at.camera_bounce, camera);
         for d in 0..camera {
             own.row_mut(d).copy_from_slice(samples.row(d));
         }
-        let direct = layout.direct - layout.light_choice;
+        let direct = layout.at.connection_choice - layout.at.light_choice;
         for (from, to, n) in [
-            (layout.light_choice, short.light_choice, direct),
+            (layout.at.light_choice, short.at.light_choice, direct),
             (
-                layout.camera_point,
-                short.camera_point,
-                layout.total() - layout.camera_point,
+                layout.at.camera_point,
+                short.at.camera_point,
+                layout.total() - layout.at.camera_point,
             ),
         ] {
             assert!(to + n <= short.total());

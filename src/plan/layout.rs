@@ -1,0 +1,263 @@
+//! Where primary samples live in the matrix `[dimension][path]`: one description for every evaluator.
+//!
+//! The samples of a path come in parts: what places it on the film and its lens, the bounces of its camera subpath, the start and the
+//! bounces of its light subpath, and what joins them. A part that a scene does not call for has no samples. Multiplexed paths have a
+//! part after the other, so that a change of strategy re-labels no sample; path-traced ones have all that belongs to a vertex in one
+//! place, so that shorter paths have the first samples of longer ones.
+
+use super::Plan;
+use std::ops::Range;
+
+/// First dimension of every part. Parts that a layout does not have begin where the next one does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Layout {
+    /// One sample; exists if there is more than one strategy to choose among.
+    pub strategy: usize,
+    /// Two samples.
+    pub raster: usize,
+    /// Two samples, if the lens is open.
+    pub lens: usize,
+    /// One sample, if something disperses light.
+    pub wavelength: usize,
+    /// [`Self::per_bounce`] samples for every vertex of the camera subpath that scatters.
+    pub camera_bounce: usize,
+    /// If there are mixtures, one sample for every surface vertex that scatters or is joined; they choose components.
+    pub camera_label: usize,
+    /// One sample, if there are several lights.
+    pub light_choice: usize,
+    /// Four samples: position and direction.
+    pub emission: usize,
+    /// As [`Self::camera_bounce`], of the light subpath.
+    pub light_bounce: usize,
+    /// As [`Self::camera_label`].
+    pub light_label: usize,
+    /// One sample for every vertex that is joined, if there are several lights.
+    pub connection_choice: usize,
+    /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed paths are joined once, to a light, the
+    /// lens, or one of several places on the film (`t = 1`).
+    pub connection: usize,
+    /// Two samples for every light vertex that is joined to the camera, if the camera reads them; of multiplexed paths those of
+    /// [`Self::connection`].
+    pub camera_point: usize,
+    /// Samples that a bounce reads: two for its direction, and one more if some BSDF has several lobes.
+    pub per_bounce: usize,
+    /// Dimensions from vertex to vertex.
+    pub strides: Strides,
+    /// Rows of the matrix.
+    pub total: usize,
+}
+
+/// Dimensions from the samples of a vertex to those of the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Strides {
+    /// Of bounces.
+    pub bounce: usize,
+    /// Of labels.
+    pub label: usize,
+    /// Of what joins a camera vertex to a light, or a light vertex to the camera.
+    pub connection: usize,
+}
+
+/// How many vertices the subpaths of bidirectional paths have, at most.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertices {
+    /// Surface vertices of the camera subpath.
+    pub camera: usize,
+    /// Of these, those that scatter or are joined.
+    pub camera_labels: usize,
+    /// Surface vertices of the light subpath.
+    pub light: usize,
+    /// Camera vertices that are joined to lights.
+    pub direct: usize,
+    /// Light vertices that are joined to the camera by two samples.
+    pub seen: usize,
+}
+
+/// Hands out dimensions.
+#[derive(Default)]
+struct Dimensions(usize);
+
+impl Dimensions {
+    /// The first of `n` further ones.
+    fn take(&mut self, n: usize) -> usize {
+        let at = self.0;
+        self.0 += n;
+        at
+    }
+}
+
+impl Layout {
+    /// Of paths of one depth, which choose among `strategies` (numbers of light vertices).
+    pub fn multiplexed(plan: &Plan, depth: usize, strategies: &[u32]) -> Self {
+        let mut next = Dimensions::default();
+        let light_subpath = strategies.iter().any(|s| *s >= 2);
+        let light = usize::from(light_subpath);
+        let connects = usize::from(strategies.iter().any(|s| *s >= 1));
+        let (choice, label) = (plan.light_choice(), plan.labels());
+        let strategy = next.take(usize::from(strategies.len() > 1));
+        let start = Self::start(plan, strategy, &mut next);
+        let camera_bounce = next.take(depth * plan.per_bounce);
+        let camera_label = next.take(depth * label);
+        let light_choice = next.take(light * choice);
+        let emission = next.take(light * 4);
+        let light_bounce = next.take(light * depth.saturating_sub(1) * plan.per_bounce);
+        let light_label = next.take(light * depth * label);
+        let connection_choice = next.take(connects * choice);
+        let connection = next.take(connects * 2);
+        Self {
+            camera_bounce,
+            camera_label,
+            light_choice,
+            emission,
+            light_bounce,
+            light_label,
+            connection_choice,
+            connection,
+            camera_point: connection,
+            strides: Strides {
+                bounce: plan.per_bounce,
+                label: 1,
+                connection: 0,
+            },
+            total: next.0,
+            ..start
+        }
+    }
+
+    /// Of path-traced paths of up to `max_depth` scattering events. Every vertex that scatters has its bounce, its point on a light and
+    /// its label in one place.
+    pub fn unidirectional(plan: &Plan, max_depth: u32) -> Self {
+        let mut next = Dimensions::default();
+        let start = Self::start(plan, 0, &mut next);
+        let camera_bounce = next.0;
+        let connection_choice = camera_bounce + plan.per_bounce;
+        let connection = connection_choice + plan.light_choice();
+        let camera_label = connection + 2;
+        let stride = camera_label + plan.labels() - camera_bounce;
+        next.take(max_depth as usize * stride);
+        Self {
+            camera_bounce,
+            camera_label,
+            light_choice: next.0,
+            emission: next.0,
+            light_bounce: next.0,
+            light_label: next.0,
+            connection_choice,
+            connection,
+            camera_point: next.0,
+            strides: Strides {
+                bounce: stride,
+                label: stride,
+                connection: stride,
+            },
+            total: next.0,
+            ..start
+        }
+    }
+
+    /// Of paths with all strategies that two subpaths of so many vertices make.
+    pub fn bidirectional(plan: &Plan, vertices: Vertices) -> Self {
+        let mut next = Dimensions::default();
+        let (choice, label) = (plan.light_choice(), plan.labels());
+        let light = usize::from(vertices.light > 0);
+        let start = Self::start(plan, 0, &mut next);
+        let camera_bounce = next.take(vertices.camera.saturating_sub(1) * plan.per_bounce);
+        let camera_label = next.take(vertices.camera_labels * label);
+        let light_choice = next.take(choice * light);
+        let emission = next.take(4 * light);
+        let light_bounce = next.take(vertices.light.saturating_sub(1) * plan.per_bounce);
+        let light_label = next.take(vertices.light * label);
+        let connection_choice = next.take((choice + 2) * vertices.direct);
+        let camera_point = next.take(2 * vertices.seen);
+        Self {
+            camera_bounce,
+            camera_label,
+            light_choice,
+            emission,
+            light_bounce,
+            light_label,
+            connection_choice,
+            connection: connection_choice + choice,
+            camera_point,
+            strides: Strides {
+                bounce: plan.per_bounce,
+                label: 1,
+                connection: choice + 2,
+            },
+            total: next.0,
+            ..start
+        }
+    }
+
+    /// The parts that all camera subpaths begin with.
+    fn start(plan: &Plan, strategy: usize, next: &mut Dimensions) -> Self {
+        Self {
+            strategy,
+            raster: next.take(2),
+            lens: next.take(if plan.lens { 2 } else { 0 }),
+            wavelength: next.take(usize::from(plan.dispersion)),
+            per_bounce: plan.per_bounce,
+            ..Self::default()
+        }
+    }
+
+    /// What the primary samples of multiplexed paths are for, in order; some parts may be empty.
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 12] {
+        [
+            ("strategy", self.strategy..self.raster),
+            ("raster position", self.raster..self.lens),
+            ("lens", self.lens..self.wavelength),
+            ("wavelength", self.wavelength..self.camera_bounce),
+            ("camera bounces", self.camera_bounce..self.camera_label),
+            ("camera components", self.camera_label..self.light_choice),
+            ("choice of light", self.light_choice..self.emission),
+            ("emission", self.emission..self.light_bounce),
+            ("light bounces", self.light_bounce..self.light_label),
+            ("light components", self.light_label..self.connection_choice),
+            (
+                "choice of connected light",
+                self.connection_choice..self.connection,
+            ),
+            ("connected point", self.connection..self.total),
+        ]
+    }
+}
+
+impl Plan {
+    /// Samples that choose a light.
+    fn light_choice(&self) -> usize {
+        usize::from(self.light_choice)
+    }
+
+    /// Samples that choose the component of a vertex.
+    fn labels(&self) -> usize {
+        usize::from(self.mixtures)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::load_str;
+    use crate::transport::World;
+
+    const PLAIN: &str =
+        "Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\nShape \"sphere\"\n";
+
+    #[test]
+    fn path_traced_paths_have_the_samples_that_their_plan_calls_for() {
+        let lens = PLAIN.replace("\"perspective\"", "\"perspective\" \"float lensradius\" .1");
+        let two = PLAIN.replace(
+            "Shape",
+            "LightSource \"point\" \"point3 from\" [0 0 9]\nShape",
+        );
+        for (text, fixed, each) in [(PLAIN, 2, 4), (&lens, 4, 4), (&two, 2, 5)] {
+            let scene = load_str(text, "layout.pbrt", ".".as_ref()).unwrap();
+            let world = World::new(&scene, 3);
+            for depth in 0..4 {
+                let layout = Layout::unidirectional(&world.plan, depth);
+                assert_eq!(layout.total, fixed + each * depth as usize, "{text}");
+            }
+        }
+    }
+}
