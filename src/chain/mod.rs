@@ -22,3 +22,6 @@ pub mod primary;
 pub mod splats;
 pub mod target;
 pub mod tune;
+
+#[cfg(test)]
+mod tests;
