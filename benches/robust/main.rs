@@ -15,12 +15,13 @@ mod lanes;
 mod rooms;
 mod triangles;
 
-use common::Chains;
+use common::{Chains, WHOLE};
 use criterion::{BenchmarkId, Throughput};
 use film::{Plain, Word};
 use glam::Vec2;
 use lanes::{CHEAP_MATH, CHEAP_RANDOM, Cheap};
-use phalanx::film::{Destination, FilterTable, SplatFilm, SplatLog};
+use phalanx::chain::evaluator::Evaluator;
+use phalanx::film::{FilterTable, SplatFilm, SplatLog};
 use phalanx::scene::{self, Filter, FilterKind, Scene};
 use phalanx::simd::f32x8;
 use phalanx::trace::{Coherence, Hit, Ray, Tracer, TriangleTest, Watertight};
@@ -90,11 +91,11 @@ fn marching<'a>(pairs: &mut Vec<Pair<'a>>, scenes: &'a [(&'static str, Scene)]) 
             let side = |cheap: bool| {
                 let world = World::new(scene, DEPTH as u32);
                 let film = common::film(scene);
-                let mut chains =
-                    Chains::new::<f32x8>(&world, DEPTH, CHAINS, 1).expect("the scene is lit");
+                let mut chains = Chains::new(Evaluator::EIGHT, &world, DEPTH, CHAINS, 1)
+                    .expect("the scene is lit");
                 Box::new(move || {
                     switch.store(cheap, Relaxed);
-                    chains.march::<Cheap>(&world, &film, STRIDE);
+                    chains.march_by::<Cheap>(&world, &film, STRIDE);
                     switch.store(false, Relaxed);
                 })
             };
@@ -139,12 +140,6 @@ fn filters() -> [(&'static str, FilterTable); 2] {
         )
     })
 }
-
-const WHOLE: Destination = Destination {
-    layer: 0,
-    scale: 1.0,
-    half: false,
-};
 
 fn exact_film<'a>(filter: FilterTable, splats: &'a Splats) -> impl FnMut() + 'a {
     let film = SplatFilm::new(filter, 1, 1e15);

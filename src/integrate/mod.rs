@@ -27,6 +27,7 @@ use crate::chain::mutate::{Kernel, Mutation};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
+pub use crate::simd::Width;
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
 use crate::transport::bidirectional::Strategy;
@@ -74,22 +75,6 @@ pub struct Settings {
     pub batch: Option<usize>,
     /// Effects that are on though the scene does not call for them.
     pub forced: Vec<Forced>,
-}
-
-/// Lanes of the kernels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    One,
-    Eight,
-}
-
-impl Width {
-    pub fn lanes(self) -> u32 {
-        match self {
-            Width::One => 1,
-            Width::Eight => 8,
-        }
-    }
 }
 
 impl Settings {

@@ -33,6 +33,23 @@ impl Row {
     pub const WIDTH: usize = 8;
 }
 
+/// Lanes of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    One,
+    Eight,
+}
+
+impl Width {
+    /// How many.
+    pub fn lanes(self) -> u32 {
+        match self {
+            Width::One => 1,
+            Width::Eight => 8,
+        }
+    }
+}
+
 /// One truth value per lane.
 pub trait Mask: Copy + Debug + Send + Sync + 'static {
     /// All lanes equal to `value`.
