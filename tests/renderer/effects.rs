@@ -21,7 +21,7 @@ fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Outcome
         samples.row_mut(d).fill_with(|| random.uniform());
     }
     let mut paths = Paths::new(world);
-    Evaluator::EIGHT.multiplexed(&world, plan, &samples, N, &mut paths);
+    Evaluator::EIGHT.multiplexed(world, plan, &samples, N, &mut paths);
     paths.splats.camera
 }
 

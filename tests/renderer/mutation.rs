@@ -32,7 +32,7 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
     let mut all = Vec::new();
     for i in 0..steps {
         Evaluator::EIGHT.propose(
-            &kernel,
+            kernel,
             &ids,
             i,
             &current,
@@ -42,7 +42,7 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
         );
         assert!(large.iter().all(|l| *l == 0.0));
         Evaluator::ONE.propose(
-            &kernel,
+            kernel,
             &ids,
             i,
             &current,
