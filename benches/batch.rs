@@ -8,8 +8,8 @@ mod common;
 
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::film::SplatFilm;
-use phalanx::simd::f32x8;
 use phalanx::transport::World;
 
 const SIZES: [usize; 7] = [64, 128, 256, 512, 1024, 2048, 4096];
@@ -23,12 +23,12 @@ fn sizes(c: &mut Criterion, name: &str, world: &World, film: &SplatFilm, depth: 
     let all = if common::quick() { SIZES[6] } else { CHAINS };
     let mut group = c.benchmark_group(format!("batch/{name}/depth {depth}"));
     for size in SIZES {
-        let Some(mut chains) = Chains::new::<f32x8>(world, depth, size, all / size) else {
+        let Some(mut chains) = Chains::new(Evaluator::EIGHT, world, depth, size, all / size) else {
             break;
         };
         group.throughput(Throughput::Elements(size as u64 * u64::from(STRIDE)));
         group.bench_function(BenchmarkId::new("chains", size), |b| {
-            b.iter(|| chains.march::<f32x8>(world, film, STRIDE));
+            b.iter(|| chains.march(world, film, STRIDE));
         });
     }
     group.finish();

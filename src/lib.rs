@@ -16,7 +16,6 @@
 //! | `memory` | tables in huge pages | what they hold |
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
-//! | [`switches`] | cheaper, less accurate alternatives; in a bench build only | what they stand in for |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
@@ -83,10 +82,5 @@ pub mod replay;
 pub mod scene;
 pub mod simd;
 pub mod surface;
-pub mod switches;
 pub mod trace;
 pub mod transport;
-
-/// A build with the feature `bare` has no effects but those of `benches/effects/none.pbrt` (triangles, diffuse, one light, a pinhole): the
-/// code of all others is left out at compile time, to count what asking for them costs. It refuses scenes that call for more.
-pub(crate) const BARE: bool = cfg!(feature = "bare");

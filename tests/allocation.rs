@@ -1,12 +1,12 @@
 //! Once warm, marching chains asks the system for no memory: every list, log and stack is kept from one iteration to the next.
 
-use phalanx::chain::batch::{Batch, Workspace};
-use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::batch::Workspace;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
 use phalanx::scene::load_str;
+use phalanx::simd::f32x8;
 use phalanx::simd::rng::{Purpose, Stream};
-use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
@@ -60,7 +60,7 @@ const WARM_UP: u32 = 200;
 const ITERATIONS: u32 = 200;
 
 /// Requests for memory that marching makes after it is warm, depth by depth, and for hosts of all depths.
-fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
+fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
     let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
     let world = World::new(&scene, 6);
     let kernel = Kernel::new(1, 0.3, 0.01);
@@ -83,18 +83,26 @@ fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
     ];
     let hosts = world.plan.depths.iter().map(Host::from).chain(whole);
     for host in hosts {
-        let bootstrap = Bootstrap::run::<f32x8>(&world, &host, 1, 10_000, &|| false);
+        let bootstrap = Evaluator::EIGHT.bootstrap(&world, &host, 1, 10_000, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
             continue;
         }
         let seeds = bootstrap.seeds(1, host.id(), CHAINS);
-        let mut batch = Batch::new::<L>(&world, &host, 0, &seeds, 1, &mut workspace.paths);
+        let mut batch = evaluator.batch(&world, &host, 0, &seeds, 1, &mut workspace.paths);
         if host.depth().is_none() {
             batch.combine(0.3 * bootstrap.estimate.mean() as f32, 1);
         }
         batch.watch(&[0; CHAINS], &Tiling::new(scene.film.crop));
         let mut march = |iterations| {
-            batch.march::<L>(&world, &kernel, iterations, &mut workspace, &film, to);
+            evaluator.march(
+                &mut batch,
+                &world,
+                &kernel,
+                iterations,
+                &mut workspace,
+                &film,
+                to,
+            );
         };
         march(WARM_UP);
         let before = REQUESTS.get();
@@ -106,7 +114,8 @@ fn requests<L: Lanes>(text: &str) -> Vec<(Option<u32>, u64)> {
 }
 
 fn expect_none(text: &str) {
-    for found in [requests::<f32>(text), requests::<f32x8>(text)] {
+    for evaluator in Evaluator::BOTH {
+        let found = requests(evaluator, text);
         assert!(
             found.iter().all(|(_, n)| *n == 0),
             "(depth, allocations): {found:?}"
@@ -147,7 +156,7 @@ fn kept_vertices() {
             for i in batches {
                 let stream = Stream::new(1, Purpose::Bidirectional);
                 samples.fill::<f32x8>(&stream, CHAINS, |path| [path as u32, i]);
-                world.evaluate_bidirectional::<f32x8>(&layout, &samples, CHAINS, &mut paths);
+                Evaluator::EIGHT.bidirectional(&world, &layout, &samples, CHAINS, &mut paths);
             }
         };
         evaluate(0..50);

@@ -5,11 +5,11 @@
 
 use criterion::Criterion;
 use phalanx::chain::batch::{Batch, Workspace};
-use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::scene::{self, Scene};
-use phalanx::simd::{Lanes, f32x8};
+use phalanx::simd::Lanes;
 use phalanx::transport::World;
 use std::path::Path;
 use std::time::Duration;
@@ -56,8 +56,16 @@ pub fn film(scene: &Scene) -> SplatFilm {
     SplatFilm::new(filter, 1, 1e15)
 }
 
+/// All splats of a film of one layer.
+pub const WHOLE: Destination = Destination {
+    layer: 0,
+    scale: 1.0,
+    half: false,
+};
+
 /// Chains of one depth in batches, started as a render starts them.
 pub struct Chains {
+    evaluator: Evaluator,
     batches: Vec<Batch>,
     next: usize,
     kernel: Kernel,
@@ -66,10 +74,16 @@ pub struct Chains {
 
 impl Chains {
     /// `count` batches of `chains` each; `None` if no bootstrap path of this depth carries light.
-    pub fn new<L: Lanes>(world: &World, depth: usize, chains: usize, count: usize) -> Option<Self> {
+    pub fn new(
+        evaluator: Evaluator,
+        world: &World,
+        depth: usize,
+        chains: usize,
+        count: usize,
+    ) -> Option<Self> {
         let plan = &world.plan.depths[depth];
         let paths = if quick() { 5_000 } else { 50_000 };
-        let bootstrap = Bootstrap::run::<f32x8>(world, plan, 1, paths, &|| false);
+        let bootstrap = Evaluator::EIGHT.bootstrap(world, plan, 1, paths, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
             return None;
         }
@@ -77,10 +91,12 @@ impl Chains {
         let mut workspace = Workspace::new(world);
         let batches = (seeds.chunks(chains).enumerate())
             .map(|(i, seeds)| {
-                Batch::new::<L>(world, plan, i * chains, seeds, 1, &mut workspace.paths)
+                let paths = &mut workspace.paths;
+                evaluator.batch(world, plan, i * chains, seeds, 1, paths)
             })
             .collect();
         Some(Self {
+            evaluator,
             batches,
             next: 0,
             kernel: Kernel::new(1, 0.3, 0.01),
@@ -89,20 +105,30 @@ impl Chains {
     }
 
     /// Marches the next batch, one after the other and round again.
-    pub fn march<L: Lanes>(&mut self, world: &World, film: &SplatFilm, iterations: u32) {
-        let next = (self.next + 1) % self.batches.len();
-        let batch = &mut self.batches[std::mem::replace(&mut self.next, next)];
-        batch.march::<L>(
+    pub fn march(&mut self, world: &World, film: &SplatFilm, iterations: u32) {
+        let at = self.turn();
+        let (batch, workspace) = (&mut self.batches[at], &mut self.workspace);
+        (self.evaluator).march(
+            batch,
             world,
             &self.kernel,
             iterations,
-            &mut self.workspace,
+            workspace,
             film,
-            Destination {
-                layer: 0,
-                scale: 1.0,
-                half: false,
-            },
+            WHOLE,
         );
+    }
+
+    /// The same with lanes of any kind, whose kernels the bench then compiles itself.
+    pub fn march_by<L: Lanes>(&mut self, world: &World, film: &SplatFilm, iterations: u32) {
+        let at = self.turn();
+        let (batch, workspace) = (&mut self.batches[at], &mut self.workspace);
+        batch.march::<L>(world, &self.kernel, iterations, workspace, film, WHOLE);
+    }
+
+    /// The batch whose turn it is.
+    fn turn(&mut self) -> usize {
+        let next = (self.next + 1) % self.batches.len();
+        std::mem::replace(&mut self.next, next)
     }
 }

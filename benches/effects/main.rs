@@ -12,10 +12,10 @@ mod common;
 
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::film::SplatFilm;
 use phalanx::plan::Forced;
 use phalanx::scene::{self, Scene};
-use phalanx::simd::f32x8;
 use phalanx::transport::World;
 use std::path::Path;
 use std::time::Instant;
@@ -34,9 +34,9 @@ fn compare(c: &mut Criterion, name: &str, scene: &Scene) {
         let world = World::with_forced(scene, DEPTH as u32, forced);
         let film = common::film(scene);
         let mut chains =
-            Chains::new::<f32x8>(&world, DEPTH, CHAINS, BATCHES).expect("the room is lit");
+            Chains::new(Evaluator::EIGHT, &world, DEPTH, CHAINS, BATCHES).expect("the room is lit");
         group.bench_function(BenchmarkId::from_parameter(how), |b| {
-            b.iter(|| chains.march::<f32x8>(&world, &film, STRIDE));
+            b.iter(|| chains.march(&world, &film, STRIDE));
         });
     }
     group.finish();
@@ -77,7 +77,8 @@ impl<'a> Runner<'a> {
         let world = World::with_forced(scene, DEPTH as u32, forced);
         let mut runner = Self {
             film: common::film(scene),
-            chains: Chains::new::<f32x8>(&world, DEPTH, CHAINS, BATCHES).expect("the room is lit"),
+            chains: Chains::new(Evaluator::EIGHT, &world, DEPTH, CHAINS, BATCHES)
+                .expect("the room is lit"),
             world,
         };
         runner.march();
@@ -88,7 +89,7 @@ impl<'a> Runner<'a> {
     fn march(&mut self) -> f64 {
         let start = Instant::now();
         for _ in 0..BATCHES {
-            (self.chains).march::<f32x8>(&self.world, &self.film, STRIDE);
+            (self.chains).march(&self.world, &self.film, STRIDE);
         }
         start.elapsed().as_secs_f64()
     }

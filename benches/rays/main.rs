@@ -10,13 +10,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{BenchmarkGroup, Criterion, Throughput, measurement::WallTime};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::Scene;
-use phalanx::simd::{Lanes, f32x8};
 use phalanx::trace::{Coherence, Hit, Tracer};
 
 use scenes::Wave;
 
-fn bench_wave<L: Lanes>(
+fn bench_wave(
+    evaluator: Evaluator,
     group: &mut BenchmarkGroup<WallTime>,
     method: &str,
     coherence: Coherence,
@@ -30,9 +31,9 @@ fn bench_wave<L: Lanes>(
             // Batches as the chains make them: one call per thousand rays.
             for list in black_box(&wave.list).chunks(1024) {
                 if wave.shadow {
-                    tracer.occluded_with::<L>(coherence, &wave.rays, list, &mut blocked);
+                    evaluator.shadow(tracer, coherence, &wave.rays, list, &mut blocked);
                 } else {
-                    tracer.closest_with::<L>(coherence, &wave.rays, list, &mut hits);
+                    evaluator.trace(tracer, coherence, &wave.rays, list, &mut hits);
                 }
             }
         })
@@ -97,10 +98,25 @@ fn main() {
         for wave in &scenes::waves(&scene, &tracer, side) {
             group.throughput(Throughput::Elements(wave.rays.len() as u64));
             let unknown = Coherence::Unknown;
-            bench_wave::<f32>(&mut group, "scalar", unknown, &tracer, wave);
-            bench_wave::<f32x8>(&mut group, "packets", Coherence::Coherent, &tracer, wave);
-            bench_wave::<f32x8>(&mut group, "single", Coherence::Incoherent, &tracer, wave);
-            bench_wave::<f32x8>(&mut group, "unknown", unknown, &tracer, wave);
+            let [one, eight] = Evaluator::BOTH;
+            bench_wave(one, &mut group, "scalar", unknown, &tracer, wave);
+            bench_wave(
+                eight,
+                &mut group,
+                "packets",
+                Coherence::Coherent,
+                &tracer,
+                wave,
+            );
+            bench_wave(
+                eight,
+                &mut group,
+                "single",
+                Coherence::Incoherent,
+                &tracer,
+                wave,
+            );
+            bench_wave(eight, &mut group, "unknown", unknown, &tracer, wave);
         }
         group.finish();
     }

@@ -1,8 +1,8 @@
 //! Scenes and waves of rays, all from fixed seeds.
 
 use glam::{DVec3, Quat, Vec2, Vec3};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::*;
-use phalanx::simd::f32x8;
 use phalanx::trace::{Coherence, Hit, Ray, Tracer};
 
 /// xorshift64*.
@@ -233,7 +233,7 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         .collect();
     let all: Vec<u32> = (0..count as u32).collect();
     let mut hits = vec![Hit::default(); count];
-    tracer.closest_with::<f32x8>(Coherence::Coherent, &camera, &all, &mut hits);
+    Evaluator::EIGHT.trace(tracer, Coherence::Coherent, &camera, &all, &mut hits);
     let light = Vec3::new(0.1, 0.5, 0.0);
     let (mut bounces, mut copies, mut shadows) = (vec![], vec![], vec![]);
     for (ray, hit) in camera.iter().zip(&hits) {

@@ -9,7 +9,7 @@ mod room;
 
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
-use phalanx::simd::f32x8;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::transport::World;
 use rayon::ThreadPoolBuilder;
 use std::sync::Mutex;
@@ -28,13 +28,13 @@ fn depth(c: &mut Criterion) {
     let film = common::film(&scene);
     let mut group = c.benchmark_group("scaling/depth");
     for depth in [1, 2, 4, 8, 16, 32, 64] {
-        let Some(mut chains) = Chains::new::<f32x8>(&world, depth, BATCH, 1) else {
+        let Some(mut chains) = Chains::new(Evaluator::EIGHT, &world, depth, BATCH, 1) else {
             println!("no bootstrap path of depth {depth} carries light");
             break;
         };
         group.throughput(Throughput::Elements(BATCH as u64));
         group.bench_function(BenchmarkId::from_parameter(depth), |b| {
-            b.iter(|| chains.march::<f32x8>(&world, &film, 1));
+            b.iter(|| chains.march(&world, &film, 1));
         });
     }
     group.finish();
@@ -54,10 +54,11 @@ fn triangles(c: &mut Criterion) {
         let world = World::new(&scene, DEPTH as u32);
         println!("{:?}", world.tracer.stats());
         let film = common::film(&scene);
-        let mut chains = Chains::new::<f32x8>(&world, DEPTH, BATCH, 1).expect("the room is lit");
+        let mut chains =
+            Chains::new(Evaluator::EIGHT, &world, DEPTH, BATCH, 1).expect("the room is lit");
         group.throughput(Throughput::Elements(BATCH as u64));
         group.bench_function(BenchmarkId::from_parameter(scene.triangles.len()), |b| {
-            b.iter(|| chains.march::<f32x8>(&world, &film, 1));
+            b.iter(|| chains.march(&world, &film, 1));
         });
     }
     group.finish();
@@ -70,11 +71,11 @@ fn chains(c: &mut Criterion) {
     let film = common::film(&scene);
     let mut group = c.benchmark_group("scaling/chains");
     for count in [1_024, 10_240, 102_400] {
-        let mut chains =
-            Chains::new::<f32x8>(&world, DEPTH, BATCH, count / BATCH).expect("the box is lit");
+        let mut chains = Chains::new(Evaluator::EIGHT, &world, DEPTH, BATCH, count / BATCH)
+            .expect("the box is lit");
         group.throughput(Throughput::Elements(BATCH as u64 * u64::from(STRIDE)));
         group.bench_function(BenchmarkId::from_parameter(count), |b| {
-            b.iter(|| chains.march::<f32x8>(&world, &film, STRIDE));
+            b.iter(|| chains.march(&world, &film, STRIDE));
         });
     }
     group.finish();
@@ -91,7 +92,8 @@ fn threads(c: &mut Criterion) {
     for threads in [1, 2] {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("threads can be had");
-        let own = || Chains::new::<f32x8>(&world, DEPTH, BATCH, 1).expect("the box is lit");
+        let own =
+            || Chains::new(Evaluator::EIGHT, &world, DEPTH, BATCH, 1).expect("the box is lit");
         let chains: Vec<Mutex<Chains>> = (0..threads).map(|_| Mutex::new(own())).collect();
         let mutations = (threads * BATCH) as u64 * u64::from(ITERATIONS);
         group.throughput(Throughput::Elements(mutations));
@@ -99,7 +101,7 @@ fn threads(c: &mut Criterion) {
             b.iter(|| {
                 pool.broadcast(|context| {
                     let mut own = chains[context.index()].lock().expect("no thread panics");
-                    own.march::<f32x8>(&world, &film, ITERATIONS);
+                    own.march(&world, &film, ITERATIONS);
                 })
             });
         });

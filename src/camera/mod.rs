@@ -140,7 +140,7 @@ impl Camera {
 
     /// True if the lens takes two primary samples.
     pub fn has_lens(&self) -> bool {
-        !crate::BARE && self.lens_radius > 0.0
+        self.lens_radius > 0.0
     }
 
     /// True if [`Self::connect`] reads its two primary samples: for a point on the lens, or for one of several places on the film.
@@ -151,14 +151,14 @@ impl Camera {
     /// Set if the camera sees every direction.
     pub fn sphere_map(&self) -> Option<SphereMap> {
         match self.projection {
-            Projection::Sphere(map) if !crate::BARE => Some(map),
+            Projection::Sphere(map) => Some(map),
             _ => None,
         }
     }
 
     /// True if `pdf` values are per area on a plane and distances to the camera leave densities alone.
     pub fn is_parallel(&self) -> bool {
-        !crate::BARE && self.projection == Projection::Orthographic
+        self.projection == Projection::Orthographic
     }
 
     /// True of the plainest camera there is: perspective, without a lens.

@@ -6,7 +6,8 @@
 //! 4. [`learn`] has them choose strategies as the bootstrap suggests.
 //! 5. [`tune`] finds the size of their small steps and how often they make large ones, before they start.
 //! 6. [`batch`] holds chains of one target and marches them: propose, evaluate, accept, splat ([`splats`]); [`counts`] says how often.
-//! 7. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
+//! 7. [`evaluator`] is the way to all of it from outside, where the width is known only at run time.
+//! 8. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample sizes, stuck chains.
 //!
 //! What chains mutate is a [`Host`](crate::transport::Host): a path of one depth, or a sample of all of them. Transport is called, never looked into; the film is handed splats and not asked where they go.
 
@@ -14,6 +15,7 @@ pub mod accept;
 pub mod batch;
 pub mod bootstrap;
 pub mod counts;
+pub mod evaluator;
 pub mod learn;
 pub mod mixing;
 pub mod monitor;

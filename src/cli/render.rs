@@ -333,7 +333,6 @@ mod tests {
             strategies: false,
             batch: None,
             forced: Vec::new(),
-            switches: crate::switches::Switches::NONE,
         };
         let list = attributes("a.pbrt", &settings, &stats);
         let get = |name: &str| list.iter().find(|a| a.name == name).map(|a| &a.value);

@@ -3,7 +3,6 @@
 use super::fit::{Estimate, Line};
 use super::plan::{Cost, Label, effort_unit, names};
 use super::reference::ReferenceFigures;
-use super::robust::SwitchFigures;
 use super::run::{Options, Run, Subject};
 use serde::Serialize;
 
@@ -18,9 +17,6 @@ pub struct SceneFigures {
     pub height: u32,
     pub reference: ReferenceFigures,
     pub variants: Vec<VariantFigures>,
-    /// Of variants with a switch, which only a bench build has.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub switches: Vec<SwitchFigures>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -116,7 +112,6 @@ pub fn scene_figures(
         height: y1 - y0,
         reference: reference.clone(),
         variants,
-        switches: Vec::new(),
     }
 }
 

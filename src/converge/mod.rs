@@ -17,6 +17,5 @@ pub mod gallery;
 pub mod plan;
 pub mod reference;
 pub mod report;
-pub mod robust;
 pub mod run;
 mod trial;

@@ -4,7 +4,6 @@ use super::figures::{SceneFigures, scene_figures};
 use super::gallery::{Gallery, Shown};
 use super::plan::{Budgets, Cost, Turn, Variant, order, with_effort};
 use super::reference::{Parts, Reference, ReferenceFigures};
-use super::robust::{self, Pictures};
 use super::trial::{costs, slow_starts, trial};
 use crate::integrate::measure::Machine;
 use crate::integrate::{EndedBy, Observer, Render, RenderError, Settings, render};
@@ -191,7 +190,6 @@ pub fn study(
             reference,
             runs: Vec::new(),
             gallery: Gallery::default(),
-            pictures: Pictures::of(&subject.variants),
         });
     }
 
@@ -221,7 +219,6 @@ pub fn study(
             }
         }
         let run = record(&turn, effort, &settings, &done, &scenery.reference);
-        scenery.pictures.add(&turn, options, &done.pixels);
         scenery.gallery.add(
             &turn,
             subject.variants.len(),
@@ -234,10 +231,7 @@ pub fn study(
     }
     let scenes = (subjects.iter().zip(scenes))
         .map(|(subject, s)| SceneStudy {
-            figures: SceneFigures {
-                switches: robust::figures(subject, options, &s.runs, &s.pictures),
-                ..scene_figures(subject, options, &s.costs, &s.reference.figures, &s.runs)
-            },
+            figures: scene_figures(subject, options, &s.costs, &s.reference.figures, &s.runs),
             runs: s.runs,
             reference: s.reference.pixels,
             shown: s.gallery.shown(),
@@ -265,8 +259,6 @@ struct Scenery {
     reference: Reference,
     runs: Vec<Run>,
     gallery: Gallery,
-    /// To tell what switches change.
-    pictures: Pictures,
 }
 
 /// Renders; `None` if the user stopped it.

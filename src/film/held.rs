@@ -1,6 +1,5 @@
 //! Where splats are added: a stripe of a layer, locked.
 
-use super::format::Format;
 use super::sums::SplatFilm;
 use crate::memory::Table;
 use crate::simd::prefetch::prefetch;
@@ -77,19 +76,11 @@ impl<'a> Held<'a> {
 
     /// Adds to a run of pixels, all of one stripe.
     #[inline(always)]
-    pub fn add(
-        &mut self,
-        format: Format,
-        first: usize,
-        weights: &[f32],
-        colour: [f32; 3],
-        scale: f64,
-    ) {
+    pub fn add(&mut self, first: usize, weights: &[f32], colour: [f32; 3], scale: f64) {
         self.enter((first >> self.shift) as u32);
         let range = self.place(first)..self.place(first) + 3 * weights.len();
         let largest = self.film.largest;
         add_run(
-            format,
             &mut self.entries()[range.clone()],
             weights,
             colour,
@@ -98,42 +89,25 @@ impl<'a> Held<'a> {
         );
         if let (Some(half), Some(pixels)) = (self.half, &mut self.pixels_of_half) {
             let sums = &mut pixels.entries_mut()[range];
-            add_run(format, sums, weights, colour, scale * half, largest);
+            add_run(sums, weights, colour, scale * half, largest);
         }
     }
 
     /// The same for pixels of one stripe or two.
     #[inline(always)]
-    pub fn add_across(
-        &mut self,
-        format: Format,
-        first: usize,
-        weights: &[f32],
-        colour: [f32; 3],
-        scale: f64,
-    ) {
+    pub fn add_across(&mut self, first: usize, weights: &[f32], colour: [f32; 3], scale: f64) {
         let end = ((first >> self.shift) + 1) << self.shift;
         let (here, there) = weights.split_at(weights.len().min(end - first));
-        self.add(format, first, here, colour, scale);
+        self.add(first, here, colour, scale);
         if !there.is_empty() {
-            self.add(format, end, there, colour, scale);
+            self.add(end, there, colour, scale);
         }
     }
 }
 
 /// Adds `weights * scale * colour` to as many pixels, each product at most `largest * scale`.
 #[inline(always)]
-fn add_run(
-    format: Format,
-    sums: &mut [i64],
-    weights: &[f32],
-    colour: [f32; 3],
-    scale: f64,
-    largest: f64,
-) {
-    if format != Format::Fixed {
-        return add_rounded(format, sums, weights, colour, scale);
-    }
+fn add_run(sums: &mut [i64], weights: &[f32], colour: [f32; 3], scale: f64, largest: f64) {
     let [r, g, b] = colour.map(f64::from);
     let add = |round: fn(f64) -> i64, sums: &mut [i64]| {
         for (sum, weight) in sums.chunks_exact_mut(3).zip(weights) {
@@ -147,18 +121,6 @@ fn add_run(
         add(round_small, sums);
     } else {
         add(round, sums);
-    }
-}
-
-/// [`add_run`] for floating-point sums.
-#[inline(always)]
-fn add_rounded(format: Format, sums: &mut [i64], weights: &[f32], colour: [f32; 3], scale: f64) {
-    let colour = colour.map(f64::from);
-    for (sums, weight) in sums.chunks_exact_mut(3).zip(weights) {
-        let scale = f64::from(*weight) * scale;
-        for (sum, c) in sums.iter_mut().zip(colour) {
-            *sum = format.add(*sum as u64, c * scale) as i64;
-        }
     }
 }
 

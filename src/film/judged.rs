@@ -1,6 +1,5 @@
 //! What a film knows of its own error.
 
-use super::format::Format;
 use super::sums::SplatFilm;
 use std::ops::Range;
 
@@ -50,7 +49,6 @@ impl SplatFilm {
     ) -> (Vec<[f32; 3]>, Vec<[f32; 3]>) {
         assert!(!self.half.is_empty());
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
-        let format = Format::now();
         let level = self.level(scales);
         let planned: Vec<f64> = (self.half.iter())
             .map(|h| level * h.scale * h.factors()[1])
@@ -59,7 +57,7 @@ impl SplatFilm {
         let mut squares = vec![0.0; 3 * pixels.len()];
         self.sum(pixels.clone(), &planned, &mut squares);
         self.each(self.layers, pixels.clone(), &mut squares, |d, half| {
-            *d -= 2.0 * level * unit * format.value(half);
+            *d -= 2.0 * level * unit * half as f64;
         });
         squares.iter_mut().for_each(|d| *d *= *d);
         for layer in 0..self.layers {
@@ -67,7 +65,7 @@ impl SplatFilm {
             if relative > 0.0 {
                 let factor = unit * scales.radiance[layer] * relative.sqrt();
                 self.each(layer, pixels.clone(), &mut squares, |square, sum| {
-                    *square += (format.value(sum) * factor).powi(2);
+                    *square += (sum as f64 * factor).powi(2);
                 });
             }
         }

@@ -1,7 +1,6 @@
 //! The film: exact sums of filtered samples.
 
 pub mod filter;
-mod format;
 mod held;
 mod judged;
 mod log;

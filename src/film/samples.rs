@@ -1,6 +1,5 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
-use super::format::Format;
 use super::sum::{Sum, Sums};
 use super::{FilterTable, GROUPS, Passes, Tiling};
 use std::ops::Range;
@@ -188,7 +187,6 @@ impl SampleFilm {
         // What the samples in a row of one tile and group come to.
         let (mut at, mut sum) = ((0, 0, 0), Sum::default());
         let (mut lit, mut full) = (false, 0);
-        let format = Format::now();
         // Placed samples lie only where the filter of their cell's pixel is: there are more of them.
         let dense = match self.weighing {
             Weighing::Passes => 1.0,
@@ -208,12 +206,12 @@ impl SampleFilm {
                 let [r, g, b] = colour.map(|v| v * w);
                 let mut block = lock(&self.halves[half][pixel / BLOCK]);
                 let values = [r, g, b, w].into_iter().take(self.entries);
-                full += add_to(&mut block, pixel % BLOCK * self.entries, values, format);
+                full += add_to(&mut block, pixel % BLOCK * self.entries, values);
             });
             if !self.inside.is_empty() && self.filter.contains(raster) {
                 let pixel = self.filter.nearest(raster);
                 let mut block = lock(&self.inside[pixel / BLOCK]);
-                full += add_to(&mut block, pixel % BLOCK * 3, colour.into_iter(), format);
+                full += add_to(&mut block, pixel % BLOCK * 3, colour.into_iter());
             }
             let [r, g, b] = colour;
             if self.tiles.is_empty() || (self.filter.is_single() && !self.filter.contains(raster)) {
@@ -322,18 +320,16 @@ impl SampleFilm {
 
     /// Plain means of the samples in each pixel.
     fn means(&self, pixels: Range<usize>, passes: &Passes) -> Vec<[f64; 3]> {
-        let format = Format::now();
         let mean = |pixel: usize| {
             let block = lock(&self.inside[pixel / BLOCK]);
             let over = over(passes.inside(pixel));
-            std::array::from_fn(|c| value(format, block.get(pixel % BLOCK * 3 + c)) * over)
+            std::array::from_fn(|c| block.get(pixel % BLOCK * 3 + c).value() * over)
         };
         pixels.map(mean).collect()
     }
 
     /// What pixels hold.
     fn held(&self, pixels: Range<usize>) -> Vec<Held> {
-        let format = Format::now();
         let mut held = vec![Held::default(); pixels.len()];
         let mut next = pixels.start;
         while next < pixels.end {
@@ -345,7 +341,7 @@ impl SampleFilm {
                     let to = &mut held[pixel - pixels.start].0[half];
                     let at = pixel % BLOCK * self.entries;
                     for (i, to) in to.iter_mut().take(self.entries).enumerate() {
-                        *to = value(format, sums.get(at + i));
+                        *to = sums.get(at + i).value();
                     }
                 }
             }
@@ -445,26 +441,14 @@ impl Held {
 
 /// Adds values to entries from `first` on; returns how many of them were full.
 #[inline(always)]
-fn add_to(sums: &mut Sums, first: usize, values: impl Iterator<Item = f64>, format: Format) -> u64 {
+fn add_to(sums: &mut Sums, first: usize, values: impl Iterator<Item = f64>) -> u64 {
     let mut full = 0;
     for (i, v) in values.enumerate() {
         let mut sum = sums.get(first + i);
-        match format {
-            Format::Fixed => full += u64::from(sum.add(v)),
-            _ => sum.digits[0] = format.add(sum.digits[0] as u64, v) as i64,
-        }
+        full += u64::from(sum.add(v));
         sums.set(first + i, sum);
     }
     full
-}
-
-/// What an entry holds.
-#[inline(always)]
-fn value(format: Format, entry: Sum) -> f64 {
-    match format {
-        Format::Fixed => entry.value(),
-        _ => format.value(entry.digits[0]),
-    }
 }
 
 fn over(n: f64) -> f64 {

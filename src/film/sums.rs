@@ -1,7 +1,6 @@
 //! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
 
 use super::FilterTable;
-use super::format::Format;
 use super::held::Held;
 use super::judged::Half;
 use super::log::{Logged, SplatLog};
@@ -125,8 +124,6 @@ impl SplatFilm {
         let scale = to.scale * (1u64 << self.fraction_bits) as f64;
         let half = self.half.get(to.layer).filter(|_| to.half);
         let half = half.map(|h| h.scale * h.factors()[0]);
-        // Asked once a log, and handed down rather than held: a constant where there is no choice.
-        let format = Format::now();
         let mut held = Held::new(self, to.layer, half, shift);
         held.enter(log.order[0].1 >> shift);
         let single = self.filter.is_single();
@@ -150,11 +147,11 @@ impl SplatFilm {
             let scale = weight as f64 * scale;
             if single {
                 if self.filter.contains(raster) {
-                    held.add(format, nearest as usize, &[1.0], colour, scale);
+                    held.add(nearest as usize, &[1.0], colour, scale);
                 }
             } else {
                 self.filter.rows(raster, |first, weights, row| {
-                    held.add_across(format, first, weights, colour, row * scale);
+                    held.add_across(first, weights, colour, row * scale);
                 });
             }
         }
@@ -181,10 +178,9 @@ impl SplatFilm {
     pub(super) fn sum(&self, pixels: Range<usize>, scales: &[f64], sums: &mut [f64]) {
         sums.fill(0.0);
         let unit = 1.0 / (1u64 << self.fraction_bits) as f64;
-        let format = Format::now();
         for (layer, scale) in scales[..self.layers].iter().enumerate() {
             self.each(layer, pixels.clone(), sums, |to, sum| {
-                *to += format.value(sum) * unit * scale;
+                *to += sum as f64 * unit * scale;
             });
         }
     }

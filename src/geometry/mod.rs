@@ -77,12 +77,6 @@ impl Wanted {
     pub fn any(self) -> bool {
         self != Self::default()
     }
-
-    /// What a build without effects can want.
-    #[inline(always)]
-    fn known(self) -> Self {
-        if crate::BARE { Self::default() } else { self }
-    }
 }
 
 impl<'a> Geometry<'a> {
@@ -163,7 +157,6 @@ impl<'a> Geometry<'a> {
         [t, b1, b2]: [L; 3],
         wanted: Wanted,
     ) -> SurfacePoint<L> {
-        let wanted = wanted.known();
         if wanted.large && !self.large.is_empty() {
             return self.large_point(prim, origin, direction, [t, b1, b2], wanted);
         }
@@ -341,7 +334,7 @@ impl<'a> Geometry<'a> {
             uv,
             ..Wanted::default()
         };
-        let point = self.triangle_point(prim, b1, b2, wanted.known());
+        let point = self.triangle_point(prim, b1, b2, wanted);
         let sample = AreaSample {
             p: point.p,
             error: point.error,
@@ -349,7 +342,7 @@ impl<'a> Geometry<'a> {
             pdf: inv_area,
             uv: point.uv,
         };
-        if !crate::BARE && !self.large.is_empty() {
+        if !self.large.is_empty() {
             let prims = prim.iter().copied();
             let found = self.large.sampled(prims, sample.p, [b1, b2]);
             return sample.corrected(&found);

@@ -27,8 +27,8 @@ use crate::chain::mutate::{Kernel, Mutation};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
+pub use crate::simd::Width;
 use crate::simd::{Lanes, f32x8};
-use crate::switches::{self, Switches};
 use crate::transport::World;
 use crate::transport::bidirectional::Strategy;
 use serde::Serialize;
@@ -75,24 +75,6 @@ pub struct Settings {
     pub batch: Option<usize>,
     /// Effects that are on though the scene does not call for them.
     pub forced: Vec<Forced>,
-    /// Cheaper alternatives that are on; none unless this is a bench build.
-    pub switches: Switches,
-}
-
-/// Lanes of the kernels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    One,
-    Eight,
-}
-
-impl Width {
-    pub fn lanes(self) -> u32 {
-        match self {
-            Width::One => 1,
-            Width::Eight => 8,
-        }
-    }
 }
 
 impl Settings {
@@ -121,7 +103,6 @@ impl Settings {
             strategy_choice: StrategyChoice::Uniform,
             batch: None,
             forced: Vec::new(),
-            switches: Switches::NONE,
         }
     }
 }
@@ -287,7 +268,6 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    let _switches = switches::hold(settings.switches);
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
@@ -295,14 +275,6 @@ pub fn render(
     observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
     observer.progress(Phase::Build, primitives, primitives);
-    if crate::BARE
-        && let [first, ..] = &world.plan.effects.beyond_bare()[..]
-    {
-        return Err(RenderError::Settings(format!(
-            "this build was made without the effects that the scene calls for: {} ({})",
-            first.effect, first.reason
-        )));
-    }
     let run = Run {
         scene,
         world: &world,

@@ -285,7 +285,6 @@ impl LightTable {
         };
         let base = BaseLanes::<L>::load(&self.base, light);
         for &kind in &self.present {
-            let kind = if crate::BARE { Kind::Triangle } else { kind };
             let Some(lot) = self.lot(kind, light, &base) else {
                 continue;
             };
@@ -343,7 +342,6 @@ impl LightTable {
         };
         let base = BaseLanes::<L>::load(&self.base, light);
         for &kind in &self.present {
-            let kind = if crate::BARE { Kind::Triangle } else { kind };
             let Some(lot) = self.lot(kind, light, &base) else {
                 continue;
             };

@@ -420,22 +420,6 @@ impl Effects {
         }
     }
 
-    /// The members that a build with the feature `bare` leaves out.
-    pub fn beyond_bare(&self) -> Vec<Member> {
-        let kept = [
-            Effect::Surface(Kind::Diffuse).name(),
-            Effect::Light(light::Kind::Triangle).name(),
-            Effect::Bounces.name(),
-            Effect::MoreBounces.name(),
-            Effect::ChanceHits.name(),
-            Effect::Connections.name(),
-            Effect::Joins.name(),
-        ];
-        let mut members = self.members();
-        members.retain(|m| !kept.contains(&m.effect));
-        members
-    }
-
     /// Adds the effects of `groups`.
     pub fn force(&mut self, groups: &[Forced]) {
         let all = groups.contains(&Forced::All);

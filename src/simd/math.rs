@@ -1,9 +1,8 @@
 //! The few transcendental functions the kernels need, as polynomials in [`Lanes`] operations: every width gives the same
 //! bits. Coefficients of `ln`, `exp`, `atan` and `asin` are those of the Cephes library (Moshier 1992, `single/`); sine and cosine are
-//! its kernels behind an exact reduction of turns.
+//! its kernels behind an exact reduction of turns. The polynomials themselves are in [`numerics`](super::Numerics).
 
-use super::{Lanes, Mask, UintLanes, cheap};
-use crate::switches::{self, Switch};
+use super::{Lanes, Mask, UintLanes};
 
 /// `(sin 2 pi u, cos 2 pi u)` for `u` in `[-1, 2]`; absolute error below 1.5e-7.
 #[inline(always)]
@@ -25,20 +24,7 @@ pub fn sin_cos_turns<L: Lanes>(u: L) -> (L, L) {
 /// The same for `u` in `[-1/8, 1/8]`.
 #[inline(always)]
 fn sin_cos_eighth<L: Lanes>(u: L) -> (L, L) {
-    let x = u * L::splat(std::f32::consts::TAU);
-    if switches::on(Switch::CheapMath) {
-        return cheap::sin_cos(x);
-    }
-    let x2 = x * x;
-    let s = L::splat(-1.951_529_6e-4)
-        .mul_add(x2, L::splat(8.332_161e-3))
-        .mul_add(x2, L::splat(-1.666_665_5e-1));
-    let s = (s * x2).mul_add(x, x);
-    let c = L::splat(2.443_315_7e-5)
-        .mul_add(x2, L::splat(-1.388_731_6e-3))
-        .mul_add(x2, L::splat(4.166_664_6e-2));
-    let c = (c * x2).mul_add(x2, L::splat(-0.5).mul_add(x2, L::one()));
-    (s, c)
+    L::sin_cos_octant(u * L::splat(std::f32::consts::TAU))
 }
 
 /// A point of the unit circle from a random word, uniform: the three highest bits choose the octant, the next 21 the place in it.
@@ -70,24 +56,7 @@ pub fn ln<L: Lanes>(x: L) -> L {
             .and(L::Uint::splat(0x007f_ffff))
             .add(L::Uint::splat(0x3f35_04f3)),
     );
-    let z = mantissa - L::one();
-    if switches::on(Switch::CheapMath) {
-        return exponent.mul_add(L::splat(std::f32::consts::LN_2), cheap::ln_1p(z));
-    }
-    let p = L::splat(7.037_683_6e-2)
-        .mul_add(z, L::splat(-1.151_461e-1))
-        .mul_add(z, L::splat(1.167_699_9e-1))
-        .mul_add(z, L::splat(-1.242_014_1e-1))
-        .mul_add(z, L::splat(1.424_932_3e-1))
-        .mul_add(z, L::splat(-1.666_805_8e-1))
-        .mul_add(z, L::splat(2.000_071_5e-1))
-        .mul_add(z, L::splat(-2.499_999_4e-1))
-        .mul_add(z, L::splat(3.333_333e-1));
-    let z2 = z * z;
-    let y = p * z2 * z;
-    let y = exponent.mul_add(L::splat(-2.121_944_4e-4), y);
-    let y = L::splat(-0.5).mul_add(z2, y);
-    exponent.mul_add(L::splat(0.693_359_4), z + y)
+    L::ln_of(exponent, mantissa - L::one())
 }
 
 /// Exponential; arguments outside `[-87, 88]` are clamped to it.
@@ -99,20 +68,9 @@ pub fn exp<L: Lanes>(x: L) -> L {
         .floor();
     let r = n.mul_add(L::splat(-0.693_359_4), x);
     let r = n.mul_add(L::splat(2.121_944_4e-4), r);
-    let y = if switches::on(Switch::CheapMath) {
-        cheap::exp(r)
-    } else {
-        let p = L::splat(1.987_569_1e-4)
-            .mul_add(r, L::splat(1.398_2e-3))
-            .mul_add(r, L::splat(8.333_452e-3))
-            .mul_add(r, L::splat(4.166_579_6e-2))
-            .mul_add(r, L::splat(1.666_666_6e-1))
-            .mul_add(r, L::splat(0.5));
-        (p * r).mul_add(r, r) + L::one()
-    };
     // 2^n by its bits; n + 127 is in [1, 254].
     let scale = L::from_bits(float_to_uint(n + L::splat(127.0)).shl::<23>());
-    y * scale
+    L::exp_of_rest(r) * scale
 }
 
 /// Arc tangent of `y / x` in `(-pi, pi]`; `atan2(0, 0)` is 0.
@@ -124,16 +82,7 @@ pub fn atan2<L: Lanes>(y: L, x: L) -> L {
     // atan on [0, 1]: fold above tan(pi / 8).
     let fold = ratio.gt(L::splat(0.414_213_57));
     let z = L::select(fold, (ratio - L::one()) / (ratio + L::one()), ratio);
-    let a = if switches::on(Switch::CheapMath) {
-        cheap::atan(z)
-    } else {
-        let z2 = z * z;
-        let p = L::splat(8.053_744_6e-2)
-            .mul_add(z2, L::splat(-1.387_768_5e-1))
-            .mul_add(z2, L::splat(1.997_771e-1))
-            .mul_add(z2, L::splat(-3.333_295e-1));
-        (p * z2).mul_add(z, z)
-    };
+    let a = L::atan_of_rest(z);
     let a = L::select(fold, a + L::splat(std::f32::consts::FRAC_PI_4), a);
     let a = L::select(ay.gt(ax), L::splat(std::f32::consts::FRAC_PI_2) - a, a);
     let a = L::select(x.lt(L::zero()), L::splat(std::f32::consts::PI) - a, a);

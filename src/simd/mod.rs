@@ -7,9 +7,9 @@
 //! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no faster than scalar loads,
 //!    and a record is one cache line where eight arrays are eight. [`record`] gives their fields names.
 
-mod cheap;
 mod eight;
 pub mod math;
+mod numerics;
 mod one;
 pub mod prefetch;
 pub mod record;
@@ -19,6 +19,7 @@ mod vec3;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+pub use self::numerics::Numerics;
 pub use self::vec3::{Frame, Vec3};
 pub use wide::f32x8;
 
@@ -30,6 +31,23 @@ pub struct Row(pub [f32; 8]);
 impl Row {
     /// Floats of a record, whatever the width of the lanes.
     pub const WIDTH: usize = 8;
+}
+
+/// Lanes of the kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    One,
+    Eight,
+}
+
+impl Width {
+    /// How many.
+    pub fn lanes(self) -> u32 {
+        match self {
+            Width::One => 1,
+            Width::Eight => 8,
+        }
+    }
 }
 
 /// One truth value per lane.
@@ -83,6 +101,7 @@ pub trait Lanes:
     + AddAssign
     + SubAssign
     + MulAssign
+    + Numerics
 {
     /// Number of lanes.
     const N: usize;

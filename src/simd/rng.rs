@@ -1,10 +1,9 @@
 //! Counter-based random numbers: a hash of (seed, chain, iteration, dimension block, purpose) gives four numbers.
 //!
 //! Any number can be had in any order, so lane width, batch size, threads, sharding and resuming cannot change a result.
-//! The hash is pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3), section 4.2).
+//! The hash is pcg4d ([`Numerics::hash`](super::Numerics::hash)).
 
-use super::{Lanes, UintLanes, cheap};
-use crate::switches::{self, Switch};
+use super::{Lanes, UintLanes};
 
 /// What a number is used for. No two uses share a counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,10 +58,7 @@ impl Stream {
             L::Uint::splat(block),
             L::Uint::splat(self.key),
         ];
-        if switches::on(Switch::CheapRandom) {
-            return cheap::words::<L>(counter);
-        }
-        pcg4d::<L>(counter)
+        L::hash(counter)
     }
 
     /// Four floats in `[0, 1)`.
@@ -87,24 +83,5 @@ pub fn unit_float<L: Lanes>(word: L::Uint) -> L {
 /// Four words that look random, a function of four.
 #[inline(always)]
 pub fn hash<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
-    pcg4d::<L>(v)
-}
-
-#[inline(always)]
-fn pcg4d<L: Lanes>(v: [L::Uint; 4]) -> [L::Uint; 4] {
-    let a = L::Uint::splat(1_664_525);
-    let c = L::Uint::splat(1_013_904_223);
-    let step = |v: L::Uint| v.mul(a).add(c);
-    let (mut x, mut y, mut z, mut w) = (step(v[0]), step(v[1]), step(v[2]), step(v[3]));
-    x = x.add(y.mul(w));
-    y = y.add(z.mul(x));
-    z = z.add(x.mul(y));
-    w = w.add(y.mul(z));
-    let fold = |v: L::Uint| v.xor(v.shr::<16>());
-    (x, y, z, w) = (fold(x), fold(y), fold(z), fold(w));
-    x = x.add(y.mul(w));
-    y = y.add(z.mul(x));
-    z = z.add(x.mul(y));
-    w = w.add(y.mul(z));
-    [x, y, z, w]
+    L::hash(v)
 }

@@ -134,8 +134,6 @@ impl Kind {
 macro_rules! for_kind {
     ($kind:expr, $self:ident . $f:ident :: <_ $(, $g:ty)*> ($($arg:expr),* $(,)?)) => {
         match $kind {
-            // In that build there is no other.
-            _ if cfg!(feature = "bare") => $self.$f::<$crate::surface::diffuse::Diffuse $(, $g)*>($($arg),*),
             $crate::surface::Kind::Diffuse => $self.$f::<$crate::surface::diffuse::Diffuse $(, $g)*>($($arg),*),
             $crate::surface::Kind::OrenNayar => $self.$f::<$crate::surface::diffuse::OrenNayar $(, $g)*>($($arg),*),
             $crate::surface::Kind::Mirror => $self.$f::<$crate::surface::mirror::Mirror $(, $g)*>($($arg),*),

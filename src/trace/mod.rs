@@ -15,7 +15,6 @@
 mod build;
 mod bvh8;
 mod crowd;
-mod fast;
 mod large;
 mod node;
 pub mod offset;
@@ -35,7 +34,6 @@ use std::time::{Duration, Instant};
 
 use crate::scene::Scene;
 use crate::simd::Lanes;
-use crate::switches::{self, Switch};
 
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
@@ -43,9 +41,11 @@ use self::large::LargeSurface;
 use self::node::Node;
 use self::packet::Best;
 use self::ray::Extent;
+pub use self::ray::Sheared;
 pub use self::records::{Hit, HitLanes, Ray, RayLanes};
 use self::sphere::LeafSphere;
 use self::store::{Triangles, View};
+pub use self::triangle::{Hit as TriangleHit, TriangleTest, Watertight};
 use crate::memory::Table;
 
 /// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on a machine with
@@ -207,14 +207,24 @@ impl Tracer {
         list: &[u32],
         hits: &mut [Hit],
     ) {
+        self.closest_by::<L, Watertight>(coherence, rays, list, hits);
+    }
+
+    /// [`Tracer::closest_with`] by another test of triangles.
+    pub fn closest_by<L: Lanes, T: TriangleTest>(
+        &self,
+        coherence: Coherence,
+        rays: &[Ray],
+        list: &[u32],
+        hits: &mut [Hit],
+    ) {
         let store = |packet: &[u32], ray: &ray::Ray<L>, best: &Best<L>| {
             best.store(ray, rays, packet, hits);
         };
-        match (switches::on(Switch::FastTriangles), self.extent.vast) {
-            (false, false) => self.trace::<L, false, false, false>(coherence, rays, list, store),
-            (false, true) => self.trace::<L, false, false, true>(coherence, rays, list, store),
-            (true, false) => self.trace::<L, false, true, false>(coherence, rays, list, store),
-            (true, true) => self.trace::<L, false, true, true>(coherence, rays, list, store),
+        if self.extent.vast {
+            self.trace::<L, T, false, true>(coherence, rays, list, store);
+        } else {
+            self.trace::<L, T, false, false>(coherence, rays, list, store);
         }
     }
 
@@ -232,22 +242,32 @@ impl Tracer {
         list: &[u32],
         blocked: &mut [u32],
     ) {
+        self.occluded_by::<L, Watertight>(coherence, rays, list, blocked);
+    }
+
+    /// [`Tracer::occluded_with`] by another test of triangles.
+    pub fn occluded_by<L: Lanes, T: TriangleTest>(
+        &self,
+        coherence: Coherence,
+        rays: &[Ray],
+        list: &[u32],
+        blocked: &mut [u32],
+    ) {
         let store = |packet: &[u32], ray: &ray::Ray<L>, best: &Best<L>| {
             let hit = best.blocked(ray);
             for (lane, &i) in packet.iter().enumerate() {
                 blocked[i as usize] = hit >> lane & 1;
             }
         };
-        match (switches::on(Switch::FastTriangles), self.extent.vast) {
-            (false, false) => self.trace::<L, true, false, false>(coherence, rays, list, store),
-            (false, true) => self.trace::<L, true, false, true>(coherence, rays, list, store),
-            (true, false) => self.trace::<L, true, true, false>(coherence, rays, list, store),
-            (true, true) => self.trace::<L, true, true, true>(coherence, rays, list, store),
+        if self.extent.vast {
+            self.trace::<L, T, true, true>(coherence, rays, list, store);
+        } else {
+            self.trace::<L, T, true, false>(coherence, rays, list, store);
         }
     }
 
     #[inline(always)]
-    fn trace<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
+    fn trace<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool>(
         &self,
         coherence: Coherence,
         rays: &[Ray],
@@ -261,7 +281,7 @@ impl Tracer {
                 let ray = ray::Ray::<L>::load(rays, packet, &self.extent);
                 let mut best = Best::new(&ray);
                 match self.way(coherence, &ray) {
-                    Way::Together(few) => packet::traverse::<L, ANY, FAST, VAST>(
+                    Way::Together(few) => packet::traverse::<L, T, ANY, VAST>(
                         &trees,
                         &ray,
                         &mut best,
@@ -270,11 +290,11 @@ impl Tracer {
                         few,
                     ),
                     Way::Apart if trees.in_turns => {
-                        single::traverse::<L, ANY, FAST, VAST, true>(&trees, &ray, &mut best, walks)
+                        single::traverse::<L, T, ANY, VAST, true>(&trees, &ray, &mut best, walks)
                     }
-                    Way::Apart => single::traverse::<L, ANY, FAST, VAST, false>(
-                        &trees, &ray, &mut best, walks,
-                    ),
+                    Way::Apart => {
+                        single::traverse::<L, T, ANY, VAST, false>(&trees, &ray, &mut best, walks)
+                    }
                 }
                 store(packet, &ray, &best);
             }

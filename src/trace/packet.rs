@@ -4,13 +4,12 @@
 //! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
 
 use super::Trees;
-use super::fast;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
 use super::records::{self, HitLanes, RayLanes};
 use super::single::{self, Stored, Walks};
 use super::store::{Ordered, permuted};
-use super::triangle::{barycentrics, covers, hit};
+use super::triangle::TriangleTest;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, UintLanes};
 
@@ -105,12 +104,12 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`; with `FAST`, triangles are tested by [`fast`].
+/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`; triangles are tested by `T`.
 ///
 /// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
 /// traversal, Wald et al. 2014).
 #[inline(always)]
-pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
+pub fn traverse<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     best: &mut Best<L>,
@@ -120,20 +119,20 @@ pub fn traverse<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
 ) {
     match ray.agreement() {
         Some(agreement) => {
-            descend::<L, ANY, FAST, VAST, true>(trees, ray, &agreement, best, stack, walks, few);
+            descend::<L, T, ANY, VAST, true>(trees, ray, &agreement, best, stack, walks, few);
         }
         None => {
             let any = Agreement {
                 negative: [0; 3],
                 order: [0, 1, 2],
             };
-            descend::<L, ANY, FAST, VAST, false>(trees, ray, &any, best, stack, walks, few);
+            descend::<L, T, ANY, VAST, false>(trees, ray, &any, best, stack, walks, few);
         }
     }
 }
 
 #[inline(always)]
-fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const AGREE: bool>(
+fn descend<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool, const AGREE: bool>(
     trees: &Trees,
     ray: &Ray<L>,
     agreement: &Agreement,
@@ -158,11 +157,9 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const 
         {
             let stored = stored.get_or_insert_with(|| Stored::new(ray));
             *best = if trees.in_turns {
-                single::leave::<L, ANY, FAST, VAST, true>(
-                    trees, ray, stored, bits, wide, *best, walks,
-                )
+                single::leave::<L, T, ANY, VAST, true>(trees, ray, stored, bits, wide, *best, walks)
             } else {
-                single::leave::<L, ANY, FAST, VAST, false>(
+                single::leave::<L, T, ANY, VAST, false>(
                     trees, ray, stored, bits, wide, *best, walks,
                 )
             };
@@ -224,7 +221,7 @@ fn descend<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const 
             let group = group.ordered(agreement.order);
             for (i, position) in range.enumerate() {
                 let index = || trees.triangles.index(position);
-                test_triangle::<L, ANY, FAST, VAST, AGREE>(ray, &group, place + i, best, index);
+                test_triangle::<L, T, ANY, VAST, AGREE>(ray, &group, place + i, best, index);
             }
         }
         if ANY && !best.t.ge(L::zero()).any() {
@@ -278,8 +275,8 @@ fn enter<L: Lanes, const VAST: bool, const AGREE: bool>(
 #[inline(always)]
 fn test_triangle<
     L: Lanes,
+    T: TriangleTest,
     const ANY: bool,
-    const FAST: bool,
     const VAST: bool,
     const AGREE: bool,
 >(
@@ -291,17 +288,13 @@ fn test_triangle<
 ) {
     let p = group.one(place);
     let p = if AGREE { p } else { permuted(p, ray) };
-    if FAST {
-        let (found, b) = fast::meet::<L, ANY>(&ray.own, &p, best.t, ray.pad);
-        if found.mask.any() {
-            record::<L, ANY>(best, found.mask, found.t, index(), || b);
-        }
-        return;
-    }
-    let (mask, weights) = covers(&ray.own, &p);
+    let (mask, known) = T::covers(&ray.own, &p);
     if mask.any() {
-        let found = hit::<L, ANY, VAST>(&ray.own, &p, mask, best.t, ray.own_pad::<VAST>());
-        record::<L, ANY>(best, found.mask, found.t, index(), || barycentrics(weights));
+        let pad = ray.own_pad::<VAST>();
+        let found = T::hit::<L, ANY, VAST>(&ray.own, &p, mask, known, best.t, pad);
+        record::<L, ANY>(best, found.mask, found.t, index(), || {
+            T::barycentrics(known)
+        });
     }
 }
 

@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use super::Trees;
 use super::bvh8::Node8;
-use super::fast;
 use super::node::Child;
 use super::packet::Best;
 use super::ray::{PAD, PAD_OF_ORIGIN, Ray, Sheared};
 use super::store::WIDTH;
-use super::triangle::{barycentrics, covers, hit};
+use super::triangle::TriangleTest;
 use crate::simd::prefetch::prefetch;
 use crate::simd::{Lanes, Mask, f32x8};
 
@@ -134,15 +133,15 @@ impl Stored {
 }
 
 /// Follows the rays of a packet, each on its own; `best` may hold hits found before. With `ANY`, lanes that hit something
-/// end with a negative `best.t`; with `FAST`, triangles are tested by [`fast`].
+/// end with a negative `best.t`; triangles are tested by `T`.
 ///
 /// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap with the work of the
 /// others: for trees that do not fit the caches.
 #[inline(always)]
 pub fn traverse<
     L: Lanes,
+    T: TriangleTest,
     const ANY: bool,
-    const FAST: bool,
     const VAST: bool,
     const INTERLEAVE: bool,
 >(
@@ -153,20 +152,12 @@ pub fn traverse<
 ) {
     let stored = Stored::new(rays);
     let live = best.t.ge(L::zero()).bits();
-    follow::<L, ANY, FAST, VAST, INTERLEAVE>(
-        trees,
-        rays,
-        &stored,
-        live,
-        Child::inner(0),
-        best,
-        walks,
-    );
+    follow::<L, T, ANY, VAST, INTERLEAVE>(trees, rays, &stored, live, Child::inner(0), best, walks);
 }
 
 /// Follows the rays of the lanes in `live` through the wide tree below `start`.
 #[inline(always)]
-fn follow<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const INTERLEAVE: bool>(
+fn follow<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool, const INTERLEAVE: bool>(
     trees: &Trees,
     rays: &Ray<L>,
     stored: &Stored,
@@ -190,7 +181,7 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const I
         while going != 0 {
             for lane in bits(going) {
                 let Walk { cursor, ray, stack } = &mut walks[lane];
-                if cursor.step::<L, ANY, FAST, VAST>(trees, ray, stack, (rays, lane)) {
+                if cursor.step::<L, T, ANY, VAST>(trees, ray, stack, (rays, lane)) {
                     cursor.announce(trees);
                 } else {
                     going &= !(1 << lane);
@@ -203,7 +194,7 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const I
         for lane in bits(live) {
             let ray = stored.splat::<VAST>(lane);
             let mut cursor = begin(lane, &found);
-            while cursor.step::<L, ANY, FAST, VAST>(trees, &ray, stack, (rays, lane)) {}
+            while cursor.step::<L, T, ANY, VAST>(trees, &ray, stack, (rays, lane)) {}
             found.set(lane, &cursor.best);
         }
     }
@@ -214,8 +205,8 @@ fn follow<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool, const I
 #[inline(never)]
 pub fn leave<
     L: Lanes,
+    T: TriangleTest,
     const ANY: bool,
-    const FAST: bool,
     const VAST: bool,
     const INTERLEAVE: bool,
 >(
@@ -227,7 +218,7 @@ pub fn leave<
     mut best: Best<L>,
     walks: &mut Walks,
 ) -> Best<L> {
-    follow::<L, ANY, FAST, VAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
+    follow::<L, T, ANY, VAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
     best
 }
 
@@ -334,7 +325,7 @@ impl Cursor {
 
     /// Visits one node or leaf; false if that was the last.
     #[inline(always)]
-    fn step<L: Lanes, const ANY: bool, const FAST: bool, const VAST: bool>(
+    fn step<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool>(
         &mut self,
         trees: &Trees,
         ray: &Splat,
@@ -370,7 +361,7 @@ impl Cursor {
                 }
             }
         } else {
-            test_group::<ANY, FAST, VAST>(trees, ray, self.current.range(), &mut self.best);
+            test_group::<T, ANY, VAST>(trees, ray, self.current.range(), &mut self.best);
         }
         if ANY && self.best.t < 0.0 {
             return false;
@@ -459,7 +450,7 @@ fn enter<const VAST: bool>(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32
 }
 
 #[inline(always)]
-fn test_group<const ANY: bool, const FAST: bool, const VAST: bool>(
+fn test_group<T: TriangleTest, const ANY: bool, const VAST: bool>(
     trees: &Trees,
     ray: &Splat,
     range: Range<usize>,
@@ -467,20 +458,15 @@ fn test_group<const ANY: bool, const FAST: bool, const VAST: bool>(
 ) {
     let group = trees.triangles.group(range.start, range.len());
     let p = group.ordered(ray.order).all();
-    if FAST {
-        let (found, b) = fast::meet::<f32x8, ANY>(&ray.own, &p, f32x8::splat(best.t), ray.pad);
-        let mask = Mask::bits(found.mask) & group.lanes();
-        record_all::<ANY>(trees, range, mask, found.t, || b, best);
-        return;
-    }
-    let (mask, weights) = covers(&ray.own, &p);
+    let (mask, known) = T::covers(&ray.own, &p);
     let covered = Mask::bits(mask) & group.lanes();
     if covered == 0 {
         return;
     }
-    let found = hit::<f32x8, ANY, VAST>(&ray.own, &p, mask, f32x8::splat(best.t), ray.pad);
+    let t_max = f32x8::splat(best.t);
+    let found = T::hit::<f32x8, ANY, VAST>(&ray.own, &p, mask, known, t_max, ray.pad);
     let mask = Mask::bits(found.mask) & covered;
-    record_all::<ANY>(trees, range, mask, found.t, || barycentrics(weights), best);
+    record_all::<ANY>(trees, range, mask, found.t, || T::barycentrics(known), best);
 }
 
 /// Records the hits of a group.

@@ -33,6 +33,54 @@ pub struct Hit<L: Lanes> {
     pub t: L,
 }
 
+/// How a ray and a triangle are tested, in three steps so that most triangles cost only the first. All traversals have it as a
+/// parameter; [`Watertight`] is what pictures are made with, and `benches/robust` measures what it costs over another.
+pub trait TriangleTest {
+    /// Lanes whose ray, a line without end, may pass through the triangle, and what the next steps need to know.
+    fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]);
+
+    /// Hits in `(0, t_max]`, of the lanes in `mask`; with `ANY` before `t_max`. `known` is from the first step, `pad` what the
+    /// boxes of triangles are grown by.
+    fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
+        ray: &Sheared<L>,
+        p: &[[L; 3]; 3],
+        mask: L::Mask,
+        known: [L; 3],
+        t_max: L,
+        pad: L,
+    ) -> Hit<L>;
+
+    /// Barycentric coordinates of vertices 1 and 2, from what the first step knew: in `[0, 1]`, with a sum of at most 1.
+    fn barycentrics<L: Lanes>(known: [L; 3]) -> [L; 2];
+}
+
+/// The test described above.
+pub struct Watertight;
+
+impl TriangleTest for Watertight {
+    #[inline(always)]
+    fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
+        covers(ray, p)
+    }
+
+    #[inline(always)]
+    fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
+        ray: &Sheared<L>,
+        p: &[[L; 3]; 3],
+        mask: L::Mask,
+        _: [L; 3],
+        t_max: L,
+        pad: L,
+    ) -> Hit<L> {
+        hit::<L, ANY, VAST>(ray, p, mask, t_max, pad)
+    }
+
+    #[inline(always)]
+    fn barycentrics<L: Lanes>(weights: [L; 3]) -> [L; 2] {
+        barycentrics(weights)
+    }
+}
+
 /// Lanes whose ray, a line without end, passes through the triangle, and the weights of the vertices up to a common factor.
 #[inline(always)]
 pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {

@@ -6,7 +6,6 @@ use super::mis::Partial;
 use super::paths::{Endpoints, Parameters, Rays, Side, Subpaths};
 use super::records::*;
 use super::samples::Label;
-use crate::BARE;
 use crate::geometry::Wanted;
 use crate::simd::{Lanes, UintLanes};
 use crate::surface::bump::{Relief, Tilted};
@@ -158,7 +157,7 @@ impl World<'_> {
                 let entry = self.materials.entries[shape.material as usize];
                 endpoints.kind[path as usize] = entry.kind;
                 params[i] = shape.material;
-                if OWN && !BARE && (entry.per_hit || entry.mixture) {
+                if OWN && (entry.per_hit || entry.mixture) {
                     let uv = [point.uv[0].lane(i), point.uv[1].lane(i)];
                     let mut place = Place {
                         uv,

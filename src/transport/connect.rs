@@ -9,7 +9,6 @@ use super::records::*;
 use super::samples::{ConnectionSamples, Samples};
 use super::sides;
 use super::weigh::{self, Sink, TechniqueMask};
-use crate::BARE;
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::{Bsdf, Kind};
 
@@ -170,7 +169,7 @@ impl World<'_> {
         for chunk in list.chunks(L::N) {
             let place = EndpointPlaceLanes::<L>::load(&endpoints.place, chunk);
             let ng = EndpointFrameLanes::<L>::load(&endpoints.frame, chunk).ng;
-            let light = if !BARE && self.plan.light_choice {
+            let light = if self.plan.light_choice {
                 self.lights
                     .choose::<L>(samples.gather(at.choice, chunk), chunk.len())
             } else {

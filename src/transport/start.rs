@@ -4,7 +4,6 @@ use super::World;
 use super::list::List;
 use super::records::*;
 use super::samples::Samples;
-use crate::BARE;
 use crate::simd::{Lanes, Mask, Vec3};
 
 impl World<'_> {
@@ -73,7 +72,7 @@ impl World<'_> {
         started: &mut List,
     ) {
         for chunk in list.chunks(L::N) {
-            let light = if !BARE && self.plan.light_choice {
+            let light = if self.plan.light_choice {
                 self.lights
                     .choose::<L>(samples.gather(choice, chunk), chunk.len())
             } else {

@@ -4,8 +4,8 @@ use crate::common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::plan::DepthPlan;
-use phalanx::simd::f32x8;
 use phalanx::transport::bidirectional::{BidirectionalLayout, Strategy};
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
@@ -97,13 +97,13 @@ fn every_strategy_is_that_of_multiplexed_paths() {
         let mut samples = Samples::new(layout.total(), BATCH);
         fill(&mut samples, &mut random);
         let (mut paths, mut other) = (Paths::new(&world), Paths::new(&world));
-        world.evaluate_bidirectional::<f32x8>(&layout, &samples, BATCH, &mut paths);
+        Evaluator::EIGHT.bidirectional(&world, &layout, &samples, BATCH, &mut paths);
         let mut lit = 0;
         let mut sums = vec![[0.0f32; 3]; BATCH];
         for (index, &strategy) in layout.strategies().iter().enumerate() {
             let depth = &world.plan.depths[strategy.depth() as usize];
             let own = multiplexed(&world, depth, strategy, &layout, &samples);
-            world.evaluate_multiplexed::<f32x8>(depth, &own, BATCH, &mut other);
+            Evaluator::EIGHT.multiplexed(&world, depth, &own, BATCH, &mut other);
             let choices = depth.strategies.len() as f32;
             for i in 0..BATCH {
                 let what = format!("{name}, {strategy:?}, path {i}");
@@ -156,7 +156,7 @@ fn light_tracing_is_unweighted() {
         let mut samples = Samples::new(layout.total(), BATCH);
         fill(&mut samples, &mut random);
         let (mut paths, mut other) = (Paths::new(&world), Paths::new(&world));
-        world.evaluate_bidirectional::<f32x8>(&layout, &samples, BATCH, &mut paths);
+        Evaluator::EIGHT.bidirectional(&world, &layout, &samples, BATCH, &mut paths);
         let short = BidirectionalLayout::light_tracing(&world);
         let mut own = Samples::new(short.total(), BATCH);
         let camera = layout.at.camera_bounce;
@@ -178,7 +178,7 @@ fn light_tracing_is_unweighted() {
                 own.row_mut(to + d).copy_from_slice(samples.row(from + d));
             }
         }
-        world.evaluate_bidirectional::<f32x8>(&short, &own, BATCH, &mut other);
+        Evaluator::EIGHT.bidirectional(&world, &short, &own, BATCH, &mut other);
         assert_eq!(paths.splats.light.len(), other.splats.light.len());
         for (index, strategy) in layout.strategies().iter().enumerate() {
             for i in 0..BATCH {
@@ -231,14 +231,14 @@ fn sums_are_what_path_tracing_sees() {
         let mut tiles = [[Mean::default(); TILES * TILES]; 2];
         for _ in 0..BATCHES {
             fill(&mut samples, &mut random);
-            world.evaluate_bidirectional::<f32x8>(&layout, &samples, BATCH, &mut paths);
+            Evaluator::EIGHT.bidirectional(&world, &layout, &samples, BATCH, &mut paths);
             for i in 0..BATCH {
                 let mut all = vec![paths.splats.camera[i]];
                 all.extend(paths.splats.light.iter().map(|splats| splats[i]));
                 add(&mut tiles[0], &world, &all);
             }
             fill(&mut numbers, &mut random);
-            world.evaluate_unidirectional::<f32x8>(&plain, &numbers, BATCH, &mut paths);
+            Evaluator::EIGHT.unidirectional(&world, &plain, &numbers, BATCH, &mut paths);
             for outcome in &paths.splats.camera {
                 add(&mut tiles[1], &world, &[*outcome]);
             }

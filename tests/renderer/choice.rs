@@ -6,14 +6,13 @@ use crate::support;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
-use phalanx::chain::bootstrap::{Bootstrap, Moments};
+use phalanx::chain::bootstrap::Moments;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::learn::{EVEN, enough, learned};
-use phalanx::chain::primary::regenerate;
 use phalanx::integrate::{Settings, StrategyChoice, Width};
 use phalanx::plan::{Choice, DepthPlan};
 use phalanx::replay::Recorder;
 use phalanx::scene::{IntegratorKind, Scene};
-use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 use support::{Runs, head, run, scene, settings};
@@ -61,7 +60,7 @@ fn any_choice_has_the_same_mean() {
                     for d in 0..samples.dimensions() {
                         samples.row_mut(d).fill_with(|| random.uniform());
                     }
-                    world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
+                    Evaluator::EIGHT.multiplexed(&world, plan, &samples, N, &mut paths);
                     paths.splats.camera.iter().for_each(|o| mean.add(value(o)));
                 }
                 mean
@@ -92,11 +91,11 @@ fn first_states_keep_their_paths() {
             }
             let other = skewed(plan, plan.depth as usize % plan.strategies.len());
             let indices: Vec<u64> = (0..N as u64).map(|i| i * i + 3).collect();
-            let before = regenerate::<f32x8>(plan, 11, &indices);
-            let after = regenerate::<f32x8>(&other, 11, &indices);
-            world.evaluate_multiplexed::<f32x8>(plan, &before, N, &mut paths);
+            let before = Evaluator::EIGHT.regenerate(plan, 11, &indices);
+            let after = Evaluator::EIGHT.regenerate(&other, 11, &indices);
+            Evaluator::EIGHT.multiplexed(&world, plan, &before, N, &mut paths);
             let old = paths.splats.camera.clone();
-            world.evaluate_multiplexed::<f32x8>(&other, &after, N, &mut paths);
+            Evaluator::EIGHT.multiplexed(&world, &other, &after, N, &mut paths);
             for i in 0..N {
                 let (a, b) = (&old[i], &paths.splats.camera[i]);
                 let what = format!("{name}, depth {}, path {i}", plan.depth);
@@ -131,7 +130,7 @@ fn every_strategy_stays_possible() {
     for (name, scene) in &scenes::all() {
         let world = World::new(scene, DEPTH);
         for plan in &world.plan.depths {
-            let bootstrap = Bootstrap::run::<f32x8>(&world, plan, 3, 20_000, &|| false);
+            let bootstrap = Evaluator::EIGHT.bootstrap(&world, plan, 3, 20_000, &|| false);
             let Some(choice) = learned(plan, bootstrap.strategies()) else {
                 continue;
             };
@@ -365,7 +364,7 @@ fn what_is_left_out_is_in_no_weight() {
             let mut choose = |plan: &DepthPlan, i: usize| {
                 let u = (i as f32 + 0.5) / plan.strategies.len() as f32;
                 samples.row_mut(plan.layout.strategy).fill(u);
-                world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
+                Evaluator::EIGHT.multiplexed(&world, plan, &samples, N, &mut paths);
                 assert!(paths.splats.camera.iter().all(|o| o.s == s));
                 let n = plan.strategies.len() as f64;
                 paths

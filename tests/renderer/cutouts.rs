@@ -4,8 +4,8 @@ use crate::support;
 use crate::support::dialect;
 
 use dialect::to_v4;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::{IntegratorKind, NONE, Scene};
-use phalanx::simd::f32x8;
 use phalanx::trace::{Hit, Ray};
 use phalanx::transport::World;
 use phalanx::transport::cutout::Through;
@@ -195,9 +195,9 @@ fn a_hundred_sheets_that_are_not_there() {
         vec![Hit::default(); n as usize],
     ];
     let mut through = Through::default();
-    let more = world.closest::<f32x8>(&rays, &list, &mut hits[0], &mut through);
+    let more = Evaluator::EIGHT.closest(&world, &rays, &list, &mut hits[0], &mut through);
     assert!(more >= 100 * u64::from(n), "{more}");
-    world.closest::<f32>(&rays, &list, &mut hits[1], &mut through);
+    Evaluator::ONE.closest(&world, &rays, &list, &mut hits[1], &mut through);
     assert_eq!(hits[0], hits[1]);
     for (ray, hit) in rays.iter().zip(&hits[0]) {
         assert_ne!(hit.primitive, NONE);
@@ -221,7 +221,14 @@ fn a_hundred_sheets_that_are_not_there() {
         let mut blocked = vec![7; n as usize];
         let mut scratch = vec![Hit::default(); n as usize];
         let rays = to_light(far);
-        world.occluded::<f32x8>(&rays, &list, &mut blocked, &mut scratch, &mut through);
+        Evaluator::EIGHT.occluded(
+            &world,
+            &rays,
+            &list,
+            &mut blocked,
+            &mut scratch,
+            &mut through,
+        );
         assert!(blocked.iter().all(|b| *b == expected), "{far}: {blocked:?}");
     }
 }

@@ -3,13 +3,13 @@
 use crate::common;
 
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree, normal_quantile};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::plan::DepthPlan;
 use phalanx::replay::Recorder;
 use phalanx::replay::spectral;
 use phalanx::replay::vector::*;
 use phalanx::scene::spectrum::{self, IndexCurve};
 use phalanx::scene::{MaterialKind, Scene, load_str};
-use phalanx::simd::f32x8;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::wavelength::Wavelengths;
@@ -111,8 +111,8 @@ fn constant_index_changes_colours_only() {
             let mut samples = Samples::new(plan.layout.total, N);
             fill(&mut samples, &mut random);
             let fewer = without_wavelength(plan, &samples, N);
-            worlds[0].evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths[0]);
-            worlds[1].evaluate_multiplexed::<f32x8>(other, &fewer, N, &mut paths[1]);
+            Evaluator::EIGHT.multiplexed(&worlds[0], plan, &samples, N, &mut paths[0]);
+            Evaluator::EIGHT.multiplexed(&worlds[1], other, &fewer, N, &mut paths[1]);
             for i in 0..N {
                 let (ours, rgb) = (paths[0].splats.camera[i], paths[1].splats.camera[i]);
                 let w = table.at(samples.row(plan.layout.wavelength)[i]).colour;
@@ -215,7 +215,7 @@ fn white_light_stays_white() {
         let mut means = [Mean::default(); 3];
         for _ in 0..4 {
             fill(&mut samples, &mut random);
-            world.evaluate_unidirectional::<f32x8>(&layout, &samples, N, &mut paths);
+            Evaluator::EIGHT.unidirectional(&world, &layout, &samples, N, &mut paths);
             for o in &paths.splats.camera {
                 for c in 0..3 {
                     means[c].add(o.rgb[c].into());
@@ -368,7 +368,7 @@ fn a_prism_spreads_light_as_snell_says() {
             fill(&mut samples, &mut random);
             // Everything from the light: no other strategy sees the screen through the prism.
             samples.row_mut(plan.layout.strategy).fill(0.999);
-            world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
+            Evaluator::EIGHT.multiplexed(&world, plan, &samples, N, &mut paths);
             for o in &paths.splats.camera {
                 assert!(o.rgb == [0.0; 3] || o.s == 4);
                 let y =
@@ -539,7 +539,7 @@ fn integrators_agree_on_dispersed_light() {
         let mut samples = Samples::new(layout.total(), N);
         for _ in 0..24 {
             fill(&mut samples, &mut random);
-            world.evaluate_unidirectional::<f32x8>(&layout, &samples, N, &mut paths);
+            Evaluator::EIGHT.unidirectional(&world, &layout, &samples, N, &mut paths);
             for o in &paths.splats.camera {
                 for c in 0..3 {
                     traced[c].add(o.rgb[c].into());
@@ -552,7 +552,7 @@ fn integrators_agree_on_dispersed_light() {
             for plan in &world.plan.depths {
                 let mut samples = Samples::new(plan.layout.total, N);
                 fill(&mut samples, &mut random);
-                world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
+                Evaluator::EIGHT.multiplexed(&world, plan, &samples, N, &mut paths);
                 for (sum, o) in sum.iter_mut().zip(&paths.splats.camera) {
                     for c in 0..3 {
                         sum[c] += f64::from(o.rgb[c]);

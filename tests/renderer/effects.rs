@@ -4,9 +4,9 @@ use crate::common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::plan::{DepthPlan, Effect, Forced};
 use phalanx::scene::load_str;
-use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 use std::path::Path;
@@ -21,7 +21,7 @@ fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Outcome
         samples.row_mut(d).fill_with(|| random.uniform());
     }
     let mut paths = Paths::new(world);
-    world.evaluate_multiplexed::<f32x8>(plan, &samples, N, &mut paths);
+    Evaluator::EIGHT.multiplexed(world, plan, &samples, N, &mut paths);
     paths.splats.camera
 }
 

@@ -5,11 +5,12 @@ use crate::common;
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
 use phalanx::camera::Camera;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::light::LightTable;
 use phalanx::replay::vector::*;
 use phalanx::scene::{LightKind, Scene};
 use phalanx::simd::{Vec3, f32x8};
-use phalanx::trace::{Hit, Ray};
+use phalanx::trace::{Coherence, Hit, Ray};
 use phalanx::transport::World;
 use std::f64::consts::{PI, TAU};
 
@@ -66,7 +67,7 @@ fn sampled_points_have_the_density_that_chance_reports() {
                     let d = seen.to_light.lane(0);
                     let ray = [Ray::endless(p, d)];
                     let mut hit = [Hit::default()];
-                    world.tracer.closest::<f32>(&ray, &[0], &mut hit);
+                    Evaluator::ONE.trace(&world.tracer, Coherence::Unknown, &ray, &[0], &mut hit);
                     let target = wide(seen.target.lane(0));
                     let distance = length(sub(target, wide(p)));
                     let t = f64::from(hit[0].t);

@@ -4,11 +4,11 @@ use crate::common;
 use crate::support;
 
 use common::stats::{FALSE_ALARM, assert_follows, chi_square_tail};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{DEFAULT_SIGMA, Kernel, Mutation, ONE_MINUS_EPSILON};
 use phalanx::chain::tune::{ACCEPTANCE, Tune};
 use phalanx::integrate::{EndedBy, Observer, Phase, Settings, render};
 use phalanx::scene::{IntegratorKind, Scene, load};
-use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -31,9 +31,25 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
     let (mut large, mut decide) = (vec![0.0; CHAINS], vec![0.0; CHAINS]);
     let mut all = Vec::new();
     for i in 0..steps {
-        kernel.propose::<f32x8>(&ids, i, &current, &mut wide, &mut large, &mut decide);
+        Evaluator::EIGHT.propose(
+            kernel,
+            &ids,
+            i,
+            &current,
+            &mut wide,
+            &mut large,
+            &mut decide,
+        );
         assert!(large.iter().all(|l| *l == 0.0));
-        kernel.propose::<f32>(&ids, i, &current, &mut narrow, &mut large, &mut decide);
+        Evaluator::ONE.propose(
+            kernel,
+            &ids,
+            i,
+            &current,
+            &mut narrow,
+            &mut large,
+            &mut decide,
+        );
         for d in 0..DIMENSIONS {
             let bits = |s: &Samples| -> Vec<u32> { s.row(d).iter().map(|u| u.to_bits()).collect() };
             assert_eq!(bits(&wide), bits(&narrow), "widths differ");

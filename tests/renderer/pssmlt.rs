@@ -4,14 +4,13 @@ use crate::common;
 use crate::support;
 
 use common::scenes;
-use phalanx::chain::batch::{Batch, Workspace};
-use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::batch::Workspace;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{Kernel, Mutation, large_step_probability};
 use phalanx::chain::tune::Tune;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::integrate::{EndedBy, Settings};
 use phalanx::scene::{HostKind, IntegratorKind, Scene};
-use phalanx::simd::f32x8;
 use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::{Host, World};
@@ -126,12 +125,12 @@ fn the_constant_of_the_weights_is_free() {
     let area = world.camera.region.area();
     let pictures = |host: &Host, factor: f64| {
         let pictures = (0..32).map(|seed| {
-            let bootstrap = Bootstrap::run::<f32x8>(&world, host, seed, 1 << 14, &|| false);
+            let bootstrap = Evaluator::EIGHT.bootstrap(&world, host, seed, 1 << 14, &|| false);
             let b = bootstrap.estimate.mean();
             let seeds = bootstrap.seeds(seed, host.id(), CHAINS);
             let mut workspace = Workspace::new(&world);
             let paths = &mut workspace.paths;
-            let mut batch = Batch::new::<f32x8>(&world, host, 0, &seeds, seed, paths);
+            let mut batch = Evaluator::EIGHT.batch(&world, host, 0, &seeds, seed, paths);
             let p = large_step_probability(P);
             let constant = (factor * p * b) as f32;
             batch.combine(constant, 1);
@@ -144,7 +143,15 @@ fn the_constant_of_the_weights_is_free() {
                 half: false,
             };
             let kernel = Kernel::new(seed, P, 0.01);
-            batch.march::<f32x8>(&world, &kernel, STEPS, &mut workspace, &film, to);
+            Evaluator::EIGHT.march(
+                &mut batch,
+                &world,
+                &kernel,
+                STEPS,
+                &mut workspace,
+                &film,
+                to,
+            );
             batch.flush(&film, to);
             let scales = [b, f64::from(constant) / p].map(|s| s * area / mutations);
             film.resolve(&scales)

@@ -11,8 +11,7 @@ use std::process::Stdio;
 use command::{command, refused, run, text};
 use common::scenes;
 use common::stats::Random;
-use phalanx::chain::batch::Batch;
-use phalanx::chain::bootstrap::Bootstrap;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::learn::learned;
 use phalanx::chain::mutate::{Kernel, Mutation};
 use phalanx::chain::tune::Tune;
@@ -20,7 +19,6 @@ use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
 use phalanx::scene::{Scene, load, load_str};
-use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 use serde_json::Value;
@@ -49,7 +47,7 @@ fn walks_are_what_the_renderer_evaluates() {
             for d in 0..plan.layout.total {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
-            world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
+            Evaluator::EIGHT.multiplexed(&world, plan, &samples, n, &mut paths);
             for (i, o) in paths.splats.camera.iter().enumerate() {
                 let walk = recorder.walk(plan, &samples.column(i));
                 let mine = (
@@ -109,7 +107,7 @@ fn scenes_with_two_skies_and_textures() {
             let u: Vec<f32> = (0..plan.layout.total).map(|_| random.uniform()).collect();
             let mut samples = Samples::new(plan.layout.total, 1);
             (u.iter().enumerate()).for_each(|(d, u)| samples.row_mut(d)[0] = *u);
-            world.evaluate_multiplexed::<f32>(plan, &samples, 1, &mut paths);
+            Evaluator::ONE.multiplexed(&world, plan, &samples, 1, &mut paths);
             let walk = recorder.walk(plan, &u);
             assert_eq!(paths.splats.camera[0].rgb, walk.rgb);
             // A camera ray that leaves meets both skies.
@@ -251,19 +249,19 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         );
         // All chains of the depth in one batch, at the other width.
         let plan = &world.plan.depths[depth];
-        let boot = Bootstrap::run::<f32>(&world, plan, 7, 2000, &|| false);
+        let boot = Evaluator::ONE.bootstrap(&world, plan, 7, 2000, &|| false);
         let mut plan = plan.clone();
         if settings.strategy_choice == StrategyChoice::Learned {
             plan.choice = learned(&plan, boot.strategies()).expect("little light");
         }
         let seeds = boot.seeds(7, plan.depth, of_depth.chains as usize);
         let mut paths = Paths::new(&world);
-        let mut batch = Batch::new::<f32>(&world, &plan, 0, &seeds, 7, &mut paths);
+        let mut batch = Evaluator::ONE.batch(&world, &plan, 0, &seeds, 7, &mut paths);
         for _ in 0..iteration {
-            batch.step::<f32>(&world, &kernel, &mut paths);
+            Evaluator::ONE.step(&mut batch, &world, &kernel, &mut paths);
         }
         let state = batch.state(chain);
-        batch.step::<f32>(&world, &kernel, &mut paths);
+        Evaluator::ONE.step(&mut batch, &world, &kernel, &mut paths);
         let step = batch.latest(chain);
         assert_eq!(floats(&replayed["current"]["samples"]), state.samples);
         assert_eq!(floats(&replayed["proposal"]["samples"]), step.proposal);

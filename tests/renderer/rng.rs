@@ -3,6 +3,7 @@
 use crate::common;
 
 use common::stats::{FALSE_ALARM, Random, assert_follows, normal_quantile};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{Kernel, Mutation, ONE_MINUS_EPSILON, normals};
 use phalanx::simd::rng::{Purpose, Stream, unit_float};
 use phalanx::simd::{Lanes, UintLanes, f32x8};
@@ -210,7 +211,15 @@ fn march(law: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize
     let mut proposed = current.clone();
     let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
     for i in 0..steps {
-        kernel.propose::<f32x8>(&ids, i, &current, &mut proposed, &mut large, &mut decide);
+        Evaluator::EIGHT.propose(
+            &kernel,
+            &ids,
+            i,
+            &current,
+            &mut proposed,
+            &mut large,
+            &mut decide,
+        );
         std::mem::swap(&mut current, &mut proposed);
     }
     current
@@ -261,7 +270,15 @@ fn one_long_chain_visits_everything_alike() {
     let mut cells = vec![0.0; 64];
     let mut count = 0.0;
     for i in 0..125_000 {
-        kernel.propose::<f32x8>(&ids, i, &current, &mut proposed, &mut large, &mut decide);
+        Evaluator::EIGHT.propose(
+            &kernel,
+            &ids,
+            i,
+            &current,
+            &mut proposed,
+            &mut large,
+            &mut decide,
+        );
         std::mem::swap(&mut current, &mut proposed);
         if i % 10 == 9 {
             for u in current.row(0) {
@@ -287,7 +304,15 @@ fn large_steps_are_as_frequent_as_asked_and_uniform() {
     let mut count = 0.0;
     let mut cells = vec![0.0; 64];
     for i in 0..steps {
-        kernel.propose::<f32x8>(&ids, i, &start, &mut proposed, &mut large, &mut decide);
+        Evaluator::EIGHT.propose(
+            &kernel,
+            &ids,
+            i,
+            &start,
+            &mut proposed,
+            &mut large,
+            &mut decide,
+        );
         for c in 0..chains {
             if large[c] > 0.0 {
                 count += 1.0;

@@ -4,7 +4,7 @@ use crate::common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
-use phalanx::simd::f32x8;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
@@ -58,17 +58,17 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
             let mut numbers = Samples::new(layout.total(), BATCH);
             for _ in 0..BATCHES {
                 fill(&mut samples, &mut random);
-                world.evaluate_multiplexed::<f32x8>(plan, &samples, BATCH, &mut paths);
+                Evaluator::EIGHT.multiplexed(&world, plan, &samples, BATCH, &mut paths);
                 for o in &paths.splats.camera {
                     add(&mut multiplexed, &world, o.raster, value(o));
                     by_strategy[o.s as usize] += value(o) / (BATCH * BATCHES) as f64;
                 }
                 // The same numbers with one scattering event less: the difference is this depth alone.
                 fill(&mut numbers, &mut random);
-                world.evaluate_unidirectional::<f32x8>(&layout, &numbers, BATCH, &mut paths);
+                Evaluator::EIGHT.unidirectional(&world, &layout, &numbers, BATCH, &mut paths);
                 if k > 0 {
                     let shorter = UnidirectionalLayout::new(&world.plan, k - 1);
-                    world.evaluate_unidirectional::<f32x8>(&shorter, &numbers, BATCH, &mut other);
+                    Evaluator::EIGHT.unidirectional(&world, &shorter, &numbers, BATCH, &mut other);
                 }
                 for (i, o) in paths.splats.camera.iter().enumerate() {
                     let less = if k > 0 {

@@ -10,12 +10,8 @@ use crate::cli::args::{
     ChoiceName, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability, resolution, sigma,
 };
 use crate::converge::plan::{Axis, MAX_EFFORT};
-#[cfg(feature = "switches")]
-use crate::converge::robust::SWITCH;
 use crate::integrate::Width;
 use crate::scene::IntegratorKind;
-#[cfg(feature = "switches")]
-use crate::switches::{Switch, Switches};
 
 /// Run integrators and settings against each other, and draw their error against time
 ///
@@ -125,18 +121,6 @@ pub struct ConvergeArgs {
         help_heading = "Variants"
     )]
     pub strategy_choice: Vec<ChoiceName>,
-
-    /// Cheaper alternatives to robust numerics, one variant each beside the robust one: fast-triangles, film-f64, film-f32, cheap-math,
-    /// cheap-random
-    #[cfg(feature = "switches")]
-    #[arg(
-        long,
-        value_name = "NAME,...",
-        value_delimiter = ',',
-        value_parser = switch,
-        help_heading = "Variants"
-    )]
-    pub switch: Vec<Switch>,
 
     /// Number of budgets; each is twice the one before
     #[arg(
@@ -288,14 +272,6 @@ fn first_seconds(text: &str) -> Result<f64, String> {
     number_in(text, 1e-3, 36_000.0)
 }
 
-#[cfg(feature = "switches")]
-fn switch(text: &str) -> Result<Switch, String> {
-    Switch::named(text).ok_or_else(|| {
-        let names = Switch::ALL.map(Switch::name);
-        format!("not one of {}", names.join(", "))
-    })
-}
-
 fn reference_error(text: &str) -> Result<f64, String> {
     number_in(text, 0.0, 1e6)
 }
@@ -329,13 +305,6 @@ impl ConvergeArgs {
         fn text<T: ToString>(value: T) -> String {
             value.to_string()
         }
-        #[cfg(feature = "switches")]
-        let switches: Vec<Option<Switch>> = match self.switch.as_slice() {
-            [] => Vec::new(),
-            some => std::iter::once(None)
-                .chain(some.iter().copied().map(Some))
-                .collect(),
-        };
         vec![
             (
                 "--lanes",
@@ -397,17 +366,6 @@ impl ConvergeArgs {
                     &self.strategy_choice,
                     |c| text(c.setting().name()),
                     |s, v| s.strategy_choice = v.setting(),
-                ),
-            ),
-            #[cfg(feature = "switches")]
-            (
-                "--switch",
-                Axis::new(
-                    SWITCH,
-                    any,
-                    &switches,
-                    |s| text(s.map_or("none", Switch::name)),
-                    |s, v| s.switches = v.map_or(Switches::NONE, Switches::only),
                 ),
             ),
         ]

@@ -22,10 +22,6 @@ pub fn text(study: &Study) -> String {
         summary(&mut out, figures);
         out.push('\n');
         budgets(&mut out, figures);
-        if !figures.switches.is_empty() {
-            out.push('\n');
-            switches(&mut out, figures);
-        }
         for note in cells::notes(figures) {
             out.push_str(&format!("  {note}\n"));
         }
@@ -53,16 +49,6 @@ fn summary(out: &mut String, figures: &SceneFigures) {
         ]);
     }
     table.print(out);
-}
-
-/// What robustness costs.
-fn switches(out: &mut String, figures: &SceneFigures) {
-    let mut table = Table::new(&cells::SWITCH_COLUMNS.map(|c| c.0));
-    for figures in &figures.switches {
-        table.row(cells::switch(figures));
-    }
-    table.print(out);
-    out.push_str(&format!("  {}\n", cells::SWITCH_NOTE));
 }
 
 fn budgets(out: &mut String, figures: &SceneFigures) {

@@ -2,7 +2,6 @@
 
 use crate::converge::figures::{SceneFigures, TargetFigures, VariantFigures};
 use crate::converge::fit::Estimate;
-use crate::converge::robust::SwitchFigures;
 
 /// Behind a figure that lies outside what was measured.
 pub const EXTRAPOLATED: &str = "*";
@@ -80,34 +79,6 @@ pub fn target(target: &TargetFigures) -> String {
         Some(seconds) => format!("{} {mark}", relative(seconds)),
         None => format!("{NOTHING}  "),
     }
-}
-
-/// Columns of the table of switches, and what each is relative to.
-pub const SWITCH_COLUMNS: [(&str, &str); 5] = [
-    ("what robustness costs", ""),
-    ("throughput", "over the robust"),
-    ("error x work", "over the robust"),
-    ("brightness", "less the robust"),
-    ("pixels differ", "mean"),
-];
-/// What stands below it.
-pub const SWITCH_NOTE: &str = "cheap over robust, paired by seed: throughput above 1 is what robustness costs, error above 1 what it saves; \
-     pixels' differences hold the noise of both means";
-
-/// A row of the table of switches.
-pub fn switch(figures: &SwitchFigures) -> [String; 5] {
-    let brightness = figures.brightness.map(|b| match b.stderr {
-        Some(e) => format!("{:+.4}% ±{:.4}", 100.0 * b.value, 100.0 * e),
-        None => format!("{:+.4}%", 100.0 * b.value),
-    });
-    let known = |text: Option<String>| text.unwrap_or(NOTHING.into());
-    [
-        figures.name.clone(),
-        optional(figures.throughput.as_ref()),
-        optional(figures.error.as_ref()),
-        known(brightness),
-        known((figures.difference).map(|d| format!("{}%", number(100.0 * d)))),
-    ]
 }
 
 /// What the errors are measured against, a sentence.

@@ -112,17 +112,6 @@ pub fn runs(study: &Study) -> Result<Vec<u8>, String> {
     write(header, rows)
 }
 
-/// Of variants with a switch, over those without.
-const SWITCH_COLUMNS: [&str; 7] = [
-    "switch_throughput",
-    "switch_throughput_stderr",
-    "switch_error",
-    "switch_error_stderr",
-    "switch_brightness",
-    "switch_brightness_stderr",
-    "switch_difference",
-];
-
 /// One row a variant.
 pub fn summary(study: &Study) -> Result<Vec<u8>, String> {
     let labels = labels(study);
@@ -152,43 +141,28 @@ pub fn summary(study: &Study) -> Result<Vec<u8>, String> {
         ]
         .map(String::from),
     );
-    let switches = study.scenes.iter().any(|s| !s.figures.switches.is_empty());
-    if switches {
-        header.extend(SWITCH_COLUMNS.map(String::from));
-    }
     let labels = &labels;
     let rows = study.scenes.iter().flat_map(|scene| {
         let figures = &scene.figures;
-        figures
-            .variants
-            .iter()
-            .enumerate()
-            .map(move |(i, variant)| {
-                let mut row = vec![figures.scene.clone(), variant.name.clone()];
-                row.extend(values(labels, variant));
-                let runs: usize = variant.budgets.iter().map(|b| b.runs).sum();
-                row.push(runs.to_string());
-                row.extend(pair(variant.slope));
-                for target in &variant.targets {
-                    row.extend(pair(target.seconds));
-                    row.push(target.extrapolated.to_string());
-                }
-                row.extend(pair(variant.efficiency));
-                row.extend(pair(variant.gain));
-                let last = variant.budgets.last();
-                row.extend(pair(last.map(|b| b.seconds)));
-                row.extend(pair(last.map(|b| b.relmse_corrected)));
-                row.push(last.map_or(String::new(), |b| b.within_reference_error.to_string()));
-                row.push(known(figures.reference.relmse));
-                if switches {
-                    let own = figures.switches.iter().find(|s| s.variant == i);
-                    row.extend(pair(own.and_then(|s| s.throughput)));
-                    row.extend(pair(own.and_then(|s| s.error)));
-                    row.extend(pair(own.and_then(|s| s.brightness)));
-                    row.push(known(own.and_then(|s| s.difference)));
-                }
-                row
-            })
+        figures.variants.iter().map(move |variant| {
+            let mut row = vec![figures.scene.clone(), variant.name.clone()];
+            row.extend(values(labels, variant));
+            let runs: usize = variant.budgets.iter().map(|b| b.runs).sum();
+            row.push(runs.to_string());
+            row.extend(pair(variant.slope));
+            for target in &variant.targets {
+                row.extend(pair(target.seconds));
+                row.push(target.extrapolated.to_string());
+            }
+            row.extend(pair(variant.efficiency));
+            row.extend(pair(variant.gain));
+            let last = variant.budgets.last();
+            row.extend(pair(last.map(|b| b.seconds)));
+            row.extend(pair(last.map(|b| b.relmse_corrected)));
+            row.push(last.map_or(String::new(), |b| b.within_reference_error.to_string()));
+            row.push(known(figures.reference.relmse));
+            row
+        })
     });
     write(header, rows)
 }

@@ -117,7 +117,6 @@ fn section(study: &Study, scene: &SceneStudy, index: usize) -> Result<String, St
             ("summary", &summary(figures)),
             ("notes", &notes(figures)),
             ("budgets", &budgets(figures)),
-            ("switches", &switches(figures)),
             ("pictures", &pictures(study, scene, index)?),
         ],
     ))
@@ -186,28 +185,6 @@ fn notes(figures: &SceneFigures) -> String {
         return String::new();
     }
     format!("<p class=\"notes\">{}</p>", notes.join("<br>"))
-}
-
-/// What robustness costs; nothing without switches.
-fn switches(figures: &SceneFigures) -> String {
-    if figures.switches.is_empty() {
-        return String::new();
-    }
-    let [_, columns @ ..] = cells::SWITCH_COLUMNS;
-    let mut header = vec![(String::new(), "")];
-    header.extend(columns.map(|(name, unit)| (name.to_string(), unit)));
-    let mut body = String::new();
-    for switch in &figures.switches {
-        let [_, values @ ..] = cells::switch(switch);
-        let mut line = vec![named(figures, switch.variant)];
-        line.extend(values);
-        body += &row(&line);
-    }
-    format!(
-        "<div class=\"wide\">\n{}\n</div>\n<p class=\"notes\">{}</p>",
-        table("What robustness costs", &header, &body),
-        escape(cells::SWITCH_NOTE)
-    )
 }
 
 fn budgets(figures: &SceneFigures) -> String {

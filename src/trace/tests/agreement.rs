@@ -11,7 +11,7 @@ use crate::trace::packet::Best;
 use crate::trace::ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::store::{Builder, permuted};
-use crate::trace::triangle::{barycentrics, covers, hit, is_degenerate};
+use crate::trace::triangle::{Watertight, barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Hit, Ray, Size, Tracer};
 use crate::trace::{build, bvh8, packet, single};
 
@@ -115,12 +115,12 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Ray], random: &m
                     let ray = ray::Ray::<f32x8>::load(rays, packet, &tracer.extent);
                     let trees = tracer.trees();
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, false, false, false>(
+                    packet::traverse::<f32x8, Watertight, false, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     best.store(&ray, rays, packet, hits);
                     let mut best = Best::new(&ray);
-                    packet::traverse::<f32x8, true, false, false>(
+                    packet::traverse::<f32x8, Watertight, true, false>(
                         &trees, &ray, &mut best, &mut stack, &mut walks, few,
                     );
                     for (lane, &i) in packet.iter().enumerate() {

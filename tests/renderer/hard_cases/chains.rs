@@ -9,6 +9,7 @@ use crate::common::stats::{FALSE_ALARM, normal_quantile};
 use crate::support::stage::{both, lit_stage};
 use crate::support::{BOTH, Estimate, Runs, head, inward_box, run, scene, settings};
 use phalanx::chain::accept::{acceptance, colour, target};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{Kernel, ONE_MINUS_EPSILON, wrap};
 use phalanx::integrate::Settings;
 use phalanx::scene::{IntegratorKind, Scene};
@@ -148,7 +149,15 @@ fn proposals_of_chains_are_uncorrelated() {
     let mut series = vec![vec![]; chains];
     let mut kinds = vec![vec![]; chains];
     for i in 0..steps {
-        kernel.propose::<f32x8>(&ids, i, &start, &mut proposed, &mut large, &mut decide);
+        Evaluator::EIGHT.propose(
+            &kernel,
+            &ids,
+            i,
+            &start,
+            &mut proposed,
+            &mut large,
+            &mut decide,
+        );
         for c in 0..chains {
             for d in 0..dimensions {
                 // Its sign has mean 0 and variance 1 for both kinds of step.

@@ -7,9 +7,10 @@ use super::COMPARISONS;
 use crate::common::stats::Random;
 use crate::support::stage::{CAMERA, GREY, lamp, stage};
 use crate::support::{BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings};
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::{IntegratorKind, LightKind, Scene, load_str};
 use phalanx::simd::{Lanes, Vec3, f32x8};
-use phalanx::trace::{Hit, Ray, Tracer};
+use phalanx::trace::{Coherence, Hit, Ray, Tracer};
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 use std::fmt::Write;
@@ -30,7 +31,7 @@ fn groove() -> Scene {
 
 /// The path camera, `x = camera`, `x = light`, light, joined in its middle: rays straight down, at those places of the groove. Returns its outcome and
 /// the distance of the two tips.
-fn joined<L: Lanes>(camera: f32, light: f32) -> (Outcome, f64) {
+fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Outcome, f64) {
     let mut scene = groove();
     // It looks down; its upper side is to positive z.
     let height = 0.9;
@@ -56,7 +57,7 @@ fn joined<L: Lanes>(camera: f32, light: f32) -> (Outcome, f64) {
     // Down: three quarters of a turn.
     samples.row_mut(at.emission + 3).fill(0.75);
     let mut paths = Paths::new(&world);
-    world.evaluate_multiplexed::<L>(plan, &samples, 8, &mut paths);
+    evaluator.multiplexed(&world, plan, &samples, 8, &mut paths);
     let outcome = paths.splats.camera[0];
     assert_eq!(outcome.s, 2);
     let [a, b] = [0, 1].map(|side: usize| paths.subpaths.endpoints[side].place[0].p);
@@ -69,14 +70,14 @@ fn joined<L: Lanes>(camera: f32, light: f32) -> (Outcome, f64) {
 #[test]
 fn vertices_that_coincide() {
     let value = |o: &Outcome| f64::from(o.rgb[1]);
-    let usual = value(&joined::<f32>(1e-3, -1e-3).0);
+    let usual = value(&joined(Evaluator::ONE, 1e-3, -1e-3).0);
     assert!(usual > 0.0);
     let mut places = vec![0.0f32];
     places.extend((3..=44).map(|e| 10f64.powi(-e) as f32));
     for x in places {
         for other in [-x, x, 2.0 * x, 0.0, x.next_up()] {
-            let (one, distance) = joined::<f32>(x, other);
-            let (eight, _) = joined::<f32x8>(x, other);
+            let (one, distance) = joined(Evaluator::ONE, x, other);
+            let (eight, _) = joined(Evaluator::EIGHT, x, other);
             assert_eq!(one, eight, "{x:e} {other:e}");
             let what = format!("{x:e} and {other:e}, {distance:e} apart: {one:?}");
             assert_eq!(one.rejected, 0, "{what}");
@@ -159,7 +160,7 @@ fn escapes(rays: u64) -> u64 {
             };
             *ray = Ray::endless(o, d);
         }
-        tracer.closest::<f32x8>(&queue, &list, &mut hits);
+        Evaluator::EIGHT.trace(&tracer, Coherence::Unknown, &queue, &list, &mut hits);
         escaped += hits.iter().filter(|h| h.is_none()).count() as u64;
     }
     escaped

@@ -10,9 +10,9 @@ use crate::support::stage::{GREY, stage};
 use crate::support::{
     BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings, standard_errors,
 };
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::replay::Recorder;
 use phalanx::scene::IntegratorKind;
-use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Paths, World};
 
@@ -39,7 +39,7 @@ fn every_strategy_reports_the_balance_heuristic() {
             for d in 0..plan.layout.total {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
-            world.evaluate_multiplexed::<f32x8>(plan, &samples, PATHS, &mut paths);
+            Evaluator::EIGHT.multiplexed(&world, plan, &samples, PATHS, &mut paths);
             let choices = plan.strategies.len() as f64;
             // By strategy: paths that carry light, and visibilities that differ.
             let mut lit = vec![0; plan.depth as usize + 2];
@@ -120,7 +120,7 @@ fn each_strategy_alone_gives_the_whole() {
             for d in 0..plan.layout.total {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
-            world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
+            Evaluator::EIGHT.multiplexed(&world, plan, &samples, n, &mut paths);
             for (i, o) in paths.splats.camera.iter().enumerate() {
                 let got = o.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0;
                 summed.add(got);

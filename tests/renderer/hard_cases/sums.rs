@@ -6,7 +6,7 @@
 use super::COMPARISONS;
 use crate::support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
 use crate::support::{BOTH, Runs, head, inward_box, run, scene, settings};
-use phalanx::chain::primary::regenerate;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::integrate::Settings;
 use phalanx::scene::{Filter, FilterKind, IntegratorKind, LightKind, MaterialKind, Param, Scene};
 use phalanx::transport::World;
@@ -145,7 +145,7 @@ fn paths_are_counted_beyond_32_bits() {
     for plan in &world.plan.depths {
         let low = 12_345u64;
         let indices = [low, low + (1 << 32), low + (1 << 33), low + (1 << 47)];
-        let samples = regenerate::<f32>(plan, 1, &indices);
+        let samples = Evaluator::ONE.regenerate(plan, 1, &indices);
         for d in 0..plan.layout.total {
             let row = &samples.row(d)[..indices.len()];
             for a in 0..row.len() {

@@ -8,7 +8,7 @@ mod tail;
 use adversary::extreme;
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
-use phalanx::simd::f32x8;
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
 
@@ -33,8 +33,8 @@ fn both_widths_give_the_same_outcomes() {
             for d in 0..plan.layout.total {
                 samples.row_mut(d).fill_with(|| random.uniform());
             }
-            world.evaluate_multiplexed::<f32>(plan, &samples, n, &mut one);
-            world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut eight);
+            Evaluator::ONE.multiplexed(&world, plan, &samples, n, &mut one);
+            Evaluator::EIGHT.multiplexed(&world, plan, &samples, n, &mut eight);
             for i in 0..n {
                 assert_eq!(
                     bits(&one.splats.camera[i]),
@@ -69,7 +69,7 @@ fn extreme_samples_give_numbers() {
                         samples.row_mut(d)[i] = u;
                     }
                 }
-                world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
+                Evaluator::EIGHT.multiplexed(&world, plan, &samples, n, &mut paths);
                 for (i, o) in paths.splats.camera.iter().enumerate() {
                     assert!(o.rgb.iter().all(|v| v.is_finite() && *v >= 0.0));
                     if o.rejected > 0 {
@@ -111,7 +111,7 @@ fn long_paths_stay_finite_and_right() {
                 for d in 0..plan.layout.total {
                     samples.row_mut(d).fill_with(|| random.uniform());
                 }
-                world.evaluate_multiplexed::<f32x8>(plan, &samples, n, &mut paths);
+                Evaluator::EIGHT.multiplexed(&world, plan, &samples, n, &mut paths);
                 for o in &paths.splats.camera {
                     assert!(o.rejected == 0 && o.rgb.iter().all(|v| v.is_finite()));
                     mean.add(f64::from(o.rgb[0]));
