@@ -87,6 +87,8 @@ pub mod switches;
 pub mod trace;
 pub mod transport;
 
+pub(crate) use surface::table::for_kind;
+
 /// A build with the feature `bare` has no effects but those of `benches/effects/none.pbrt` (triangles, diffuse, one light, a pinhole): the
 /// code of all others is left out at compile time, to count what asking for them costs. It refuses scenes that call for more.
 pub(crate) const BARE: bool = cfg!(feature = "bare");
