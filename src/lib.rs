@@ -84,3 +84,5 @@ pub mod simd;
 pub mod surface;
 pub mod trace;
 pub mod transport;
+
+pub(crate) use surface::table::for_kind;

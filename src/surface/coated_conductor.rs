@@ -15,11 +15,12 @@
 //! from a transcription of the random walk (alphas of coat and copper 0 to 0.6, indices 1.3 to 2). Most at grazing angles, where
 //! later bounces are a lobe as well.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{cosine_sample, same_side};
 use super::microfacet::{TrowbridgeReitz, pack_alphas, pack_halves, unpack_halves, upper};
 use super::rough_dielectric::resolved_eta;
 use super::seen_through::{Slopes, once};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, coat, fresnel, mirror};
+use super::{coat, fresnel, mirror};
 use crate::simd::{Lanes, Mask, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
@@ -185,6 +186,7 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
 }
 
 impl Bsdf for Coat {
+    const NAME: &'static str = "coat";
     const DELTA: bool = true;
     const LOBES: bool = false;
 
@@ -217,6 +219,7 @@ fn power_sum<L: Lanes>(x: L, count: L::Uint) -> L {
 }
 
 impl Bsdf for Smooth {
+    const NAME: &'static str = "coated mirror";
     const DELTA: bool = true;
     const LOBES: bool = false;
 
@@ -449,6 +452,7 @@ fn sample<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, u: [L; 3]) -> B
 }
 
 impl Bsdf for Rough {
+    const NAME: &'static str = "coated conductor";
     const DELTA: bool = false;
     const LOBES: bool = true;
 
@@ -464,6 +468,7 @@ impl Bsdf for Rough {
 }
 
 impl Bsdf for Base {
+    const NAME: &'static str = "conductor under a coat";
     const DELTA: bool = false;
     const LOBES: bool = true;
 

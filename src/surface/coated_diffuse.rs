@@ -15,9 +15,10 @@
 //! statistical error, and values by less than 0.01 of a white surface's. pbrt-v4's own weights for values of rough coats do not add up to 1, which
 //! moves its values by up to 40 % in some directions: the comparison is with weights that do.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{cosine_sample, same_side};
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, coat, fresnel};
+use super::{coat, fresnel};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -52,6 +53,7 @@ fn parts<L: Lanes>(row: &[L; 8], mu: [L; 2]) -> Parts<L> {
 }
 
 impl Bsdf for Rough {
+    const NAME: &'static str = "coated diffuse";
     const DELTA: bool = false;
     const LOBES: bool = true;
 
@@ -85,6 +87,7 @@ impl Bsdf for Rough {
 }
 
 impl Bsdf for Base {
+    const NAME: &'static str = "diffuse under a coat";
     const DELTA: bool = false;
     const LOBES: bool = false;
 

@@ -1,8 +1,9 @@
 //! Metals: complex Fresnel over a smooth or Trowbridge-Reitz surface.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::same_side;
 use super::microfacet::{TrowbridgeReitz, upper};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel, mirror};
+use super::{fresnel, mirror};
 use crate::simd::{Lanes, Mask, Vec3};
 
 /// Row: eta (3), k (3).
@@ -21,6 +22,7 @@ fn reflectance<L: Lanes>(row: &[L; 8], cos: L) -> Vec3<L> {
 }
 
 impl Bsdf for Smooth {
+    const NAME: &'static str = "smooth conductor";
     const DELTA: bool = true;
     const LOBES: bool = false;
 
@@ -36,6 +38,7 @@ impl Bsdf for Smooth {
 }
 
 impl Bsdf for Rough {
+    const NAME: &'static str = "rough conductor";
     const DELTA: bool = false;
     const LOBES: bool = false;
     const ACROSS: bool = true;

@@ -1,12 +1,14 @@
 //! Smooth glass: a delta reflection and a delta refraction, chosen by Fresnel reflectance.
 
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::fresnel;
 use crate::simd::{Lanes, Vec3};
 
 /// Row: reflectance (3), transmittance (3), eta (inside over outside).
 pub struct Smooth;
 
 impl Bsdf for Smooth {
+    const NAME: &'static str = "smooth dielectric";
     const DELTA: bool = true;
     const LOBES: bool = true;
 

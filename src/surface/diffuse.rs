@@ -1,6 +1,6 @@
 //! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of pbrt-v3, section 8.4.1).
 
-use super::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
@@ -41,6 +41,7 @@ pub(super) fn same_side<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>) -> L::Mask {
 }
 
 impl Bsdf for Diffuse {
+    const NAME: &'static str = "diffuse";
     const DELTA: bool = false;
     const LOBES: bool = false;
     const ACROSS: bool = true;
@@ -94,6 +95,7 @@ impl OrenNayar {
 }
 
 impl Bsdf for OrenNayar {
+    const NAME: &'static str = "diffuse (Oren-Nayar)";
     const DELTA: bool = false;
     const LOBES: bool = false;
     const ACROSS: bool = true;

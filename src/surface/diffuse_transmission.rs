@@ -1,8 +1,8 @@
 //! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on either side (pbrt-v4,
 //! `DiffuseTransmissionBxDF`).
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{cosine_sample, opposite, same_side};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -21,6 +21,7 @@ fn reflection_probability<L: Lanes>(row: &[L; 8]) -> L {
 }
 
 impl Bsdf for DiffuseTransmission {
+    const NAME: &'static str = "diffuse transmission";
     const DELTA: bool = false;
     const LOBES: bool = true;
     const ACROSS: bool = true;

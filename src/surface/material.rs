@@ -1,6 +1,5 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
-use super::Kind;
 use super::bump::{self, Relief, Tilted};
 use super::coat::Interface;
 use super::coat_table::{Base, CoatTable};
@@ -10,6 +9,7 @@ use super::diffuse::oren_nayar_coefficients;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas};
 use super::mixture::{self, Chosen};
 use super::rough_dielectric::{LEAST_LOBE, resolved_eta};
+use super::table::Kind;
 use super::texture::{self, Place};
 use crate::geometry::Derivatives;
 use crate::scene::spectrum::IndexCurve;

@@ -1,7 +1,7 @@
 //! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
 
+use super::bsdf::{Bsdf, BsdfSample, Mode};
 use super::diffuse::{cosine_sample, opposite};
-use super::{Bsdf, BsdfSample, Mode};
 use crate::simd::{Lanes, Mask, UintLanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 

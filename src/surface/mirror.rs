@@ -1,6 +1,6 @@
 //! Perfect specular reflection without Fresnel (pbrt-v3 `mirror`).
 
-use super::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
 
 /// Row: reflectance.
@@ -18,6 +18,7 @@ pub(super) fn reflect<L: Lanes>(wo: Vec3<L>, reflectance: Vec3<L>) -> BsdfSample
 }
 
 impl Bsdf for Mirror {
+    const NAME: &'static str = "mirror";
     const DELTA: bool = true;
     const LOBES: bool = false;
 

@@ -1,8 +1,9 @@
 //! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{opposite, same_side};
+use super::fresnel;
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -30,6 +31,7 @@ fn diffuse_probability<L: Lanes>(row: &[L; 8]) -> L {
 }
 
 impl Bsdf for Plastic {
+    const NAME: &'static str = "plastic";
     const DELTA: bool = false;
     const LOBES: bool = true;
     const ACROSS: bool = true;

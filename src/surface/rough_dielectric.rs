@@ -4,8 +4,9 @@
 //! and that of the change of solid angle (equation 17) are the square of its length. So `v` need not be normalised: with `q = (v_x / ax)^2 +
 //! (v_y / ay)^2 + v_z^2`, the distribution of normals over that denominator is `|v|^2 / (pi ax ay q^2)`, and lengths cancel.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::fresnel;
 use super::microfacet::{TrowbridgeReitz, upper};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -69,6 +70,7 @@ pub(super) fn refraction<L: Lanes>(
 }
 
 impl Bsdf for Rough {
+    const NAME: &'static str = "rough dielectric";
     const DELTA: bool = false;
     const LOBES: bool = true;
     const ACROSS: bool = true;

@@ -4,9 +4,9 @@
 //! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
 //! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
 
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{opposite, same_side};
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
-use super::{Bsdf, BsdfSample, BsdfValue, Mode};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -60,6 +60,7 @@ impl Substrate {
 }
 
 impl Bsdf for Substrate {
+    const NAME: &'static str = "substrate";
     const DELTA: bool = false;
     const LOBES: bool = true;
     const ACROSS: bool = true;

@@ -4,13 +4,15 @@
 //! transmittance `T = 1 - R` the sheet makes `R + T R T + T R R R T + ... = R + T^2 R / (1 - R^2)` (pbrt-v4, section 9.5.1,
 //! `ThinDielectricBxDF`), which is `2 R / (1 + R)`, without a quotient of zeros where all is reflected.
 
-use super::{Bsdf, BsdfSample, BsdfValue, Mode, fresnel};
+use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::fresnel;
 use crate::simd::{Lanes, Vec3};
 
 /// Row: eta (inside over outside).
 pub struct ThinDielectric;
 
 impl Bsdf for ThinDielectric {
+    const NAME: &'static str = "thin dielectric";
     const DELTA: bool = true;
     const LOBES: bool = true;
 

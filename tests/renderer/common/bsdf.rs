@@ -38,15 +38,15 @@ pub fn shaken(f: impl Fn(f64) -> f64, x: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Samples or evaluates the kernel of a kind; `Kernels` only gives [`phalanx::for_kind`] something to call.
+/// Samples or evaluates the kernel of a kind, in packets.
 pub struct Kernels;
 
 pub type Sampled = ([f32; 3], [f32; 3], f32, f32);
 pub type Evaluated = ([f32; 3], f32, f32);
 
 impl Kernels {
-    fn sample_as<B: phalanx::surface::Bsdf, L: phalanx::simd::Lanes>(
-        &self,
+    pub fn sample<L: phalanx::simd::Lanes>(
+        kind: Kind,
         row: &[f32; 8],
         wo: &[[f32; 3]],
         u: &[[f32; 3]],
@@ -57,7 +57,7 @@ impl Kernels {
             let last = wo.len() - 1;
             let column = |v: &[[f32; 3]], c: usize| L::from_fn(|i| v[i.min(last)][c]);
             let w = phalanx::simd::Vec3::new(column(wo, 0), column(wo, 1), column(wo, 2));
-            let s = B::sample(
+            let s = kind.sample(
                 &row.map(L::splat),
                 w,
                 [column(u, 0), column(u, 1), column(u, 2)],
@@ -74,8 +74,8 @@ impl Kernels {
         }
         out
     }
-    fn eval_as<B: phalanx::surface::Bsdf, L: phalanx::simd::Lanes>(
-        &self,
+    pub fn eval<L: phalanx::simd::Lanes>(
+        kind: Kind,
         row: &[f32; 8],
         wo: &[[f32; 3]],
         wi: &[[f32; 3]],
@@ -88,27 +88,9 @@ impl Kernels {
                 let c = |c: usize| L::from_fn(|i| v[i.min(last)][c]);
                 phalanx::simd::Vec3::new(c(0), c(1), c(2))
             };
-            let v = B::eval(&row.map(L::splat), vec(wo), vec(wi), mode);
+            let v = kind.eval(&row.map(L::splat), [vec(wo), vec(wi)], mode);
             out.extend((0..wo.len()).map(|i| (v.f.lane(i), v.pdf.lane(i), v.pdf_reverse.lane(i))));
         }
         out
-    }
-    pub fn sample<L: phalanx::simd::Lanes>(
-        kind: Kind,
-        row: &[f32; 8],
-        wo: &[[f32; 3]],
-        u: &[[f32; 3]],
-        mode: phalanx::surface::Mode,
-    ) -> Vec<Sampled> {
-        phalanx::for_kind!(kind, Kernels.sample_as::<_, L>(row, wo, u, mode))
-    }
-    pub fn eval<L: phalanx::simd::Lanes>(
-        kind: Kind,
-        row: &[f32; 8],
-        wo: &[[f32; 3]],
-        wi: &[[f32; 3]],
-        mode: phalanx::surface::Mode,
-    ) -> Vec<Evaluated> {
-        phalanx::for_kind!(kind, Kernels.eval_as::<_, L>(row, wo, wi, mode))
     }
 }
