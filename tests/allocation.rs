@@ -4,7 +4,7 @@ use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
-use phalanx::scene::load_str;
+use phalanx::pbrt::load_str;
 use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::bidirectional::BidirectionalLayout;

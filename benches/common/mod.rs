@@ -8,7 +8,8 @@ use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::bootstrap::Bootstrap;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
-use phalanx::scene::{self, Scene};
+use phalanx::pbrt;
+use phalanx::scene::Scene;
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::World;
 use std::path::Path;
@@ -26,7 +27,7 @@ const SCENES: [(&str, &str); 2] = [
 /// Both scenes, by name.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let load = |(name, text)| {
-        let scene = scene::load_str(text, name, Path::new("")).expect("the scene loads");
+        let scene = pbrt::load_str(text, name, Path::new("")).expect("the scene loads");
         (name, scene)
     };
     SCENES.map(load).into()

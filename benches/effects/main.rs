@@ -13,8 +13,9 @@ mod common;
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use phalanx::film::SplatFilm;
+use phalanx::pbrt;
 use phalanx::plan::Forced;
-use phalanx::scene::{self, Scene};
+use phalanx::scene::Scene;
 use phalanx::simd::f32x8;
 use phalanx::transport::World;
 use std::path::Path;
@@ -56,7 +57,7 @@ fn scenes() -> Vec<(String, Scene)> {
         .collect();
     names.sort_by_key(|name| (name != "none", name.clone()));
     let load = |name: String| {
-        let scene = scene::load(&folder.join(format!("{name}.pbrt"))).expect("the scene loads");
+        let scene = pbrt::load(&folder.join(format!("{name}.pbrt"))).expect("the scene loads");
         (name, scene)
     };
     names.into_iter().map(load).collect()

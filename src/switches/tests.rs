@@ -22,7 +22,8 @@ mod with_the_feature {
     use super::*;
     use crate::film::{Destination, FilterTable, Passes, Sample, SampleFilm, SplatFilm, SplatLog};
     use crate::integrate::{Settings, Silent, render};
-    use crate::scene::{Filter, FilterKind, IntegratorKind, NONE, Scene, load_str};
+    use crate::pbrt::load_str;
+    use crate::scene::{Filter, FilterKind, IntegratorKind, NONE, Scene};
     use crate::simd::rng::{Purpose, Stream};
     use crate::simd::{UintLanes, f32x8, math};
     use crate::trace::{Coherence, Hit, Ray, Tracer};

@@ -3,12 +3,13 @@
 use crate::common;
 
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree, normal_quantile};
+use phalanx::pbrt::load_str;
 use phalanx::plan::DepthPlan;
 use phalanx::replay::Recorder;
 use phalanx::replay::spectral;
 use phalanx::replay::vector::*;
 use phalanx::scene::spectrum::{self, IndexCurve};
-use phalanx::scene::{MaterialKind, Scene, load_str};
+use phalanx::scene::{MaterialKind, Scene};
 use phalanx::simd::f32x8;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;

@@ -4,8 +4,8 @@ use crate::common;
 
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
+use phalanx::pbrt::load_str;
 use phalanx::plan::{DepthPlan, Effect, Forced};
-use phalanx::scene::load_str;
 use phalanx::simd::f32x8;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Outcome, Paths, World};
