@@ -17,7 +17,8 @@
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
-//! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
+//! | [`scene`] | what is rendered, as plain tables | files, behaviour |
+//! | [`pbrt`] | pbrt text (v3, v4), meshes, images, spectra to the tables of `scene` | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |
@@ -36,7 +37,7 @@
 //! [`integrate::render`] is the whole renderer in one call:
 //!
 //! ```
-//! use phalanx::{integrate, scene};
+//! use phalanx::{integrate, pbrt};
 //! let text = r#"
 //!     LookAt 0 0 5  0 0 0  0 1 0
 //!     Camera "perspective" "float fov" 40
@@ -46,7 +47,7 @@
 //!     Shape "sphere"
 //!     WorldEnd
 //! "#;
-//! let scene = scene::load_str(text, "sphere.pbrt", ".".as_ref())?;
+//! let scene = pbrt::load_str(text, "sphere.pbrt", ".".as_ref())?;
 //! let mut settings = integrate::Settings::of(&scene);
 //! settings.bootstrap = 1000;
 //! settings.mutations_per_pixel = 10;
@@ -75,6 +76,7 @@ pub mod integrate;
 pub mod light;
 mod memory;
 pub mod metrics;
+pub mod pbrt;
 pub mod plan;
 #[cfg(test)]
 mod property;

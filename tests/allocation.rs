@@ -4,7 +4,7 @@ use phalanx::chain::batch::Workspace;
 use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::Kernel;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
-use phalanx::scene::load_str;
+use phalanx::pbrt::load_str;
 use phalanx::simd::f32x8;
 use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::transport::bidirectional::BidirectionalLayout;

@@ -26,7 +26,7 @@ const SCENES: [(&str, &str); 2] = [
 /// Both scenes, by name.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let load = |(name, text)| {
-        let scene = scene::load_str(text, name, Path::new("")).expect("the scene loads");
+        let scene = pbrt::load_str(text, name, Path::new("")).expect("the scene loads");
         (name, scene)
     };
     SCENES.map(load).into()

@@ -56,7 +56,7 @@ fn scenes() -> Vec<(String, Scene)> {
         .collect();
     names.sort_by_key(|name| (name != "none", name.clone()));
     let load = |name: String| {
-        let scene = scene::load(&folder.join(format!("{name}.pbrt"))).expect("the scene loads");
+        let scene = pbrt::load(&folder.join(format!("{name}.pbrt"))).expect("the scene loads");
         (name, scene)
     };
     names.into_iter().map(load).collect()

@@ -247,7 +247,7 @@ fn escapes<T: TriangleTest>(tracer: &Tracer, rays: &[Ray]) -> [usize; 2] {
 
 /// The cheap triangle test lets rays through the edges of a closed mesh; the watertight one does not.
 fn triangles_leak() {
-    let scene = scene::load_str(CLOSED, "closed.pbrt", "".as_ref()).expect("the cushion loads");
+    let scene = pbrt::load_str(CLOSED, "closed.pbrt", "".as_ref()).expect("the cushion loads");
     let tracer = Tracer::build(&scene);
     let edges = from_within(&scene, 0.0);
     assert_eq!(escapes::<Watertight>(&tracer, &edges), [0, 0]);

@@ -1,6 +1,6 @@
 //! A picture file becomes texels that are numbers, or is refused with a message of one line. The first byte of the input is the kind of file.
 
-use phalanx::scene::image::{Encoding, read_image};
+use phalanx::pbrt::image::{Encoding, read_image};
 
 use super::files;
 

@@ -1,6 +1,6 @@
 //! Scene text loads as a sound scene, or is refused with a message of one line that begins with a place in the text.
 
-use phalanx::scene::load_str;
+use phalanx::pbrt::load_str;
 
 use super::{files, sound};
 

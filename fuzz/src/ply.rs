@@ -1,6 +1,6 @@
 //! A PLY file becomes a mesh that is whole, or is refused with a message of one line.
 
-use phalanx::scene::ply::{PlyMesh, read_ply};
+use phalanx::pbrt::ply::{PlyMesh, read_ply};
 
 use super::files;
 

@@ -5,7 +5,8 @@
 
 use arbitrary::{Result, Unstructured};
 use phalanx::integrate::{Settings, Silent, render};
-use phalanx::scene::{IntegratorKind, Scene, load_str};
+use phalanx::pbrt::load_str;
+use phalanx::scene::{IntegratorKind, Scene};
 
 use super::{files, sound};
 

@@ -2,7 +2,7 @@
 
 use super::batch::{Batch, Workspace};
 use super::target::{Steps, Target};
-use crate::scene::load_str;
+use crate::pbrt::load_str;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::{Outcome, Paths, World};

@@ -8,7 +8,8 @@ use super::Failure;
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::progress::while_loading;
-use crate::scene::{self, Scene};
+use crate::pbrt;
+use crate::scene::Scene;
 
 /// The built-in scene and the name that messages give it.
 const DEFAULT: (&str, &str) = ("cornell.pbrt", include_str!("../../scenes/cornell.pbrt"));
@@ -37,10 +38,10 @@ pub fn load(
         Some(path) => {
             let loading = Arc::default();
             while_loading(&loading, messages, || {
-                scene::load_within(path, memory.bytes, &loading)
+                pbrt::load_within(path, memory.bytes, &loading)
             })
         }
-        None => scene::load_str(DEFAULT.1, DEFAULT.0, Path::new("")),
+        None => pbrt::load_str(DEFAULT.1, DEFAULT.0, Path::new("")),
     };
     let scene = loaded.map_err(|e| Failure::Input(e.to_string()))?;
     let name = path.map_or_else(|| DEFAULT.0.into(), |p| p.display().to_string());

@@ -1,6 +1,6 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
-//! Everything here is a thin layer over [`scene::load`](crate::scene::load), [`integrate::render`](crate::integrate::render),
+//! Everything here is a thin layer over [`pbrt::load`](crate::pbrt::load), [`integrate::render`](crate::integrate::render),
 //! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics), [`converge::run`](crate::converge::run) and
 //! [`replay`](crate::replay); what it adds is messages, signals and files.
 

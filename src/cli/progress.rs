@@ -13,7 +13,7 @@ use super::units;
 use crate::brief::brief;
 use crate::integrate::{Observer, Phase, Settings};
 use crate::memory::Bytes;
-use crate::scene::Loading;
+use crate::pbrt::Loading;
 
 /// Shows progress, and ends the render when a signal has come.
 pub struct Progress<'a> {

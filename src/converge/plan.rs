@@ -248,7 +248,7 @@ mod tests {
 
     fn base() -> Settings {
         let text = "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4\nWorldBegin\nWorldEnd\n";
-        let scene = crate::scene::load_str(text, "a.pbrt", "".as_ref()).unwrap();
+        let scene = crate::pbrt::load_str(text, "a.pbrt", "".as_ref()).unwrap();
         Settings::of(&scene)
     }
 

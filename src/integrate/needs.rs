@@ -255,7 +255,7 @@ fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::load_str;
+    use crate::pbrt::load_str;
 
     #[test]
     fn the_fullest_phase_counts() {

@@ -238,7 +238,7 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::load_str;
+    use crate::pbrt::load_str;
     use crate::transport::World;
 
     const PLAIN: &str =

@@ -1,6 +1,89 @@
-//! Changing the size of the picture and the part of it that is rendered, after a scene is loaded.
+//! The film: size, crop window, filter, and what samples are cut down to.
 
-use super::{Camera, Film, Scene};
+use glam::Vec2;
+
+use super::{Rgb, spectrum};
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Full resolution.
+    pub width: u32,
+    pub height: u32,
+    /// `[x0, x1, y0, y1]`: the pixels rendered are `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
+    pub crop: [u32; 4],
+    pub filename: Option<String>,
+    pub filter: Filter,
+    /// Factor on all values written (v3 `scale`; v4 imaging ratio, the time the shutter is open times `iso / 100`, 1 by default).
+    pub scale: f32,
+    /// Linear sRGB to what is written, if that is something else: rows of a matrix.
+    pub colour: Option<[[f32; 3]; 3]>,
+    /// `x y` of the red, green, blue and white that are written, if they are not those of sRGB.
+    pub chromaticities: Option<[f32; 8]>,
+    /// What samples are cut down to; chains never are.
+    pub clamp: Option<Clamp>,
+}
+
+/// The most that one sample may bring to a pixel, in units of the film's input: brighter ones keep their colour and lose the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clamp {
+    /// Of luminance (v3 `maxsampleluminance`).
+    Luminance(f32),
+    /// Of X, Y or Z, whichever is largest: what pbrt-v4's default sensor sees (`maxcomponentvalue`).
+    Xyz(f32),
+}
+
+impl Clamp {
+    /// The same for light that is so much brighter.
+    pub fn scaled(self, factor: f32) -> Self {
+        match self {
+            Clamp::Luminance(most) => Clamp::Luminance(most * factor),
+            Clamp::Xyz(most) => Clamp::Xyz(most * factor),
+        }
+    }
+
+    /// What is left of a sample.
+    pub fn of(self, colour: Rgb) -> Rgb {
+        let [r, g, b] = colour;
+        let y = spectrum::luminance(colour);
+        let (value, most) = match self {
+            Clamp::Luminance(most) => (y, most),
+            Clamp::Xyz(most) => {
+                let x = 0.412453 * r + 0.357580 * g + 0.180423 * b;
+                let z = 0.019334 * r + 0.119193 * g + 0.950227 * b;
+                (x.max(y).max(z), most)
+            }
+        };
+        match value > most {
+            true => colour.map(|c| c * (most / value)),
+            false => colour,
+        }
+    }
+}
+
+/// Reconstruction filter; radii in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Filter {
+    pub radius: Vec2,
+    pub kind: FilterKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterKind {
+    Box,
+    Triangle,
+    /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2 sigma^2)`.
+    Gaussian {
+        alpha: f32,
+    },
+    Mitchell {
+        b: f32,
+        c: f32,
+    },
+    /// Lanczos-windowed sinc.
+    Sinc {
+        tau: f32,
+    },
+}
 
 /// Why a film cannot have a size or a crop window.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -48,147 +131,5 @@ impl Film {
         }
         self.crop = crop;
         Ok(())
-    }
-}
-
-impl Scene {
-    /// Gives the picture another size and keeps its framing.
-    ///
-    /// pbrt's screen window is `[-1, 1]` along the shorter side of the film and as much wider along the other as the film
-    /// is. So where the shape changes, the shorter side goes on showing what it showed, the other side shows more or less,
-    /// and pixels keep their shape (square, unless the file stretched them by a window of its own). The crop window keeps its
-    /// fractions of the film, rounded up at both ends, and at least one pixel.
-    pub fn set_resolution(&mut self, width: u32, height: u32) -> Result<(), FilmError> {
-        Film::check_size(width.into(), height.into())?;
-        let film = &mut self.film;
-        self.camera.reshape(
-            [film.width, film.height].map(f64::from),
-            [width, height].map(f64::from),
-        );
-        let [x0, x1, y0, y1] = film.crop;
-        let (x0, x1) = resize_interval(x0, x1, film.width, width);
-        let (y0, y1) = resize_interval(y0, y1, film.height, height);
-        film.crop = [x0, x1, y0, y1];
-        (film.width, film.height) = (width, height);
-        Ok(())
-    }
-}
-
-impl Camera {
-    /// Fits the screen window to a film of `new` pixels where it fitted one of `old`.
-    fn reshape(&mut self, old: [f64; 2], new: [f64; 2]) {
-        if old[0] * new[1] == old[1] * new[0] {
-            return;
-        }
-        let [x0, x1, y0, y1] = self.screen.map(f64::from);
-        // Half extents; negative where the file mirrors the picture.
-        let half = [(x1 - x0) / 2.0, (y1 - y0) / 2.0];
-        let size = half.map(f64::abs);
-        let pixel_aspect = size[0] / size[1] * old[1] / old[0];
-        let aspect = pixel_aspect * new[0] / new[1];
-        let short = size[0].min(size[1]);
-        let wanted = if aspect > 1.0 {
-            [short * aspect, short]
-        } else {
-            [short, short / aspect]
-        };
-        let centre = [(x0 + x1) / 2.0, (y0 + y1) / 2.0];
-        for axis in 0..2 {
-            let half = half[axis].signum() * wanted[axis];
-            self.screen[2 * axis] = (centre[axis] - half) as f32;
-            self.screen[2 * axis + 1] = (centre[axis] + half) as f32;
-        }
-    }
-}
-
-/// `[a, b)` of `old` pixels as an interval of `new` pixels.
-fn resize_interval(a: u32, b: u32, old: u32, new: u32) -> (u32, u32) {
-    let edge = |x: u32| (u64::from(x) * u64::from(new)).div_ceil(u64::from(old)) as u32;
-    let (a, b) = (edge(a).min(new - 1), edge(b));
-    (a, b.max(a + 1))
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-    use crate::scene::load_str;
-
-    fn scene(camera: &str, width: u32, height: u32) -> Scene {
-        let text = format!(
-            "Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height}\n\
-             Camera {camera}\nWorldBegin\nShape \"sphere\"\nWorldEnd\n"
-        );
-        load_str(&text, "test.pbrt", Path::new("")).unwrap()
-    }
-
-    /// Loading at a size and changing to it are the same, for pbrt's own windows.
-    #[test]
-    fn framing_is_that_of_a_scene_loaded_at_this_size() {
-        for camera in [
-            "\"perspective\" \"float fov\" 38",
-            "\"orthographic\"",
-            "\"perspective\" \"float fov\" 90",
-        ] {
-            let sizes = [(400, 400), (640, 360), (90, 160), (32, 32), (1000, 1)];
-            for (w, h) in sizes {
-                for (w2, h2) in sizes {
-                    let mut changed = scene(camera, w, h);
-                    changed.set_resolution(w2, h2).unwrap();
-                    let loaded = scene(camera, w2, h2);
-                    assert_eq!(changed.film, loaded.film);
-                    for (a, b) in changed.camera.screen.iter().zip(loaded.camera.screen) {
-                        assert!((a - b).abs() <= 1e-6 * b.abs(), "{a} {b}");
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn windows_of_the_file_keep_their_centre_direction_and_pixel_shape() {
-        let mut s = scene(
-            "\"perspective\" \"float fov\" 90 \"float screenwindow\" [3 1 0 1]",
-            200,
-            100,
-        );
-        s.set_resolution(100, 100).unwrap();
-        assert_eq!(s.camera.screen, [2.5, 1.5, 0.0, 1.0]);
-        s.set_resolution(50, 50).unwrap();
-        assert_eq!(s.camera.screen, [2.5, 1.5, 0.0, 1.0]);
-    }
-
-    #[test]
-    fn crop_windows_keep_their_fractions() {
-        let mut s = scene("\"perspective\"", 100, 100);
-        s.film.set_crop([0.25, 0.75, 0.0, 0.5]).unwrap();
-        assert_eq!(s.film.crop, [25, 75, 0, 50]);
-        s.set_resolution(200, 10).unwrap();
-        assert_eq!(s.film.crop, [50, 150, 0, 5]);
-        s.set_resolution(1, 1).unwrap();
-        assert_eq!(s.film.crop, [0, 1, 0, 1]);
-    }
-
-    #[test]
-    fn adjacent_crops_tile() {
-        let mut s = scene("\"perspective\"", 101, 7);
-        let mut next = 0;
-        for i in 0..10 {
-            let (a, b) = (i as f32 / 10.0, (i + 1) as f32 / 10.0);
-            s.film.set_crop([a, b, 0.0, 1.0]).unwrap();
-            assert_eq!(s.film.crop[0], next);
-            next = s.film.crop[1];
-        }
-        assert_eq!(next, 101);
-        assert!(s.film.set_crop([0.991, 0.999, 0.0, 0.1]).is_err());
-    }
-
-    #[test]
-    fn sizes_have_limits() {
-        assert!(Film::check_size(0, 1).is_err());
-        assert!(Film::check_size(1 << 17, 1 << 14).is_ok());
-        assert!(Film::check_size(1 << 17, (1 << 14) + 1).is_err());
-        assert!(Film::check_size((1 << 17) + 1, 1).is_err());
     }
 }

@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use phalanx::film::output::{self, read_exr, read_pfm};
 use phalanx::formats::Picture;
 use phalanx::metrics::{Comparison, Flip, Map, flip};
-use phalanx::scene::image::{Encoding, read_image};
+use phalanx::pbrt::image::{Encoding, read_image};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -9,7 +9,8 @@ use crate::support;
 
 use phalanx::integrate::{EndedBy, Render, Settings, Silent, render};
 use phalanx::metrics;
-use phalanx::scene::{self, HostKind, IntegratorKind, Scene};
+use phalanx::pbrt;
+use phalanx::scene::{HostKind, IntegratorKind, Scene};
 use std::path::Path;
 use std::time::Duration;
 
@@ -18,7 +19,7 @@ const CAUSTIC: &str = include_str!("../reference/cornell-glass.pbrt");
 const SLIT: &str = include_str!("../../scenes/slit.pbrt");
 
 fn scene(text: &str, side: u32) -> Scene {
-    let mut scene = scene::load_str(text, "scene.pbrt", Path::new("tests/reference")).unwrap();
+    let mut scene = pbrt::load_str(text, "scene.pbrt", Path::new("tests/reference")).unwrap();
     scene.set_resolution(side, side).unwrap();
     scene
 }

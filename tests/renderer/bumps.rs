@@ -3,7 +3,8 @@
 use crate::support;
 
 use phalanx::film::output::{Picture, write};
-use phalanx::scene::{Scene, load_str};
+use phalanx::pbrt::load_str;
+use phalanx::scene::Scene;
 use std::f64::consts::PI;
 use std::path::Path;
 use support::{BOTH, Runs, run, settings};
@@ -254,7 +255,7 @@ fn even_heights_and_upright_normals_change_nothing() {
 #[test]
 fn integrators_agree_on_the_scene_of_bumps() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/bumps.pbrt");
-    let mut scene = phalanx::scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let mut scene = phalanx::pbrt::load(&path).unwrap_or_else(|e| panic!("{e}"));
     scene.film.width = 24;
     scene.film.height = 18;
     scene.film.crop = [0, 24, 0, 18];

@@ -6,8 +6,9 @@ use crate::support;
 
 use common::stats::{FALSE_ALARM, Random, assert_follows};
 use phalanx::camera::Camera;
+use phalanx::pbrt::load_str;
 use phalanx::replay::vector::*;
-use phalanx::scene::{Projection, Scene, SphereMap, load_str};
+use phalanx::scene::{Projection, Scene, SphereMap};
 use phalanx::simd::Vec3;
 use std::f64::consts::{PI, TAU};
 use support::{BOTH, Runs, head, scene, settings};

@@ -4,9 +4,9 @@ use crate::common;
 
 use common::bsdf::Kernels;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
+use phalanx::pbrt::load_str;
 use phalanx::replay::bsdf::{conductor, dielectric, ggx_brdf, ggx_d, ggx_lambda};
 use phalanx::replay::vector::*;
-use phalanx::scene::load_str;
 use phalanx::simd::f32x8;
 use phalanx::surface::{Kind, MaterialTable, Mode};
 use std::f64::consts::{PI, TAU};

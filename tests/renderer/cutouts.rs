@@ -278,7 +278,7 @@ fn v3_cuts_out_where_alpha_is_0() {
 #[test]
 fn integrators_agree_on_the_scene_of_leaves() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cutouts.pbrt");
-    let mut scene = phalanx::scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let mut scene = phalanx::pbrt::load(&path).unwrap_or_else(|e| panic!("{e}"));
     scene.film.width = 24;
     scene.film.height = 18;
     scene.film.crop = [0, 24, 0, 18];

@@ -6,7 +6,8 @@ use phalanx::chain::mutate::Mutation;
 use phalanx::chain::tune::Tune;
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
-use phalanx::scene::{HostKind, IntegratorKind, Scene, load, load_str};
+use phalanx::pbrt::{load, load_str};
+use phalanx::scene::{HostKind, IntegratorKind, Scene};
 use std::path::Path;
 use support::run;
 

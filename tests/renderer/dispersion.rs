@@ -4,12 +4,13 @@ use crate::common;
 
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree, normal_quantile};
 use phalanx::chain::evaluator::Evaluator;
+use phalanx::pbrt::load_str;
 use phalanx::plan::DepthPlan;
 use phalanx::replay::Recorder;
 use phalanx::replay::spectral;
 use phalanx::replay::vector::*;
 use phalanx::scene::spectrum::{self, IndexCurve};
-use phalanx::scene::{MaterialKind, Scene, load_str};
+use phalanx::scene::{MaterialKind, Scene};
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::wavelength::Wavelengths;

@@ -16,7 +16,8 @@ use crate::support;
 use phalanx::film::output::write;
 use phalanx::formats::{Picture, pfm};
 use phalanx::integrate::Settings;
-use phalanx::scene::{IntegratorKind, Scene, load};
+use phalanx::pbrt::load;
+use phalanx::scene::{IntegratorKind, Scene};
 use std::path::{Path, PathBuf};
 use support::{BOTH, Estimate, Runs, standard_errors};
 

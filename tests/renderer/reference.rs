@@ -9,7 +9,8 @@ use crate::support;
 
 use phalanx::formats::{Picture, pfm};
 use phalanx::integrate::Settings;
-use phalanx::scene::{IntegratorKind, Scene, load};
+use phalanx::pbrt::load;
+use phalanx::scene::{IntegratorKind, Scene};
 use std::path::PathBuf;
 use support::{Estimate, Runs};
 

@@ -6,7 +6,7 @@ use crate::support::dialect;
 
 use dialect::to_v4;
 use phalanx::film::output::{Picture, write};
-use phalanx::scene::load_str;
+use phalanx::pbrt::load_str;
 use support::{expect_integrators_agree, head, scene};
 
 const SEEDS: u64 = 16;

@@ -7,9 +7,9 @@ mod stats;
 use crate::support;
 
 use glam::{DAffine3, DVec3};
+use phalanx::pbrt::load_str;
 use phalanx::scene::{
     Image, Mapping, MarbleSpline, Octaves, Param, Scene, Texture, ToTexture, UvMapping, Wrap,
-    load_str,
 };
 use phalanx::surface::texture::{Place, announce, evaluate, noise, procedural};
 use proptest::prelude::*;

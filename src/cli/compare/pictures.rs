@@ -7,7 +7,7 @@ use crate::cli::messages::Messages;
 use crate::film::output;
 use crate::formats::Picture;
 use crate::metrics::{Flip, NotFinite};
-use crate::scene::image::{Encoding, read_image};
+use crate::pbrt::image::{Encoding, read_image};
 
 /// A picture, and the file it was in.
 pub struct Input {

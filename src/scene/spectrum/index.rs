@@ -1,7 +1,7 @@
 //! Indices of refraction that depend on the wavelength.
 
-use super::tables::{CIE_1931, CIE_FIRST};
-use super::{Sample, interpolate};
+use super::curve::{Sample, interpolate};
+use super::observer::{CIE_1931, CIE_FIRST};
 
 /// Index of refraction over the visible range, 360 to 830 nm: a value a nanometre, linear between them, constant beyond both ends.
 #[derive(Clone, Debug, PartialEq)]

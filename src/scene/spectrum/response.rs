@@ -1,7 +1,8 @@
 //! What light of one wavelength is worth in red, green and blue.
 
-use super::tables::{CIE_1931, CIE_FIRST, ILLUMINANT_D65};
-use super::{interpolate, xyz_to_rgb};
+use super::curve::interpolate;
+use super::observer::{CIE_1931, CIE_FIRST, ILLUMINANT_D65};
+use super::rgb::xyz_to_rgb;
 
 /// First and last wavelength of [`responses`], in nanometres; they are a nanometre apart.
 pub const FIRST: usize = CIE_FIRST;

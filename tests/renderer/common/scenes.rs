@@ -1,7 +1,8 @@
 //! Small scenes that between them have every material, light and camera.
 
 use phalanx::film::output::{Picture, write};
-use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene, load_str};
+use phalanx::pbrt::load_str;
+use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene};
 use std::path::{Path, PathBuf};
 
 #[path = "../support/dialect.rs"]

@@ -1,6 +1,6 @@
 //! Row 33: hostile files.
 //!
-//! `scene::pbrt` and `scene::ply` have generated texts, truncated and damaged meshes; `tests/renderer/fuzz_seeds.rs` has the inputs that fuzzing
+//! `pbrt` and `pbrt::ply` have generated texts, truncated and damaged meshes; `tests/renderer/fuzz_seeds.rs` has the inputs that fuzzing
 //! (`fuzz/README.md`) found to fail; here the program meets them.
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 
 use crate::common::stats::Random;
 use phalanx::film::output::{Picture, write};
-use phalanx::scene::load_str;
+use phalanx::pbrt::load_str;
 
 /// A scene that needs a file of each kind it names.
 fn scene_of(file: &str) -> String {

@@ -18,7 +18,8 @@ pub mod stage;
 
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Render, Settings, Silent, render};
-use phalanx::scene::{IntegratorKind, Scene, load_str};
+use phalanx::pbrt::load_str;
+use phalanx::scene::{IntegratorKind, Scene};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 

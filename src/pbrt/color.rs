@@ -1,0 +1,374 @@
+//! Colours and spectra of both dialects, reduced to linear sRGB.
+
+use glam::{DMat3, DVec3};
+
+use super::dialect::Dialect;
+use super::error::SceneError;
+use super::params::{Param, ParamSet, Type, Values};
+use super::spectrum::{self, Meaning};
+use crate::scene::Rgb;
+use crate::scene::spectrum::{IndexCurve, Sample};
+
+/// v4's `ColorSpace`, the space of `rgb` values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ColorSpace {
+    #[default]
+    Srgb,
+    DciP3,
+    Rec2020,
+    Aces2065,
+}
+
+/// Rows times column: linear colour to linear sRGB.
+type Matrix = [[f64; 3]; 3];
+
+/// CIE XYZ to linear sRGB (IEC 61966-2-1), as pbrt has it.
+const XYZ_TO_SRGB: Matrix = [
+    [3.240479, -1.537150, -0.498535],
+    [-0.969256, 1.875991, 0.041556],
+    [0.055648, -0.204043, 1.057311],
+];
+
+/// P3 primaries with a D65 white, as pbrt-v4's `dci-p3`.
+const P3_TO_SRGB: Matrix = [
+    [1.224940, -0.224940, 0.0],
+    [-0.042057, 1.042057, 0.0],
+    [-0.019638, -0.078636, 1.098274],
+];
+
+/// ITU-R BT.2020 to BT.709 (ITU-R BT.2407).
+const REC2020_TO_SRGB: Matrix = [
+    [1.660491, -0.587641, -0.072850],
+    [-0.124550, 1.132900, -0.008349],
+    [-0.018151, -0.100579, 1.118730],
+];
+
+/// ACES AP0 to sRGB with Bradford adaptation from the ACES white to D65: what is white stays white.
+const ACES_TO_SRGB: Matrix = [
+    [2.521686, -1.134131, -0.387555],
+    [-0.276480, 1.372719, -0.096239],
+    [-0.015378, -0.152975, 1.168353],
+];
+
+impl ColorSpace {
+    pub fn parse(name: &str) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "srgb" => Self::Srgb,
+            "dci-p3" => Self::DciP3,
+            "rec2020" => Self::Rec2020,
+            "aces2065-1" => Self::Aces2065,
+            _ => return None,
+        })
+    }
+
+    /// A reflectance of this space in linear sRGB: what is white stays white.
+    fn to_srgb(self, c: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Srgb => c,
+            Self::DciP3 => apply(&P3_TO_SRGB, c),
+            Self::Rec2020 => apply(&REC2020_TO_SRGB, c),
+            Self::Aces2065 => apply(&ACES_TO_SRGB, c),
+        }
+    }
+
+    /// Chromaticities `x y` of red, green and blue, as pbrt-v4 has them.
+    const fn primaries(self) -> [[f64; 2]; 3] {
+        match self {
+            Self::Srgb => [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]],
+            Self::DciP3 => [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]],
+            Self::Rec2020 => [[0.708, 0.292], [0.17, 0.797], [0.131, 0.046]],
+            Self::Aces2065 => [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077]],
+        }
+    }
+
+    /// CIE XYZ of its white, `Y` 1.
+    pub fn white(self) -> DVec3 {
+        match self {
+            Self::Aces2065 => DVec3::from(spectrum::white_of_d60()),
+            _ => matrix(&XYZ_TO_SRGB).inverse() * DVec3::ONE,
+        }
+    }
+
+    /// Linear colour to CIE XYZ.
+    pub fn to_xyz(self) -> DMat3 {
+        if self == Self::Srgb {
+            // What all spectra were reduced with, to the digit.
+            return matrix(&XYZ_TO_SRGB).inverse();
+        }
+        let [r, g, b] = (self.primaries()).map(|[x, y]| DVec3::new(x, y, 1.0 - x - y) / y);
+        let primaries = DMat3::from_cols(r, g, b);
+        primaries * DMat3::from_diagonal(primaries.inverse() * self.white())
+    }
+
+    /// What a light of this colour sends, in linear sRGB: the colour times the space's own white, which need not be that of sRGB.
+    fn emission_to_srgb(self, c: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Aces2065 => (matrix(&XYZ_TO_SRGB) * self.to_xyz() * DVec3::from(c)).to_array(),
+            _ => self.to_srgb(c),
+        }
+    }
+
+    /// What a light of this space sends that has no colour of its own.
+    pub fn illuminant(self) -> Rgb {
+        narrow(self.emission_to_srgb([1.0; 3]).map(|c| c.max(0.0)))
+    }
+
+    /// Of red, green, blue and white: `x y` each, as EXR files tell them.
+    pub fn chromaticities(self) -> [f32; 8] {
+        let white = self.white();
+        let sum = white.element_sum();
+        let [r, g, b] = self.primaries();
+        let white = [white.x / sum, white.y / sum];
+        let all = [r, g, b, white];
+        std::array::from_fn(|i| all[i / 2][i % 2] as f32)
+    }
+}
+
+fn matrix(rows: &Matrix) -> DMat3 {
+    DMat3::from_cols_array_2d(rows).transpose()
+}
+
+fn apply(m: &Matrix, c: [f64; 3]) -> [f64; 3] {
+    m.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2])
+}
+
+/// What a colour is for; decides about clamping and normalisation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// A reflectance; v4 clamps it to `[0, 1]`.
+    Albedo,
+    /// A texture's value: what it is for shows only where it is used.
+    Unbounded,
+    /// Index of refraction, absorption coefficient.
+    Index,
+    /// Emission. v4 scales every light by the inverse of its spectrum's luminous efficacy, so a spectrum that is not `rgb`
+    /// has luminance 1 whatever its samples' magnitude.
+    Emission,
+}
+
+impl ParamSet {
+    /// A colour parameter of any of the types that stand for one.
+    pub fn color(&self, name: &str, meaning: Use) -> Result<Option<Rgb>, SceneError> {
+        let Some(param) = self.find(name) else {
+            return Ok(None);
+        };
+        if self.dialect == Dialect::V3 && !self.is_color(param, meaning)? {
+            return Ok(None);
+        }
+        self.color_of(param, meaning).map(Some)
+    }
+
+    /// v3: whether a parameter is a colour, or for materials and textures at least begins with one. If not, it is left out with a word.
+    fn is_color(&self, param: &Param, meaning: Use) -> Result<bool, SceneError> {
+        let size = match (param.ty, &param.values) {
+            (Type::Rgb | Type::Xyz, Values::Numbers(_)) => 3,
+            (Type::Blackbody, Values::Numbers(_)) => 2,
+            (Type::Spectrum, Values::Numbers(v)) => v.len(),
+            (Type::Spectrum, _) => return Ok(true),
+            _ => {
+                let what = "is no colour; expected rgb, xyz, spectrum or blackbody";
+                return Ok(self.left_out::<()>(param, what)?.is_some());
+            }
+        };
+        let given = param.values.len();
+        if given == 0 || given != size && meaning == Use::Emission {
+            let what = format!("has {given} numbers where {size} make a colour");
+            return Ok(self.left_out::<()>(param, &what)?.is_some());
+        }
+        if given != size {
+            self.note_at(param, "the first of its values is used");
+        }
+        Ok(true)
+    }
+
+    /// The colour a parameter means, or an error if it is of no such type.
+    pub fn color_of(&self, param: &Param, meaning: Use) -> Result<Rgb, SceneError> {
+        let fail = |what: String| self.error_at(param, what);
+        let spectrum_meaning = match (meaning, self.dialect) {
+            (Use::Emission, _) => Meaning::Illuminant,
+            (Use::Index, Dialect::V3) => Meaning::Index,
+            _ => Meaning::Reflectance,
+        };
+        let three = |v: &[f64]| match *v {
+            [r, g, b] => Ok([r, g, b]),
+            [r, g, b, ..] if self.dialect == Dialect::V3 => Ok([r, g, b]),
+            _ => Err(fail(format!("expected 3 values, found {}", v.len()))),
+        };
+        let rgb = match (param.ty, &param.values) {
+            (Type::Rgb, Values::Numbers(v)) => narrow(match meaning {
+                Use::Emission => param.color_space.emission_to_srgb(three(v)?),
+                _ => param.color_space.to_srgb(three(v)?),
+            }),
+            (Type::Xyz, Values::Numbers(v)) => narrow(apply(&XYZ_TO_SRGB, three(v)?)),
+            (Type::Blackbody, Values::Numbers(v)) => {
+                // v3 writes a temperature and a factor.
+                let (kelvin, scale) = match *v.as_slice() {
+                    [kelvin] => (kelvin, 1.0),
+                    [kelvin, scale] => (kelvin, scale),
+                    [kelvin, scale, ..] if self.dialect == Dialect::V3 => (kelvin, scale),
+                    _ => {
+                        return Err(fail(format!(
+                            "expected a temperature in kelvin, found {} values",
+                            v.len()
+                        )));
+                    }
+                };
+                if !(1.0..=1e6).contains(&kelvin) {
+                    return Err(fail(format!(
+                        "temperature {kelvin} is not between 1 and 1000000 kelvin"
+                    )));
+                }
+                let color = match (self.dialect, meaning) {
+                    (Dialect::V3, _) => spectrum::blackbody_v3(kelvin as f32),
+                    (_, Use::Emission) => spectrum::blackbody(kelvin as f32),
+                    _ => spectrum::blackbody_reflectance(kelvin as f32),
+                };
+                color.map(|c| c * scale as f32)
+            }
+            (Type::Spectrum, Values::Numbers(v)) => {
+                if v.is_empty() || v.len() % 2 != 0 {
+                    return Err(fail(format!(
+                        "a spectrum is a list of wavelengths and values in turn, found {} numbers",
+                        v.len()
+                    )));
+                }
+                self.reduced(&pairs(v), meaning, spectrum_meaning)
+                    .map_err(fail)?
+            }
+            (Type::Spectrum, Values::Strings(v)) => {
+                let [name] = v.as_slice() else {
+                    return Err(fail(format!(
+                        "expected the name of one spectrum, found {}",
+                        v.len()
+                    )));
+                };
+                let path = self.dir.join(name);
+                if path.is_file() {
+                    spectrum::read_spd(&path)
+                        .and_then(|pairs| self.reduced(&pairs, meaning, spectrum_meaning))
+                        .map_err(fail)?
+                } else {
+                    // v3 scenes often come without the files of measured metals they name.
+                    let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
+                    let known = known.or_else(|| self.black_for(param, name));
+                    known.ok_or_else(|| {
+                        if spectrum::is_sensor(name) {
+                            return fail(format!(
+                                "\"{name}\" is the response of a camera's sensor, not a colour; use \"rgb {}\" instead",
+                                param.name
+                            ));
+                        }
+                        fail(format!(
+                            "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
+                            param.name
+                        ))
+                    })?
+                }
+            }
+            _ => {
+                return Err(fail(
+                    "is no colour; expected rgb, xyz, spectrum or blackbody".to_owned(),
+                ));
+            }
+        };
+        if !rgb.iter().all(|c| c.is_finite()) {
+            return Err(fail("is out of range".to_owned()));
+        }
+        // Conversions leave the bounds by a little.
+        const SLACK: f32 = 1e-3;
+        if rgb.iter().any(|c| *c < -SLACK) {
+            self.note_at(param, "is negative, and counts as 0");
+        }
+        if meaning == Use::Albedo && rgb.iter().any(|c| *c > 1.0 + SLACK) {
+            self.note_at(param, "is more than 1, and counts as 1");
+        }
+        Ok(match (self.dialect, meaning) {
+            (Dialect::V4, Use::Albedo) => rgb.map(|c| c.clamp(0.0, 1.0)),
+            _ => rgb.map(|c| c.max(0.0)),
+        })
+    }
+
+    /// v3: what stands for a file of samples that is missing.
+    fn black_for(&self, param: &Param, name: &str) -> Option<Rgb> {
+        if self.dialect == Dialect::V4 {
+            return None;
+        }
+        let what = format_args!("there is no file \"{name}\"; it is black, as in pbrt-v3");
+        self.note_at(param, what);
+        Some([0.0; 3])
+    }
+
+    /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter is no spectrum, or the same everywhere.
+    pub fn index_curve(&self, param: &Param) -> Result<Option<IndexCurve>, SceneError> {
+        let fail = |what: String| self.error_at(param, what);
+        let curve = match (param.ty, &param.values) {
+            // An odd list is an error wherever it stands.
+            (Type::Spectrum, Values::Numbers(v)) if v.len() % 2 == 0 && !v.is_empty() => {
+                spectrum::index_samples(&pairs(v)).map_err(fail)?
+            }
+            (Type::Spectrum, Values::Strings(v)) if v.len() == 1 => {
+                let path = self.dir.join(&v[0]);
+                if path.is_file() {
+                    let samples = spectrum::read_spd(&path).map_err(fail)?;
+                    spectrum::index_samples(&samples).map_err(fail)?
+                } else {
+                    match spectrum::named_index(&v[0]) {
+                        Some(curve) => curve,
+                        None => return Ok(None),
+                    }
+                }
+            }
+            _ => return Ok(None),
+        };
+        if curve.is_constant() {
+            return Ok(None);
+        }
+        match curve.range() {
+            [least, _] if least <= 0.0 => Err(fail(format!(
+                "index of refraction {least} is not positive; glass has 1.5"
+            ))),
+            _ => Ok(Some(curve)),
+        }
+    }
+
+    /// The colour of measured samples. v3 holds the ends, v4 has nothing beyond them; where an index of refraction ends, it is held all
+    /// the same, as pbrt-v4 has no use for one of 0 either.
+    fn reduced(&self, samples: &[Sample], of: Use, meaning: Meaning) -> Result<Rgb, String> {
+        match (self.dialect, of) {
+            (Dialect::V3, _) | (_, Use::Index) => spectrum::samples(samples, meaning),
+            (_, Use::Emission) => spectrum::light_samples(samples),
+            _ => spectrum::bounded_samples(samples, meaning),
+        }
+    }
+}
+
+/// Wavelengths and values in turn.
+fn pairs(v: &[f64]) -> Vec<Sample> {
+    let pairs = v.chunks_exact(2);
+    pairs.map(|p| (p[0] as f32, p[1] as f32)).collect()
+}
+
+fn narrow(c: [f64; 3]) -> Rgb {
+    c.map(|c| c as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_stays_white() {
+        for space in [ColorSpace::DciP3, ColorSpace::Rec2020, ColorSpace::Aces2065] {
+            for c in space.to_srgb([1.0; 3]) {
+                assert!((c - 1.0).abs() < 2e-5, "{space:?}: {c}");
+            }
+        }
+    }
+
+    #[test]
+    fn xyz_of_d65_is_white() {
+        for c in apply(&XYZ_TO_SRGB, [0.950456, 1.0, 1.088754]) {
+            assert!((c - 1.0).abs() < 1e-4, "{c}");
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! What renders a scene, and how much of it.
+
+/// The `Integrator` directive, reduced to what Phalanx can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    pub kind: IntegratorKind,
+    pub max_depth: u32,
+    /// From `Sampler "integer pixelsamples"` (integrators of independent samples).
+    pub pixel_samples: u32,
+    pub mutations_per_pixel: u64,
+    pub chains: u64,
+    pub bootstrap_samples: u64,
+    pub large_step_probability: f32,
+    pub sigma: f32,
+    /// A picture of each bidirectional strategy is wanted, too (`bdpt`).
+    pub strategies: bool,
+    /// Of the random numbers.
+    pub seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    Mmlt,
+    Pt,
+    Lt,
+    Bdpt,
+    /// Over a host.
+    Pssmlt(HostKind),
+}
+
+impl IntegratorKind {
+    pub const ALL: [Self; 6] = [
+        Self::Mmlt,
+        Self::Pt,
+        Self::Lt,
+        Self::Bdpt,
+        Self::Pssmlt(HostKind::Bdpt),
+        Self::Pssmlt(HostKind::Pt),
+    ];
+
+    /// As flags and figures have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mmlt => "mmlt",
+            Self::Pt => "pt",
+            Self::Lt => "lt",
+            Self::Bdpt => "bdpt",
+            Self::Pssmlt(HostKind::Bdpt) => "pssmlt-bdpt",
+            Self::Pssmlt(HostKind::Pt) => "pssmlt-pt",
+        }
+    }
+
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Mmlt => "multiplexed Metropolis light transport",
+            Self::Pt => "path tracing",
+            Self::Lt => "light tracing",
+            Self::Bdpt => "bidirectional path tracing",
+            Self::Pssmlt(HostKind::Bdpt) => {
+                "primary sample space Metropolis light transport over bidirectional path tracing"
+            }
+            Self::Pssmlt(HostKind::Pt) => {
+                "primary sample space Metropolis light transport over path tracing"
+            }
+        }
+    }
+
+    /// True if it mutates paths; the others make independent samples.
+    pub fn mutates(self) -> bool {
+        matches!(self, Self::Mmlt | Self::Pssmlt(_))
+    }
+}
+
+/// Whose samples are mutated ([`IntegratorKind::Pssmlt`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HostKind {
+    Bdpt,
+    Pt,
+}
+
+impl HostKind {
+    pub const ALL: [Self; 2] = [Self::Bdpt, Self::Pt];
+}
+
+impl Default for IntegratorSettings {
+    /// pbrt's defaults for `Integrator "mlt"`, but for the chains: pbrt's 1000 would leave lanes empty, and a chain started from the
+    /// bootstrap is in equilibrium however few steps it makes.
+    fn default() -> Self {
+        Self {
+            kind: IntegratorKind::Mmlt,
+            max_depth: 5,
+            pixel_samples: 16,
+            mutations_per_pixel: 100,
+            chains: 8192,
+            bootstrap_samples: 100_000,
+            large_step_probability: 0.3,
+            sigma: 0.01,
+            strategies: false,
+            seed: 0,
+        }
+    }
+}
