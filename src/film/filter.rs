@@ -4,6 +4,7 @@
 //! [`crate::camera::Region`] that is the filtered picture in expectation, also for light subpaths, whose positions are not chosen. Samples that
 //! are placed in the cells of the raster lie in the part of each that its pixel's filter reaches ([`FilterTable::cell`]).
 
+use super::TILE;
 use crate::scene::{Filter, FilterKind};
 use std::ops::Range;
 
@@ -209,6 +210,26 @@ impl FilterTable {
             }
             columns.start += n as i64;
         }
+    }
+
+    /// Calls `add([column, row], weight)` for every tile that a sample at `raster` reaches, with its weight in all pixels there.
+    pub fn by_tile(&self, raster: [f32; 2], mut add: impl FnMut([usize; 2], f64)) {
+        let [x0, x1, y0, y1] = self.crop;
+        // Weights along an axis, of the pixels of a tile at a time.
+        let along = |axis: usize, low: i64, high: i64, add: &mut dyn FnMut(usize, f64)| {
+            let mut next = reach(raster[axis], self.radius[axis], low, high);
+            while next.start < next.end {
+                let tile = (next.start - low) / i64::from(TILE);
+                let end = next.end.min(low + (tile + 1) * i64::from(TILE));
+                let weights =
+                    (next.start..end).map(|i| self.weight(axis, i as f32 + 0.5 - raster[axis]));
+                add(tile as usize, weights.map(f64::from).sum());
+                next.start = end;
+            }
+        };
+        along(1, y0, y1, &mut |row, wy| {
+            along(0, x0, x1, &mut |column, wx| add([column, row], wx * wy));
+        });
     }
 
     /// Calls `touch(pixel)` at both ends of every row that [`Self::rows`] will add to.

@@ -10,6 +10,7 @@ mod samples;
 mod scattered;
 mod sum;
 mod sums;
+mod tile_sums;
 mod tiles;
 
 pub use self::filter::FilterTable;

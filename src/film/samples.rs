@@ -1,6 +1,7 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
 use super::sum::{Sum, Sums};
+use super::tile_sums::TileSums;
 use super::{FilterTable, GROUPS, Passes, Tiling};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
@@ -24,7 +25,6 @@ use std::sync::{Mutex, MutexGuard};
 /// of passes tile by tile.
 pub struct SampleFilm {
     filter: FilterTable,
-    tiling: Tiling,
     weighing: Weighing,
     /// Sums of a pixel: three channels, and its weights.
     entries: usize,
@@ -32,8 +32,8 @@ pub struct SampleFilm {
     halves: Vec<Vec<Mutex<Sums>>>,
     /// `[block]`, each `[pixel][channel]`: samples that lie in the pixel, as they are. Empty where no weight is negative.
     inside: Vec<Mutex<Sums>>,
-    /// `[row of tiles]`, each `[column][group]`: sums of the mean channel. Empty: the film is not judged.
-    tiles: Vec<Mutex<Vec<[Sum; GROUPS]>>>,
+    /// Of nothing if the film is not judged.
+    tiles: TileSums,
     /// Some sample was not black.
     lit: AtomicBool,
     /// Sums that were full.
@@ -146,7 +146,6 @@ impl SampleFilm {
                 .collect()
         };
         let tiling = Tiling::new(filter.crop());
-        let row = || Mutex::new(vec![[Sum::default(); GROUPS]; tiling.columns]);
         Self {
             halves: (0..1 + usize::from(judged))
                 .map(|_| blocks(entries))
@@ -155,11 +154,8 @@ impl SampleFilm {
                 Weighing::Signed => blocks(3),
                 _ => Vec::new(),
             },
-            tiles: (0..if judged { tiling.rows } else { 0 })
-                .map(|_| row())
-                .collect(),
+            tiles: TileSums::new(tiling, judged, weighing != Weighing::Passes),
             filter,
-            tiling,
             weighing,
             entries,
             lit: AtomicBool::new(false),
@@ -169,7 +165,7 @@ impl SampleFilm {
 
     /// Its tiles.
     pub fn tiling(&self) -> &Tiling {
-        &self.tiling
+        self.tiles.tiling()
     }
 
     /// No sample has had any light.
@@ -184,8 +180,7 @@ impl SampleFilm {
 
     /// Adds samples; fastest if neighbours follow each other.
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
-        // What the samples in a row of one tile and group come to.
-        let (mut at, mut sum) = ((0, 0, 0), Sum::default());
+        let mut tiles = self.tiles.pending();
         let (mut lit, mut full) = (false, 0);
         // Placed samples lie only where the filter of their cell's pixel is: there are more of them.
         let dense = match self.weighing {
@@ -214,31 +209,15 @@ impl SampleFilm {
                 full += add_to(&mut block, pixel % BLOCK * 3, colour.into_iter());
             }
             let [r, g, b] = colour;
-            if self.tiles.is_empty() || (self.filter.is_single() && !self.filter.contains(raster)) {
-                continue;
-            }
-            let [column, row] = self.tiling.at(raster);
-            let here = (row, column, pass as usize % GROUPS);
-            if here != at {
-                full += self.add_to_tile(at, std::mem::take(&mut sum));
-                at = here;
-            }
-            full += u64::from(sum.add((r + g + b) / 3.0));
+            tiles.add(&self.filter, raster, (r + g + b) / 3.0, pass, dense);
         }
-        full += self.add_to_tile(at, sum);
+        full += tiles.end();
         if lit && self.is_black() {
             self.lit.store(true, Relaxed);
         }
         if full > 0 {
             self.full.fetch_add(full, Relaxed);
         }
-    }
-
-    fn add_to_tile(&self, (row, column, group): (usize, usize, usize), sum: Sum) -> u64 {
-        if sum == Sum::default() {
-            return 0;
-        }
-        u64::from(lock(&self.tiles[row])[column][group].merge(sum))
     }
 
     /// The filter.
@@ -350,16 +329,14 @@ impl SampleFilm {
         held
     }
 
-    /// Sums of the mean channel of all samples in each tile, by group: pass modulo [`GROUPS`].
+    /// Sums of the mean channel over the pixels of each tile, by group: pass modulo [`GROUPS`].
     pub fn tile_sums(&self) -> Vec<[f64; GROUPS]> {
-        let tiles = self.tiles.iter();
-        let sums = tiles.flat_map(|row| {
-            lock(row)
-                .iter()
-                .map(|sums| sums.map(|s| s.value()))
-                .collect::<Vec<_>>()
-        });
-        sums.collect()
+        self.tiles.light()
+    }
+
+    /// Sums of the weights that pixels are divided by, the same way; `None` if that is the number of passes.
+    pub(super) fn tile_weights(&self) -> Option<Vec<[f64; GROUPS]>> {
+        self.tiles.weights()
     }
 }
 

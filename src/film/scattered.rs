@@ -139,8 +139,10 @@ impl ScatteredFilm {
 
 fn regular(film: &SampleFilm, passes: &Passes) -> Vec<[f64; GROUPS]> {
     let mut tiles = film.tile_sums();
+    let mut weights = film.tile_weights();
     let group = passes.whole as usize % GROUPS;
-    let regular = ScatteredFilm::thrown(passes.whole.max(1))[group];
+    let thrown = ScatteredFilm::thrown(passes.whole.max(1));
+    let regular = thrown[group];
     let tiling = film.tiling();
     let [left, right, top, _] = film.filter().crop();
     let width = (right - left) as usize;
@@ -157,9 +159,26 @@ fn regular(film: &SampleFilm, passes: &Passes) -> Vec<[f64; GROUPS]> {
         } else {
             regular + part
         };
-        sums[group] *= if made > 0.0 { regular / made } else { 0.0 };
+        let factor = if made > 0.0 { regular / made } else { 0.0 };
+        sums[group] *= factor;
+        if let Some(weights) = &mut weights {
+            weights[tile][group] *= factor;
+            weigh(sums, &weights[tile], thrown, f64::from(tiling.pixels(tile)));
+        }
     }
     tiles
+}
+
+/// Sums over the pixels of a tile as if each had had a weight of 1 in each pass: what they lack or have too much of is put down to
+/// the tile's mean, as pixels are divided by what their samples weigh.
+fn weigh(sums: &mut [f64; GROUPS], weights: &[f64; GROUPS], thrown: [f64; GROUPS], pixels: f64) {
+    let weight: f64 = weights.iter().sum();
+    if weight > 0.0 {
+        let mean = sums.iter().sum::<f64>() / weight;
+        for ((sum, w), thrown) in sums.iter_mut().zip(weights).zip(thrown) {
+            *sum += mean * (thrown * pixels - w);
+        }
+    }
 }
 
 #[cfg(test)]

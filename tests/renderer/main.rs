@@ -20,6 +20,7 @@ mod determinism;
 mod dispersion;
 mod effects;
 mod fuzz_seeds;
+mod glass_maps;
 mod hard_cases;
 mod hard_scenes;
 mod image_lights;
