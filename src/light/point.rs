@@ -58,11 +58,10 @@ impl LightTable {
             (direction, colour * factor, pdf)
         };
         let lit = shines(intensity).and(pdf.gt(L::zero()));
-        let beta = (intensity * (inv_choice / pdf)).or_zero(lit);
         EmissionSample {
             origin: Vec3::new(place[0], place[1], place[2]),
             direction,
-            beta,
+            beta: intensity * (inv_choice / pdf),
             d_vcm: L::one() / pdf,
             d_vc: L::zero(),
             distant: L::Mask::splat(false),
