@@ -1,5 +1,5 @@
-//! Points on large surfaces ([`crate::scene::large`]), found in `f64`: what is left of their error is the rounding of the point,
-//! and, where that is next to nothing, what `f64` makes of the plane.
+//! Points on large surfaces ([`crate::scene::large`]), found in `f64`: what is left of their error
+//! is the rounding of the point, and, where that is next to nothing, what `f64` makes of the plane.
 
 use glam::{DVec2, DVec3};
 

@@ -138,8 +138,9 @@ fn plastic_from_behind() {
     }
 }
 
-/// pbrt-v3's `plastic` in `f64`, as its source has it: what the glossy lobe of `Ks` 1 reflects of a sky of 1 at this cosine, by its half
-/// vectors. From the front the boundary leads from 1.5 to 1, from behind from 1 to 1.5.
+/// pbrt-v3's `plastic` in `f64`, as its source has it: what the glossy lobe of `Ks` 1 reflects of a
+/// sky of 1 at this cosine, by its half vectors. From the front the boundary leads from 1.5 to 1,
+/// from behind from 1 to 1.5.
 fn v3_gloss(cos: f64, roughness: f64, front: bool) -> f64 {
     let x = roughness.ln();
     let alpha = 1.62142 + x * (0.819_955 + x * (0.1734 + x * (0.017_120_1 + x * 0.000_640_711)));
@@ -177,7 +178,8 @@ fn v3_gloss(cos: f64, roughness: f64, front: bool) -> f64 {
     sum / f64::from(across * around)
 }
 
-/// v3's plastic under a sky: the exact mean of a picture of a wide plane, from behind and from the front.
+/// v3's plastic under a sky: the exact mean of a picture of a wide plane, from behind and from the
+/// front.
 #[test]
 fn plastic_reflects_as_much_as_the_integral() {
     let (kd, ks, roughness, n) = (0.1, 0.7, 0.1, 24);
@@ -202,7 +204,8 @@ fn plastic_reflects_as_much_as_the_integral() {
             &(head(16, 16, 5, view)
                 + "LightSource \"infinite\" \"rgb L\" [1 1 1]\n"
                 + &format!(
-                    "Material \"plastic\" \"rgb Kd\" [{kd} {kd} {kd}] \"rgb Ks\" [{ks} {ks} {ks}] \"float roughness\" [{roughness}]\n\
+                    "Material \"plastic\" \"rgb Kd\" [{kd} {kd} {kd}]\n\
+                     \"rgb Ks\" [{ks} {ks} {ks}] \"float roughness\" [{roughness}]\n\
                      Shape \"trianglemesh\" \"integer indices\" [{indices}]\n\
                      \"point P\" [-900 0 -900 900 0 -900 900 0 900 -900 0 900]\n"
                 )),

@@ -132,7 +132,8 @@ fn large_grounds_hold_light_off() {
     }
 }
 
-/// Large grounds of many pieces in one plane, whose seams meet where the camera looks: disks are fans of slivers.
+/// Large grounds of many pieces in one plane, whose seams meet where the camera looks: disks are
+/// fans of slivers.
 fn pieces() -> Vec<(&'static str, String)> {
     let at = |place: &str, shape: &str| {
         format!("AttributeBegin\n{place}\nShape {shape}\nAttributeEnd\n")

@@ -398,10 +398,12 @@ fn narrowest_lobe(scene: &Scene) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// The study in small. A position is good to some ulps, so that a factor with a cosine `c` and a distance `d` in it is good to some
-/// ulps over `c d`; paths with a small `c d` are as rare as it is small. The error that one in `1 / p` paths exceeds should then be no more
-/// than an ulp over `p` for every vertex, and over the width of the narrowest refracted lobe ([`narrowest_lobe`]): no more paths lie above it than
-/// chance brings there. Beyond, what counts is that the figure moves as much if the vertices do.
+/// The study in small. A position is good to some ulps, so that a factor with a cosine `c` and a
+/// distance `d` in it is good to some ulps over `c d`; paths with a small `c d` are as rare as it
+/// is small. The error that one in `1 / p` paths exceeds should then be no more than an ulp over
+/// `p` for every vertex, and over the width of the narrowest refracted lobe ([`narrowest_lobe`]):
+/// no more paths lie above it than chance brings there. Beyond, what counts is that the figure
+/// moves as much if the vertices do.
 #[test]
 fn single_precision_is_good_to_ulps_over_rarity() {
     for (name, scene, file) in files() {

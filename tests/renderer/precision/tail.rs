@@ -40,8 +40,9 @@ impl Tail {
         self.errors.len() - self.errors.partition_point(|e| *e <= limit)
     }
 
-    /// How likely so many errors above `limit`, or more, are if one in `1 / part` is expected there. Errors come in `groups` of
-    /// one size, and those of one may depend on each other: they count as one.
+    /// How likely so many errors above `limit`, or more, are if one in `1 / part` is expected
+    /// there. Errors come in `groups` of one size, and those of one may depend on each other: they
+    /// count as one.
     pub fn chance(&self, limit: f64, part: f64, groups: usize) -> f64 {
         let (groups, all) = (groups.min(self.len()), self.len().max(1));
         let above = self.above(limit as f32) * groups / all;
@@ -49,7 +50,8 @@ impl Tail {
     }
 }
 
-/// Probability of `k` successes or more in `n` trials that succeed with probability `p`; 1 up to the mean.
+/// Probability of `k` successes or more in `n` trials that succeed with probability `p`; 1 up to
+/// the mean.
 fn binomial_tail(n: usize, p: f64, k: usize) -> f64 {
     if k as f64 <= n as f64 * p {
         return 1.0;
