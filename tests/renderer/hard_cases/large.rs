@@ -163,7 +163,7 @@ fn pieces() -> Vec<(&'static str, String)> {
         (
             "sector",
             at(
-                "Rotate 20 0 0 1",
+                "Rotate 162 0 0 1",
                 "\"disk\" \"float radius\" 1e6 \"float phimax\" 310",
             ),
         ),
