@@ -425,6 +425,8 @@ fn single_precision_is_good_to_ulps_over_rarity() {
             (Figure::Contribution, 0.99),
             (Figure::Weight, 0.999),
             (Figure::Density, 0.999),
+            // Of lacquered scenes 3 million paths put the last at 1.10 times its bound, within what chance may
+            // do to the paths here.
             (Figure::ContributionBySamples, 0.99),
             (Figure::WeightBySamples, 0.99),
         ] {
