@@ -1,4 +1,5 @@
-//! Points on large surfaces ([`crate::scene::large`]), found in `f64`: what is left of their error is the rounding of the point.
+//! Points on large surfaces ([`crate::scene::large`]), found in `f64`: what is left of their error
+//! is the rounding of the point, and, where that is next to nothing, what `f64` makes of the plane.
 
 use glam::{DVec2, DVec3};
 
@@ -14,6 +15,8 @@ pub(super) struct LargeSurfaces<'a> {
     table: &'a Large,
     /// Per primitive its place in the table, or [`NONE`]; empty if there are no large surfaces.
     places: Vec<u32>,
+    /// Per triangle of the table its unit normal, and twice its area.
+    planes: Vec<(DVec3, f64)>,
     /// Per sphere of the table: 1 if the outside is the front, -1 if the inside is.
     facing: Vec<f64>,
 }
@@ -27,10 +30,11 @@ pub(super) struct LargePoint {
 }
 
 impl LargePoint {
-    fn new(p: DVec3, n: DVec3) -> Self {
+    /// `off` is what `f64` has lost of the surface's place.
+    fn new(p: DVec3, n: DVec3, off: f64) -> Self {
         Self {
             p: p.as_vec3().to_array(),
-            error: (p.abs().dot(n.abs()) * ROUNDING) as f32,
+            error: (p.abs().dot(n.abs()) * ROUNDING + off) as f32,
             ng: n.as_vec3().to_array(),
         }
     }
@@ -42,6 +46,7 @@ impl<'a> LargeSurfaces<'a> {
         Self {
             table: &scene.large,
             places: (scene.large).places(scene.triangles.len(), scene.spheres.len()),
+            planes: (scene.large.triangles.iter()).map(|t| t.plane()).collect(),
             facing: spheres
                 .map(|s| scene.spheres[s.sphere as usize].facing.into())
                 .collect(),
@@ -67,22 +72,22 @@ impl<'a> LargeSurfaces<'a> {
         if let Some(triangle) = self.table.triangles.get(place as usize) {
             let [a, b, c] = triangle.p;
             let (e1, e2) = (b - a, c - a);
-            let n = e1.cross(e2);
-            let (area, unit) = (n.length(), n.normalize_or_zero());
+            let (unit, area) = self.planes[place as usize];
             let x = x(Some(triangle.p));
             let x = x - unit * unit.dot(x - a);
             let from = x - a;
             let inner = DVec2::new(from.cross(e2).dot(unit), e1.cross(from).dot(unit)) / area;
             let b1 = (inner.x as f32).clamp(0.0, 1.0);
             let b2 = (inner.y as f32).clamp(0.0, 1.0 - b1);
-            return Some((LargePoint::new(x, unit), [b1, b2]));
+            return Some((LargePoint::new(x, unit, triangle.off), [b1, b2]));
         }
         let place = place as usize - self.table.triangles.len();
         let sphere = &self.table.spheres[place];
         let w = (sphere.to_unit.transform_point3(x(None))).normalize_or(DVec3::Z);
         let n = sphere.to_unit.matrix3.transpose() * w * self.facing[place];
         let p = sphere.to_world.transform_point3(w);
-        Some((LargePoint::new(p, n.normalize_or_zero()), [0.0; 2]))
+        // The tracer knows how far `f64` is from a sphere.
+        Some((LargePoint::new(p, n.normalize_or_zero(), 0.0), [0.0; 2]))
     }
 
     /// The large surfaces among the primitives that rays have hit; `b` becomes theirs.

@@ -154,7 +154,7 @@ pub struct EmissionSample<L: Lanes> {
     pub origin: Vec3<L>,
     /// Unit.
     pub direction: Vec3<L>,
-    /// Emitted radiance times cosine over all densities.
+    /// Emitted radiance times cosine over all densities; zero if the sample is not valid.
     pub beta: Vec3<L>,
     /// First MIS quantities (Georgiev 2012, equations 31 and 32).
     pub d_vcm: L,
@@ -350,7 +350,8 @@ impl LightTable {
             sample = EmissionSample {
                 origin: Vec3::select(mask, one.origin, sample.origin),
                 direction: Vec3::select(mask, one.direction, sample.direction),
-                beta: Vec3::select(mask, one.beta, sample.beta),
+                // Where the density vanishes the quotient is no number; such samples carry nothing.
+                beta: Vec3::select(mask.and(one.valid), one.beta, sample.beta),
                 d_vcm: L::select(mask, one.d_vcm, sample.d_vcm),
                 d_vc: L::select(mask, one.d_vc, sample.d_vc),
                 distant: sample.distant.or(mask.and(one.distant)),

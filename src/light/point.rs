@@ -59,11 +59,10 @@ impl LightTable {
             (direction, colour * factor, pdf)
         };
         let lit = shines(intensity).and(pdf.gt(L::zero()));
-        let beta = (intensity * (inv_choice / pdf)).or_zero(lit);
         EmissionSample {
             origin: place.p,
             direction,
-            beta,
+            beta: intensity * (inv_choice / pdf),
             d_vcm: L::one() / pdf,
             d_vc: L::zero(),
             distant: L::Mask::splat(false),

@@ -1,18 +1,23 @@
 //! Lamps that lie in other surfaces.
 //!
-//! Where two surfaces lie in one place, the rounding of each ray would decide which one it meets, and a lamp in a ceiling would be seen by
-//! some rays and not by others. One rule holds for all rays, strategies and integrators: **a lamp that lies in another surface lies just
-//! in front of it**, on the side to which it shines (of a lamp that shines to both sides, the side of the camera). Of lamps in one place that
-//! shine to one side, the brighter lies in front, then the one that comes first in the file. The distance is a hundred-thousandth of the
-//! scene, and no more than a small part of the lamp: enough for any ray to tell the two apart. What lies within half of it counts as in
-//! one place.
+//! Where two surfaces lie in one place, the rounding of each ray would decide which one it meets,
+//! and a lamp in a ceiling would be seen by some rays and not by others. One rule holds for all
+//! rays, strategies and integrators: **a lamp that lies in another surface lies just in front of
+//! it**, on the side to which it shines (of a lamp that shines to both sides, the side of the
+//! camera). Of lamps in one place that shine to one side, the brighter lies in front, then the one
+//! that comes first in the file. The distance is a hundred-thousandth of the scene, and no more
+//! than a small part of the lamp: enough for any ray to tell the two apart. What lies within half
+//! of it counts as in one place.
 //!
 //! Lamps are moved before anything else sees them, so there is nothing to agree on later.
+
+mod tree;
 
 use std::collections::{BTreeSet, HashMap};
 
 use glam::{DVec2, DVec3};
 
+use self::tree::{Facet, arrange, visit};
 use super::error::Report;
 use super::geometry::{Geometry, WorldTriangle};
 use crate::scene::{Material, MaterialKind, NONE, Space};
@@ -27,15 +32,6 @@ const MOST_LAYERS: u32 = 16;
 const MOST_PLANES: usize = 64;
 /// Pairs of triangles that are compared, at most.
 const MOST_PAIRS: u64 = 1 << 26;
-
-/// A triangle of a lamp.
-struct Facet {
-    /// Index of the lamp.
-    lamp: usize,
-    p: [DVec3; 3],
-    low: DVec3,
-    high: DVec3,
-}
 
 /// A shape that emits light.
 struct Lamp {
@@ -158,62 +154,6 @@ fn collect(geometry: &Geometry, materials: &[Material], space: &Space) -> (Vec<L
     (lamps, facets)
 }
 
-/// Facets of one leaf of the tree.
-const LEAF: usize = 4;
-
-/// Sorts the facets into a tree whose halves are halves of the list; `tree` gets the boxes in the order of [`visit`].
-fn arrange(facets: &mut [Facet], tree: &mut Vec<[DVec3; 2]>) {
-    let low = (facets.iter()).fold(DVec3::INFINITY, |low, f| low.min(f.low));
-    let high = (facets.iter()).fold(DVec3::NEG_INFINITY, |high, f| high.max(f.high));
-    tree.push([low, high]);
-    if facets.len() <= LEAF {
-        return;
-    }
-    let size = high - low;
-    let axis = (0..3).fold(0, |best, k| if size[k] > size[best] { k } else { best });
-    let middle = facets.len() / 2;
-    let centre = |f: &Facet| f.low[axis] + f.high[axis];
-    facets.select_nth_unstable_by(middle, |a, b| centre(a).total_cmp(&centre(b)));
-    let (left, right) = facets.split_at_mut(middle);
-    arrange(left, tree);
-    arrange(right, tree);
-}
-
-/// Nodes of a tree over so many facets.
-fn nodes(facets: usize) -> usize {
-    if facets <= LEAF {
-        return 1;
-    }
-    let middle = facets / 2;
-    1 + nodes(middle) + nodes(facets - middle)
-}
-
-/// Calls `each` with the facets whose boxes meet a box.
-fn visit(
-    facets: &[Facet],
-    tree: &[[DVec3; 2]],
-    [low, high]: [DVec3; 2],
-    each: &mut dyn FnMut(&Facet),
-) {
-    let meets = |a: DVec3, b: DVec3| a.cmple(high).all() && b.cmpge(low).all();
-    let [from, to] = tree[0];
-    if !meets(from, to) {
-        return;
-    }
-    if facets.len() <= LEAF {
-        facets
-            .iter()
-            .filter(|f| meets(f.low, f.high))
-            .for_each(each);
-        return;
-    }
-    let middle = facets.len() / 2;
-    let (left, right) = facets.split_at(middle);
-    let (below, above) = tree[1..].split_at(nodes(middle));
-    visit(left, below, [low, high], each);
-    visit(right, above, [low, high], each);
-}
-
 /// Finds what lamps lie in: their planes, and pairs of lamps in one place.
 fn find(
     geometry: &Geometry,
@@ -247,9 +187,13 @@ fn find(
                 if pairs > MOST_PAIRS || is_own && !are_back_to_back(facet, p, lamp) {
                     return;
                 }
-                // Also notes what the lamp shares its place with.
-                let inside = is_in(facet, p, lamp);
-                if !inside || is_own {
+                let Some(plane) = shared_plane(facet, p, lamp) else {
+                    return;
+                };
+                note(plane, facet, lamp);
+                // Of two of its own triangles, back to back, each shines from its side; the lamp
+                // lies in nothing else.
+                if is_own {
                     return;
                 }
                 if let Some(other) = other {
@@ -262,20 +206,21 @@ fn find(
     neighbours
 }
 
-/// Whether a facet lies in the triangle `p`; its plane is then one of the lamp's.
-fn is_in(facet: &Facet, p: [DVec3; 3], lamp: &mut Lamp) -> bool {
-    let (Some(own), Some(wall)) = (Plane::of(facet.p), Plane::of(p)) else {
-        return false;
-    };
+/// The plane of a facet that lies in the triangle `p`.
+fn shared_plane(facet: &Facet, p: [DVec3; 3], lamp: &Lamp) -> Option<Plane> {
+    let (own, wall) = (Plane::of(facet.p)?, Plane::of(p)?);
     let tolerance = 0.5 * lamp.step;
-    if !wall.holds(facet.p, tolerance) || !overlap(facet.p, p, own.n, tolerance) {
-        return false;
+    let is_in = wall.holds(facet.p, tolerance) && overlap(facet.p, p, own.n, tolerance);
+    is_in.then_some(own)
+}
+
+/// Has a lamp's facets in this plane moved: that is where a facet lies in something.
+fn note(plane: Plane, facet: &Facet, lamp: &mut Lamp) {
+    let tolerance = 0.5 * lamp.step;
+    let is_same = |known: &Plane| known.n.dot(plane.n) > 0.999 && known.holds(facet.p, tolerance);
+    if !lamp.planes.iter().any(is_same) && lamp.planes.len() < MOST_PLANES {
+        lamp.planes.push(plane);
     }
-    let is_known = |plane: &Plane| plane.n.dot(own.n) > 0.999 && plane.holds(facet.p, tolerance);
-    if !lamp.planes.iter().any(is_known) && lamp.planes.len() < MOST_PLANES {
-        lamp.planes.push(own);
-    }
-    true
 }
 
 /// Whether two triangles, seen along `n`, have more than their borders in common.
@@ -384,12 +329,14 @@ mod tests {
     use crate::pbrt::load_str;
     use crate::scene::Scene;
 
-    const WALL: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0]\n";
+    const WALL: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+        \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0]\n";
 
     fn lamp(options: &str, z: f64) -> String {
         format!(
             "AttributeBegin\nAreaLightSource \"diffuse\" {options}\n\
-             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-.5 -.5 {z} .5 -.5 {z} .5 .5 {z} -.5 .5 {z}]\nAttributeEnd\n"
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+             \"point P\" [-.5 -.5 {z} .5 -.5 {z} .5 .5 {z} -.5 .5 {z}]\nAttributeEnd\n"
         )
     }
 

@@ -19,6 +19,32 @@ pub struct LargeTriangle {
     /// Not large itself but a neighbour of large ones, so that what they share is decided alike on both sides. What it shares with
     /// ordinary triangles is decided as theirs.
     pub seam: bool,
+    /// Distance from its plane, internal space, within which lies what the file has in one plane
+    /// with it: a triangle beside it, and points of this one.
+    pub off: f64,
+}
+
+impl LargeTriangle {
+    /// Roundings between a corner as the file has it and a point of the plane, relative to the
+    /// largest coordinate on the way: the transform of the corners and the shift to the origin of
+    /// internal space, the normal, and the projection of a point; those of this triangle and of the
+    /// one beside it.
+    pub const OFF: f64 = 64.0 * f64::EPSILON;
+
+    /// Unit normal of the plane, and twice the area. The products' differences are right to the
+    /// last digits: of a long sliver, whose sides are all but parallel, plain ones would turn the
+    /// plane away from its neighbours'.
+    pub fn plane(&self) -> (DVec3, f64) {
+        let [a, b, c] = self.p;
+        let (e1, e2) = (b - a, c - a);
+        let minor = |i: usize, j: usize| {
+            let product = e1[j] * e2[i];
+            let lost = (-e1[j]).mul_add(e2[i], product);
+            e1[i].mul_add(e2[j], -product) + lost
+        };
+        let n = DVec3::new(minor(1, 2), minor(2, 0), minor(0, 1));
+        (n.normalize_or_zero(), n.length())
+    }
 }
 
 /// A sphere or ellipsoid that is tested in `f64`.

@@ -29,6 +29,8 @@ enum Form {
         p: [DVec3; 3],
         /// Unit normal.
         n: DVec3,
+        /// How far from the plane surfaces may be that lie in it.
+        off: f64,
         /// The corners as ordinary neighbours have them.
         seam: Option<[[f32; 3]; 3]>,
     },
@@ -56,7 +58,8 @@ pub fn surfaces(scene: &Scene) -> Vec<LargeSurface> {
         LargeSurface {
             form: Form::Triangle {
                 p: t.p,
-                n: (b - a).cross(c - a).normalize_or_zero(),
+                n: t.plane().0,
+                off: t.off,
                 seam: t.seam.then_some(corners),
             },
             bounds: around(a.min(b).min(c), a.max(b).max(c)),
@@ -115,8 +118,9 @@ impl LargeSurface {
                 t_max: t_max.lane(i).into(),
             };
             let found = match &self.form {
-                Form::Triangle { p, n, .. } => {
-                    line.meet_triangle::<ANY>(p, *n, shared.map(|s| s >> i & 1 != 0))
+                Form::Triangle { p, n, off, .. } => {
+                    let shared = shared.map(|s| s >> i & 1 != 0);
+                    line.meet_triangle::<ANY>(p, (*n, *off), shared)
                 }
                 Form::Sphere { to_unit } => line.meet_sphere::<ANY>(to_unit),
             };
@@ -163,7 +167,7 @@ impl Line {
     fn meet_triangle<const ANY: bool>(
         &self,
         p: &[DVec3; 3],
-        n: DVec3,
+        (n, off): (DVec3, f64),
         shared: Option<bool>,
     ) -> Found {
         let v = p[0] - self.o;
@@ -171,7 +175,8 @@ impl Line {
         let distance = v.dot(n) * 1f64.copysign(slope);
         let slope = slope.abs();
         let error = ERROR * v.abs().dot(n.abs());
-        if !(distance > error && slope > 0.0) {
+        // A ray that leaves a neighbour in the same plane leaves this triangle, too.
+        if !(distance > error.max(off) && slope > 0.0) {
             return None;
         }
         if ANY && !self.is_short(distance, slope, n) {

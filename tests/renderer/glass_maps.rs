@@ -4,8 +4,9 @@
 use crate::support::{Runs, settings};
 
 use phalanx::film::output::{Picture, write};
+use phalanx::pbrt::load_str;
 use phalanx::replay::vector::{V, add, dot, length, scale, sub, unit};
-use phalanx::scene::{IntegratorKind, load_str};
+use phalanx::scene::IntegratorKind;
 use std::f64::consts::{PI, TAU};
 
 const SIDE: u32 = 32;

@@ -209,7 +209,6 @@ proptest! {
 
     /// Lights seen from anywhere in the scene, from their own surface too: directions are unit vectors, densities and radiance numbers.
     #[test]
-    #[ignore = "an emission sample in a texel of vanishing density can be infinite"]
     fn lights_are_sampled_in_numbers(
         which in any::<prop::sample::Index>(),
         light in any::<prop::sample::Index>(),
@@ -218,22 +217,43 @@ proptest! {
     ) {
         let which = which.index(all().len());
         let (scene, world) = &all()[which];
-        let light = [light.index(scene.lights.len()) as u32];
-        let from = |p: Vec3<f32>| world.lights.sample_direct::<f32>(&world.geometry, &light, p, [u[0], u[1]]);
-        let sent = world.lights.sample_emission::<f32>(&world.geometry, &light, u);
-        for p in [Vec3::splat(p), sent.origin] {
-            let seen = from(p);
-            if seen.valid {
-                prop_assert!(unit(seen.to_light.lane(0)), "scene {}", which);
-                prop_assert!(good(seen.pdf) && good(seen.emission_ratio), "scene {}", which);
-                prop_assert!(seen.radiance.lane(0).iter().all(|x| good(*x)), "scene {}", which);
+        let light = light.index(scene.lights.len()) as u32;
+        check_light(world, light, p, u, &format!("scene {which}, light {light}"));
+    }
+}
+
+/// The first and last primary samples there are: at the poles of a map its density vanishes.
+#[test]
+fn lights_are_sampled_in_numbers_at_the_corners() {
+    let corner = |i: u32| [0.0, f32::MIN_POSITIVE, 1f32.next_down()][i as usize % 3];
+    for (which, (scene, world)) in all().iter().enumerate() {
+        for light in 0..scene.lights.len() as u32 {
+            for i in 0..81 {
+                let u = [1, 3, 9, 27].map(|n| corner(i / n));
+                let what = format!("scene {which}, light {light}, {u:?}");
+                check_light(world, light, [0.1, 0.2, -0.3], u, &what);
             }
         }
-        let beta = sent.beta.lane(0);
-        prop_assert!(beta.iter().all(|x| good(*x)), "scene {}: {:?}", which, beta);
-        if beta != [0.0; 3] {
-            prop_assert!(unit(sent.direction.lane(0)), "scene {}", which);
-            prop_assert!(Point::from(sent.origin.lane(0)).is_finite(), "scene {}", which);
+    }
+}
+
+/// A light as seen from `p` and from its own surface, and what it emits.
+fn check_light(world: &World, light: u32, p: [f32; 3], u: [f32; 4], what: &str) {
+    let (geometry, lights) = (&world.geometry, &world.lights);
+    let sent = lights.sample_emission::<f32>(geometry, &[light], u);
+    for p in [Vec3::splat(p), sent.origin] {
+        let seen = lights.sample_direct::<f32>(geometry, &[light], p, [u[0], u[1]]);
+        if seen.valid {
+            assert!(unit(seen.to_light.lane(0)), "{what}");
+            assert!(good(seen.pdf) && good(seen.emission_ratio), "{what}");
+            let radiance = seen.radiance.lane(0);
+            assert!(radiance.iter().all(|x| good(*x)), "{what}");
         }
+    }
+    let beta = sent.beta.lane(0);
+    assert!(beta.iter().all(|x| good(*x)), "{what}: {beta:?}");
+    if beta != [0.0; 3] {
+        assert!(unit(sent.direction.lane(0)), "{what}");
+        assert!(Point::from(sent.origin.lane(0)).is_finite(), "{what}");
     }
 }

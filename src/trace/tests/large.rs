@@ -30,6 +30,7 @@ fn enlarge(scene: &mut Scene, triangles: &[[Vec3; 3]], is_large: impl Fn(usize) 
                 triangle: i as u32,
                 p: p.map(wide),
                 seam,
+                off: LargeTriangle::OFF,
             });
         }
     }

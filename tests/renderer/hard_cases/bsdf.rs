@@ -138,6 +138,86 @@ fn plastic_from_behind() {
     }
 }
 
+/// pbrt-v3's `plastic` in `f64`, as its source has it: what the glossy lobe of `Ks` 1 reflects of a
+/// sky of 1 at this cosine, by its half vectors. From the front the boundary leads from 1.5 to 1,
+/// from behind from 1 to 1.5.
+fn v3_gloss(cos: f64, roughness: f64, front: bool) -> f64 {
+    let x = roughness.ln();
+    let alpha = 1.62142 + x * (0.819_955 + x * (0.1734 + x * (0.017_120_1 + x * 0.000_640_711)));
+    let [from, to] = if front { [1.5, 1.0] } else { [1.0, 1.5] };
+    let fresnel = |c: f64| {
+        let s = from / to * (1.0 - c * c).max(0.0).sqrt();
+        let t = (1.0 - s * s).max(0.0).sqrt();
+        let [p, q] = [
+            (to * c - from * t) / (to * c + from * t),
+            (from * c - to * t) / (from * c + to * t),
+        ];
+        if s >= 1.0 { 1.0 } else { 0.5 * (p * p + q * q) }
+    };
+    // 1 + 2 Lambda.
+    let slope = |z: f64| (1.0 + alpha * alpha * (1.0 / (z * z) - 1.0)).sqrt();
+    let sin = (1.0 - cos * cos).sqrt();
+    let (across, around) = (120, 64);
+    let mut sum = 0.0;
+    for i in 0..across {
+        // Uniform over the projected distribution, but finer at its ends.
+        let t = (f64::from(i) + 0.5) / f64::from(across);
+        let (u, weight) = (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t));
+        let z = (1.0 + alpha * alpha * u / (1.0 - u)).sqrt().recip();
+        let r = (1.0 - z * z).sqrt();
+        for j in 0..around {
+            let phi = std::f64::consts::PI * (f64::from(j) + 0.5) / f64::from(around);
+            let along = sin * r * phi.cos() + cos * z;
+            let wi = 2.0 * along * z - cos;
+            if along > 0.0 && wi > 0.0 {
+                let masking = 2.0 / (slope(cos) + slope(wi));
+                sum += weight * fresnel(along) * masking * along / (cos * z);
+            }
+        }
+    }
+    sum / f64::from(across * around)
+}
+
+/// v3's plastic under a sky: the exact mean of a picture of a wide plane, from behind and from the
+/// front.
+#[test]
+fn plastic_reflects_as_much_as_the_integral() {
+    let (kd, ks, roughness, n) = (0.1, 0.7, 0.1, 24);
+    let view = "LookAt 1 3 6  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [35]";
+    let half = 17.5f64.to_radians().tan();
+    let forward = -glam::DVec3::new(1.0, 3.0, 6.0).normalize();
+    let right = forward.cross(glam::DVec3::Y).normalize();
+    let up = right.cross(forward);
+    for (front, indices, known) in [
+        (false, "0 1 2 0 2 3", 0.1393),
+        (true, "0 2 1 0 3 2", 0.4477),
+    ] {
+        let mut truth = 0.0;
+        for i in 0..n * n {
+            let place = |i: i32| half * (2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0);
+            let d = forward + place(i % n) * right + place(i / n) * up;
+            let share = v3_gloss(-d.normalize().y, roughness, front);
+            truth += (kd + ks * share) / f64::from(n * n);
+        }
+        assert!((truth / known - 1.0).abs() < 1e-3, "{truth}");
+        let scene = scene(
+            &(head(16, 16, 5, view)
+                + "LightSource \"infinite\" \"rgb L\" [1 1 1]\n"
+                + &format!(
+                    "Material \"plastic\" \"rgb Kd\" [{kd} {kd} {kd}]\n\
+                     \"rgb Ks\" [{ks} {ks} {ks}] \"float roughness\" [{roughness}]\n\
+                     Shape \"trianglemesh\" \"integer indices\" [{indices}]\n\
+                     \"point P\" [-900 0 -900 900 0 -900 900 0 900 -900 0 900]\n"
+                )),
+        );
+        for kind in [IntegratorKind::Pt, IntegratorKind::Mmlt] {
+            let runs = Runs::new(&scene, &settings(&scene, kind, 128), 12);
+            let what = format!("front {front}, {kind:?}");
+            runs.whole(1).expect_among(COMPARISONS, truth, &what);
+        }
+    }
+}
+
 /// Row 8: radiance is scaled by the square of the index at a boundary, importance is not.
 #[test]
 fn radiance_is_compressed_in_glass_and_importance_is_not() {

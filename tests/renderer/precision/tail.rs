@@ -39,6 +39,51 @@ impl Tail {
     pub fn above(&self, limit: f32) -> usize {
         self.errors.len() - self.errors.partition_point(|e| *e <= limit)
     }
+
+    /// How likely so many errors above `limit`, or more, are if one in `1 / part` is expected
+    /// there. Errors come in `groups` of one size, and those of one may depend on each other: they
+    /// count as one.
+    pub fn chance(&self, limit: f64, part: f64, groups: usize) -> f64 {
+        let (groups, all) = (groups.min(self.len()), self.len().max(1));
+        let above = self.above(limit as f32) * groups / all;
+        binomial_tail(groups, part, above)
+    }
+}
+
+/// Probability of `k` successes or more in `n` trials that succeed with probability `p`; 1 up to
+/// the mean.
+fn binomial_tail(n: usize, p: f64, k: usize) -> f64 {
+    if k as f64 <= n as f64 * p {
+        return 1.0;
+    }
+    let (n, odds) = (n as f64, p / (1.0 - p));
+    // The first term by its logarithm, the others by their ratios, which fall beyond the mean.
+    let choose: f64 = (0..k)
+        .map(|i| ((n - i as f64) / (i as f64 + 1.0)).ln())
+        .sum();
+    let mut term = (choose + k as f64 * p.ln() + (n - k as f64) * (-p).ln_1p()).exp();
+    let (mut sum, mut i) = (0.0, k as f64);
+    while term > 1e-9 * sum && i <= n {
+        sum += term;
+        term *= (n - i) / (i + 1.0) * odds;
+        i += 1.0;
+    }
+    sum
+}
+
+#[test]
+fn tails_of_binomials_are_those_of_the_tables() {
+    for (n, p, k, expected) in [
+        (10, 0.5, 8, 56.0 / 1024.0),
+        (4, 0.25, 4, 1.0 / 256.0),
+        (3, 0.1, 1, 0.271),
+        // 10 % more than expected of 150 000 are 3.9 standard deviations; by the normal limit 5e-5.
+        (150_000, 0.01, 1650, 6.608e-5),
+        (20, 0.5, 10, 1.0),
+    ] {
+        let got = binomial_tail(n, p, k);
+        assert!((got / expected - 1.0).abs() < 0.05, "{n} {p} {k}: {got:e}");
+    }
 }
 
 impl fmt::Display for Tail {
