@@ -1,4 +1,5 @@
-//! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and [`crate::surface::coated_conductor`] over the same rows.
+//! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and
+//! [`crate::surface::coated_conductor`] over the same rows.
 
 use super::bsdf::{
     Value, conductor, dielectric, ggx_brdf, ggx_lambda, ggx_pdf, ggx_refraction, unpacked_alphas,
@@ -8,7 +9,8 @@ use crate::surface::Kind;
 use crate::surface::coat::DARK;
 use std::f64::consts::PI;
 
-/// Transmittance of a rough coat: the polynomial whose twelve-bit coefficients, -1 to 3, are packed in the row.
+/// Transmittance of a rough coat: the polynomial whose twelve-bit coefficients, -1 to 3, are packed
+/// in the row.
 fn transmittance(row: &[f64; 8], mu: f64) -> f64 {
     let eta = row[3];
     let beyond = (1.0 - eta * eta).max(0.0);
@@ -84,7 +86,12 @@ pub fn conductor_shares(kind: Kind, row: &[f64; 8], w: V) -> [f64; 3] {
     let t = transmitted(row, layer(kind, row).0, w, mu);
     let brightest = later(row).into_iter().fold(0.0, f64::max);
     let coat = if coated { gloss(mu, row[3]) } else { 0.0 };
-    let parts = [t, t * brightest, coat];
+    let seen = match kind {
+        Kind::CoatedConductor if row[3] >= 1.0 => astray_albedo(row, w),
+        Kind::CoatedConductor => t * astray_albedo(row, w),
+        _ => t,
+    };
+    let parts = [t, seen * brightest, coat];
     let sum: f64 = parts.iter().sum();
     if sum > 0.0 {
         parts.map(|p| p / sum)
@@ -135,7 +142,8 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     }
 }
 
-/// Square of the alpha of slopes that add up, for one of which `far` is the square over that of the alphas.
+/// Square of the alpha of slopes that add up, for one of which `far` is the square over that of the
+/// alphas.
 fn added(alphas: [f64; 3], far: f64) -> f64 {
     let [a, b, c] = alphas;
     squares(alphas) + 0.95 * (a * b + b * c + c * a) / (1.0 + far / 16.0)
@@ -145,21 +153,46 @@ fn squares(alphas: [f64; 3]) -> f64 {
     alphas.iter().map(|a| a * a).sum()
 }
 
-/// Thickness of the coat, and what the lobe is multiplied by.
+/// Thickness of the coat, and what the lobe is multiplied by: from 1/4 on, two bits of an exponent
+/// and seven of the mantissa.
 fn layer(kind: Kind, row: &[f64; 8]) -> (f64, f64) {
     match kind {
-        Kind::CoatedConductor => unpacked_alphas(row[6]),
+        Kind::CoatedConductor => {
+            let code = (row[6] as f32).to_bits() >> 7 & 0x1ff;
+            let mantissa = 1.0 + f64::from(code & 127) / 128.0;
+            let gain = mantissa * 2f64.powi((code >> 7) as i32 - 2);
+            (unpacked_alphas(row[6]).0, gain)
+        }
         _ => (row[6], 1.0),
     }
 }
 
-/// What a mean visible microfacet makes of a direction: where it goes inside, the share that gets in, what the way leaves of it, and how
-/// far a slope moves it.
+/// Of an even lobe and one that is greatest between directions that face each other, the latter's
+/// share among later bounces.
+fn forward(row: &[f64; 8]) -> f64 {
+    f64::from((row[6] as f32).to_bits() & 127) / 127.0
+}
+
+/// Shape of later bounces under a rough coat, 1 on average.
+fn astray(row: &[f64; 8], o: V, i: V) -> f64 {
+    let square = (o[0] - i[0]).powi(2) + (o[1] - i[1]).powi(2);
+    1.0 - forward(row) + forward(row) * 0.6 * square * square
+}
+
+/// Its albedo.
+fn astray_albedo(row: &[f64; 8], w: V) -> f64 {
+    let sin2 = w[0] * w[0] + w[1] * w[1];
+    1.0 - forward(row) + forward(row) * 0.6 * (1.0 / 3.0 + sin2 * (2.0 + sin2))
+}
+
+/// What a mean visible microfacet makes of a direction: where it goes inside, the share that gets
+/// in, what the way leaves of it, and how far a slope moves it.
 fn enter(row: &[f64; 8], w: V) -> (V, f64, f64, f64) {
     let (ax, ay) = unpacked_alphas(row[4]);
     let eta = row[3];
     let s = unit([w[0] * ax, w[1] * ay, w[2]]);
-    // Its disk seen from `s`, of which half is cut off at grazing angles: the mean lies on the way from `s` towards the normal.
+    // Its disk seen from `s`, of which half is cut off at grazing angles: the mean lies on the way
+    // from `s` towards the normal.
     let planar = s[0].hypot(s[1]);
     let b = (1.0 - (1.0 + s[2]) / 2.0) * 8.0 / (3.0 * PI);
     let up = (1.0 - b * b).sqrt();
@@ -229,7 +262,8 @@ fn shift2(row: &[f64; 8], mu: f64, below: f64) -> f64 {
     (below - mu / row[3]).powi(2)
 }
 
-/// Alphas that a conductor is sampled by from a direction with cosines `mu` outside and `below` inside.
+/// Alphas that a conductor is sampled by from a direction with cosines `mu` outside and `below`
+/// inside.
 pub fn sampled_alphas(kind: Kind, row: &[f64; 8], mu: f64, below: f64) -> (f64, f64) {
     match kind {
         Kind::CoatedConductor => {
@@ -296,9 +330,14 @@ fn conductor_below(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
         0.0
     };
     let later = later(row);
+    let seen = match kind {
+        Kind::CoatedConductor if eta >= 1.0 => astray(row, wo, wi),
+        Kind::CoatedConductor => t * astray(row, wo, wi),
+        _ => t,
+    };
     let f = |c: usize| {
         let (n, k) = unpacked_alphas(row[c]);
-        conductor(cos, n, k) * lobe + t * later[c] / PI + coat
+        conductor(cos, n, k) * lobe + seen * later[c] / PI + coat
     };
     let density = |from: V, to: V, from_inside: V, to_inside: V| {
         let [metal, diffuse, gloss] = conductor_shares(kind, row, from);

@@ -1,11 +1,11 @@
 //! Coats whose roughness, or whose conductor, is looked up in textures.
 //!
-//! What a coat does over a surface takes many directions to find out ([`coat`]), too many for a hit. It is found out at some
-//! alphas when a scene is loaded, and interpolated between them. Alphas of `u` and `v` that differ count there by the mean of their squares; lobes
-//! have both.
+//! What a coat does over a surface takes many directions to find out ([`coat`]), too many for a
+//! hit. It is found out at some alphas when a scene is loaded, and interpolated between them.
+//! Alphas of `u` and `v` that differ count there by the mean of their squares; lobes have both.
 
-use super::coat::{self, Interface};
-use super::coated_conductor::{Calibration, Layers, pack_colour};
+use super::coat::Interface;
+use super::coated_conductor::{Calibration, Layers, pack_colour, pack_layer, unpack_layer};
 use super::fresnel;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas, pack_halves};
 use super::rough_dielectric::resolved_eta;
@@ -43,6 +43,8 @@ pub struct CoatTable {
 #[derive(Clone, Debug)]
 struct Calibrated {
     gain: f32,
+    /// How much of `later` goes forward.
+    forward: f32,
     /// Diffuse colour of what meets the conductor once, but for its lobe, twice and so on.
     later: Vec<f32>,
 }
@@ -126,14 +128,14 @@ impl CoatTable {
     ) -> [f32; 8] {
         let coat = &self.coat;
         let pair = |c: usize| pack_halves(eta[c], k[c]);
-        let (gain, later) = self.later(mean(interface), mean(conductor), [eta, k]);
+        let (gain, forward, later) = self.later(mean(interface), mean(conductor), [eta, k]);
         let (relative, layer) = if coat.is_smooth() {
             (coat.eta, coat.thickness)
         } else {
             let least = interface[0].min(interface[1]).max(SMOOTH_ALPHA);
             (
                 resolved_eta(coat.eta, least),
-                pack_halves(coat.thickness, gain),
+                pack_layer(coat.thickness, gain, forward),
             )
         };
         [
@@ -148,8 +150,13 @@ impl CoatTable {
         ]
     }
 
-    /// The gain, and the colour of later bounces.
-    fn later(&self, interface: f32, conductor: f32, [eta, k]: [[f32; 3]; 2]) -> (f32, [f32; 3]) {
+    /// The gain, and the forward share and colour of later bounces.
+    fn later(
+        &self,
+        interface: f32,
+        conductor: f32,
+        [eta, k]: [[f32; 3]; 2],
+    ) -> (f32, f32, [f32; 3]) {
         let (a0, a1, t) = between(&self.alphas[0], interface);
         let (b0, b1, s) = between(&self.alphas[1], conductor);
         let n = self.alphas[1].len();
@@ -169,7 +176,11 @@ impl CoatTable {
             later = later + power * blend(&|entry| entry.later[j]);
             power = power.mul_elem(reflected);
         }
-        (blend(&|entry| entry.gain), [later.x, later.y, later.z])
+        (
+            blend(&|entry| entry.gain),
+            blend(&|entry| entry.forward),
+            [later.x, later.y, later.z],
+        )
     }
 }
 
@@ -187,12 +198,18 @@ fn calibrated(coat: &Coat, [interface, conductor]: [f32; 2]) -> Calibrated {
         row,
         walk,
         missing,
+        forward,
         square,
     } = layers.calibrated();
-    let [_, gain] = coat::unpacked_layer(row[6], coat.is_smooth());
+    let gain = if coat.is_smooth() {
+        1.0
+    } else {
+        unpack_layer(row[6])[1]
+    };
     let astray = [&[missing], &walk.each[1..]].concat();
     Calibrated {
         gain,
+        forward,
         later: astray.into_iter().map(|x| x / square).collect(),
     }
 }

@@ -1,19 +1,26 @@
 //! A conductor under a dielectric coat (pbrt-v4's `coatedconductor`), in closed form.
 //!
-//! pbrt-v4 walks at random between the two layers (`LayeredBxDF`). Here light takes one of three ways (Weidlich and Wilkie 2007, "Arbitrarily
-//! Layered Micro-Facet Surfaces", have the first two; Belcour 2018, "Efficient Rendering of Layered Materials using an Atomic Decomposition
-//! with Statistical Operators", the width of the second):
+//! pbrt-v4 walks at random between the two layers (`LayeredBxDF`). Here light takes one of three
+//! ways (Weidlich and Wilkie 2007, "Arbitrarily Layered Micro-Facet Surfaces", have the first two;
+//! Belcour 2018, "Efficient Rendering of Layered Materials using an Atomic Decomposition with
+//! Statistical Operators", the width of the second):
 //!
 //! 1. it is reflected by the coat;
-//! 2. it is refracted into the coat, meets the conductor once, and is refracted out. Below a smooth coat that is exact: `T(wo) T(wi) / eta^2` times
-//!    the conductor's BRDF of the refracted directions. A rough coat bends light at its microfacets as well, which gives the lobe another shape
-//!    ([`seen_through`](super::seen_through));
-//! 3. it meets the conductor more than once, the coat having reflected it down again, wholly beyond the critical angle. What leaves then has
-//!    gone in many directions: it is taken for diffuse, in the amount that a walk between the layers gives when the scene is loaded ([`coat::walk`]).
+//! 2. it is refracted into the coat, meets the conductor once, and is refracted out. Below a smooth
+//!    coat that is exact: `T(wo) T(wi) / eta^2` times the conductor's BRDF of the refracted
+//!    directions. A rough coat bends light at its microfacets as well, which gives the lobe another
+//!    shape ([`seen_through`](super::seen_through));
+//! 3. it meets the conductor more than once, the coat having reflected it down again, wholly beyond
+//!    the critical angle. What leaves then has gone in many directions, in the amount that a walk
+//!    between the layers gives when the scene is loaded ([`coat::walk`]). Under a smooth coat it is
+//!    taken for diffuse. Under a rough one most of it comes from and leaves at grazing angles,
+//!    forward: part of it is [`facing`], as much as gives the steeper half of the sky its share of
+//!    the walk.
 //!
-//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise `tests/renderer/coated.rs` says how far albedos and values are
-//! from a transcription of the random walk (alphas of coat and copper 0 to 0.6, indices 1.3 to 2). Most at grazing angles, where
-//! later bounces are a lobe as well.
+//! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise
+//! `tests/renderer/coated.rs` says how far albedos and values are from a transcription of the
+//! random walk (alphas of coat and copper 0 to 0.6, indices 1.3 to 2). Most at grazing angles,
+//! where later bounces are a lobe as well.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{cosine_sample, same_side};
@@ -27,15 +34,17 @@ use std::f32::consts::FRAC_1_PI;
 /// A smooth coat's own reflection. Row: eta (inside over outside).
 pub struct Coat;
 
-/// Smooth conductor under a smooth coat. Row: conductor eta (3), k (3), both relative to the coat, coat eta, thickness with the number of
-/// bounces in its last eight bits ([`pack_bounces`]).
+/// Smooth conductor under a smooth coat. Row: conductor eta (3), k (3), both relative to the coat,
+/// coat eta, thickness with the number of bounces in its last eight bits ([`pack_bounces`]).
 pub struct Smooth;
 
-/// Conductor under a rough coat. Row: conductor eta and k relative to the coat, a pair per channel ([`pack_halves`], 3), coat eta, alphas of
-/// the coat, alphas of the conductor, thickness and gain ([`pack_halves`]; [`Layers::row`]), colour of later bounces ([`pack_colour`]).
+/// Conductor under a rough coat. Row: conductor eta and k relative to the coat, a pair per channel
+/// ([`pack_halves`], 3), coat eta, alphas of the coat, alphas of the conductor, thickness, gain and
+/// forward share ([`pack_layer`]), colour of later bounces ([`pack_colour`]).
 pub struct Rough;
 
-/// Rough conductor under a smooth coat, without the coat's reflection. Row: that of [`Rough`], but for the thickness, which is alone.
+/// Rough conductor under a smooth coat, without the coat's reflection. Row: that of [`Rough`], but
+/// for the thickness, which is alone.
 pub struct Base;
 
 /// A thickness whose last eight bits say how often light may meet the conductor.
@@ -49,6 +58,33 @@ pub const BRIGHTEST: f32 = 2.0;
 
 /// What the lobe of a rough coat's conductor may be multiplied by, at least and at most.
 const GAIN: [f32; 2] = [0.25, 4.0];
+
+/// Steps of a forward share.
+const SHARES: f32 = 127.0;
+
+/// The bits of the least gain: those above are two of the exponent and seven of the mantissa.
+const LEAST_GAIN: u32 = 0x3e80_0000;
+
+/// Thickness of a rough coat as a half, gain of its conductor's lobe in nine bits (right to 1/256
+/// of itself), and how much of later bounces goes forward, 0 to 1, in seven.
+pub fn pack_layer(thickness: f32, gain: f32, forward: f32) -> f32 {
+    let bits = gain.clamp(GAIN[0], GAIN[1]).to_bits() - LEAST_GAIN;
+    let code = ((bits + (1 << 15)) >> 16).min(511);
+    let share = (forward.clamp(0.0, 1.0) * SHARES).round() as u32;
+    let half = pack_halves(thickness, 1.0).to_bits() & 0xffff_0000;
+    f32::from_bits(half | code << 7 | share)
+}
+
+/// What [`pack_layer`] has packed.
+#[inline(always)]
+pub fn unpack_layer<L: Lanes>(packed: L) -> [L; 3] {
+    let bits = packed.to_bits();
+    let [thickness, _] = unpack_halves(packed);
+    let code = bits.and(L::Uint::splat(0xff80)).shl::<9>();
+    let gain = L::from_bits(code.add(L::Uint::splat(LEAST_GAIN)));
+    let share = L::from_uint24(bits.and(L::Uint::splat(0x7f)));
+    [thickness, gain, share * L::splat(1.0 / SHARES)]
+}
 
 /// Three numbers of eight bits, 0 to [`BRIGHTEST`], as one whole number.
 pub fn pack_colour(colour: [f32; 3]) -> f32 {
@@ -91,6 +127,7 @@ impl Layers {
             walk,
             missing,
             square,
+            ..
         } = self.calibrated();
         let vector = |c: [f32; 3]| Vec3::new(c[0], c[1], c[2]);
         let metal = fresnel::conductor(0.8, vector(self.eta), vector(self.k));
@@ -115,17 +152,22 @@ impl Layers {
             0.0,
         ];
         let walk = coat::walk(self);
-        let mut missing = 0.0;
+        let [mut missing, mut forward] = [0.0; 2];
         if let Some([ax, ay]) = self.coat {
             row[3] = resolved_eta(self.coat_eta, ax.min(ay));
-            // Of steep directions the lobe has the albedo of the walk; of all, what is missing has gone far astray.
-            row[6] = pack_halves(self.thickness, 1.0);
+            // Of steep directions the lobe has the albedo of the walk; what is missing of the
+            // others has gone as far astray as later bounces.
+            row[6] = pack_layer(self.thickness, 1.0, 0.0);
             let [steep, once, _] = means::<true>(&row);
-            let gain = (walk.steep / steep.max(1e-6)).clamp(GAIN[0], GAIN[1]);
-            row[6] = pack_halves(self.thickness, gain);
+            row[6] = pack_layer(self.thickness, walk.steep / steep.max(1e-6), 0.0);
+            let [_, gain, _] = unpack_layer(row[6]);
             missing = (walk.each[0] - gain * once).max(0.0);
+            let astray = walk.each[1..].iter().sum::<f32>() + missing;
+            forward = forward_share(walk.later_steep / astray.max(1e-9));
+            row[6] = pack_layer(self.thickness, gain, forward);
         }
         let transmittance = match self.coat {
+            Some(_) if row[3] >= 1.0 => 1.0,
             Some(_) => means::<true>(&row)[2],
             None => means::<false>(&row)[2],
         };
@@ -134,6 +176,7 @@ impl Layers {
             row,
             walk,
             missing,
+            forward,
             square,
         }
     }
@@ -146,12 +189,15 @@ pub struct Calibration {
     pub walk: coat::Walk,
     /// Albedo of what meets the conductor once and is not in its lobe, in the green channel.
     pub missing: f32,
-    /// Square of the coat's transmittance, over which the colour of later bounces is.
+    /// How much of that and of later bounces goes forward ([`pack_layer`]).
+    pub forward: f32,
+    /// Square of the coat's transmittance, over which the colour of later bounces is: 1 if a rough
+    /// coat lets light through at all angles, as the walk has it in that colour already.
     pub square: f32,
 }
 
-/// Means over a white sky: albedo of what meets the conductor once, in the green channel, from the steeper half of the sky
-/// and from all of it, and transmittance of the coat.
+/// Means over a white sky: albedo of what meets the conductor once, in the green channel, from the
+/// steeper half of the sky and from all of it, and transmittance of the coat.
 fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
     let surface = TrowbridgeReitz::of_packed(row[4]);
     let [mut steep, mut once, mut through] = [0.0f64; 3];
@@ -164,7 +210,7 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
         } else {
             mu
         };
-        let [thickness, _] = layer::<f32, COAT>(row);
+        let [thickness, ..] = layer::<f32, COAT>(row);
         let below = inside(row, o, (cos, thickness)).transmittance;
         through += f64::from(below);
         // The lobe of the conductor alone: its share of samples is divided out.
@@ -174,7 +220,7 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
             let r = surface.reflection(o, s.wi);
             let half = ((o + s.wi).length2().sqrt() * 0.5).min(1.0);
             let coat = r.brdf * fresnel::dielectric(half, row[3]).reflectance;
-            let [share, ..] = shares(below, Vec3::zero(), coat::gloss(cos, row[3]));
+            let [share, ..] = shares(below, 0.0, coat::gloss(cos, row[3]));
             let lobe = (value.pdf - (1.0 - share) * r.pdf).max(1e-6 * value.pdf) / share;
             let share = f64::from((value.f.y - coat).max(0.0) * s.wi.z / lobe);
             once += share;
@@ -260,7 +306,8 @@ struct Inside<L: Lanes> {
     exists: L::Mask,
 }
 
-/// Cosine of which a smooth coat lets through about what a rough one does of `w`: between its own and that of a visible microfacet.
+/// Cosine of which a smooth coat lets through about what a rough one does of `w`: between its own
+/// and that of a visible microfacet.
 #[inline(always)]
 fn effective_cosine<L: Lanes>(coat: &TrowbridgeReitz<L>, w: Vec3<L>) -> L {
     let stretch = coat.stretch(w);
@@ -281,15 +328,16 @@ fn inside<L: Lanes>(row: &[L; 8], w: Vec3<L>, (cos, thickness): (L, L)) -> Insid
     }
 }
 
-/// How far a microfacet's slope moves the refracted direction of one with the cosine `cos`, squared; `below` is the cosine inside.
+/// How far a microfacet's slope moves the refracted direction of one with the cosine `cos`,
+/// squared; `below` is the cosine inside.
 #[inline(always)]
 fn shift2<L: Lanes>(cos: L, below: L, eta: L) -> L {
     let shift = below - cos / eta;
     shift * shift
 }
 
-/// What sampling takes the conductor for under a rough coat, of a direction with cosine `below` inside: both refractions are taken to widen
-/// its lobe alike ([`Slopes`]).
+/// What sampling takes the conductor for under a rough coat, of a direction with cosine `below`
+/// inside: both refractions are taken to widen its lobe alike ([`Slopes`]).
 #[inline(always)]
 fn sampled<L: Lanes>(
     metal: &TrowbridgeReitz<L>,
@@ -305,21 +353,78 @@ fn sampled<L: Lanes>(
     }
 }
 
-/// Thickness of the coat and gain of the lobe.
+/// Thickness of the coat, gain of the lobe and forward share of later bounces.
 #[inline(always)]
-fn layer<L: Lanes, const COAT: bool>(row: &[L; 8]) -> [L; 2] {
+fn layer<L: Lanes, const COAT: bool>(row: &[L; 8]) -> [L; 3] {
     if COAT {
-        unpack_halves(row[6])
+        unpack_layer(row[6])
     } else {
-        [row[6], L::one()]
+        [row[6], L::one(), L::zero()]
     }
 }
 
-/// The parts of a coated conductor seen from one side, and their shares of its samples: conductor, diffuse, coat.
+/// Where the forward part of later bounces is: the fourth power of the distance of the directions
+/// as seen from above. It is reciprocal, least between steep directions and those side by side, and
+/// greatest between grazing ones that face each other.
 #[inline(always)]
-fn shares<L: Lanes>(transmittance: L, later: Vec3<L>, gloss: L) -> [L; 3] {
+fn facing<L: Lanes>(o: Vec3<L>, i: Vec3<L>) -> L {
+    let (x, y) = (o.x - i.x, o.y - i.y);
+    let square = x.mul_add(x, y * y);
+    L::splat(1.0 / MEAN_FACING) * square * square
+}
+
+/// Albedo of [`facing`] over pi.
+#[inline(always)]
+fn facing_albedo<L: Lanes>(w: Vec3<L>) -> L {
+    let sin2 = w.x.mul_add(w.x, w.y * w.y);
+    let sum = sin2.mul_add(sin2 + L::splat(2.0), L::splat(1.0 / 3.0));
+    L::splat(1.0 / MEAN_FACING) * sum
+}
+
+/// Mean over a white sky of what [`facing_albedo`] is a multiple of.
+const MEAN_FACING: f32 = 5.0 / 3.0;
+
+/// Of [`facing`], the part that comes from the steeper half of the sky.
+const STEEP_FACING: f32 = 0.275;
+
+/// The forward share of later bounces of which a part of `steep` comes from the steeper half of
+/// the sky: of an even share half does.
+fn forward_share(steep: f32) -> f32 {
+    ((0.5 - steep) / (0.5 - STEEP_FACING)).clamp(0.0, 1.0)
+}
+
+/// An even and a forward value, by the forward share.
+#[inline(always)]
+fn mixed<L: Lanes>(forward: L, value: L) -> L {
+    forward.mul_add(value - L::one(), L::one())
+}
+
+/// How much a direction sees of later bounces, next to the coat's transmittance: what they are
+/// sampled by.
+#[inline(always)]
+fn astray<L: Lanes, const COAT: bool>(row: &[L; 8], w: Vec3<L>, transmittance: L) -> L {
+    let later = unpack_colour(row[7]);
     let brightest = later.x.max(later.y).max(later.z);
-    let parts = [transmittance, transmittance * brightest, gloss];
+    if COAT {
+        let [.., forward] = layer::<L, COAT>(row);
+        brightest * mixed(forward, facing_albedo(w)) * open(row[3], transmittance)
+    } else {
+        brightest * transmittance
+    }
+}
+
+/// What a rough coat takes from later bounces: of one that is thinner than the outside, what it
+/// takes from all. Otherwise nothing, as they come out at grazing angles too.
+#[inline(always)]
+fn open<L: Lanes>(eta: L, transmittance: L) -> L {
+    L::select(eta.lt(L::one()), transmittance, L::one())
+}
+
+/// The parts of a coated conductor seen from one side, and their shares of its samples: conductor,
+/// diffuse, coat.
+#[inline(always)]
+fn shares<L: Lanes>(transmittance: L, astray: L, gloss: L) -> [L; 3] {
+    let parts = [transmittance, astray, gloss];
     let sum = parts[0] + parts[1] + parts[2];
     let some = sum.gt(L::zero());
     let inverse = L::one() / L::select(some, sum, L::one());
@@ -341,7 +446,7 @@ fn eval<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> B
         }
     };
     let (co, ci) = (cosine(o), cosine(i));
-    let [thickness, gain] = layer::<L, COAT>(row);
+    let [thickness, gain, forward] = layer::<L, COAT>(row);
     let (below_o, below_i) = (
         inside(row, o, (co, thickness)),
         inside(row, i, (ci, thickness)),
@@ -370,7 +475,12 @@ fn eval<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> B
     let inv_pi = L::splat(FRAC_1_PI);
     let squeeze = L::one() / (row[3] * row[3]);
     let through = below_o.transmittance * below_i.transmittance;
-    let mut f = later * (inv_pi * through);
+    let mut f = if COAT {
+        let reach = mixed(forward, facing(o, i)) * open(row[3], through);
+        later * (inv_pi * reach)
+    } else {
+        later * (inv_pi * through)
+    };
     if COAT {
         let (lobe, cos) = once(&surface, &bare, [o, i], row[3], thickness);
         f = f + conductor(cos) * (lobe * gain);
@@ -384,8 +494,16 @@ fn eval<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> B
     } else {
         (L::zero(), L::zero())
     };
-    let forth = shares(below_o.transmittance, later, gloss_o);
-    let back = shares(below_i.transmittance, later, gloss_i);
+    let forth = shares(
+        below_o.transmittance,
+        astray::<L, COAT>(row, o, below_o.transmittance),
+        gloss_o,
+    );
+    let back = shares(
+        below_i.transmittance,
+        astray::<L, COAT>(row, i, below_i.transmittance),
+        gloss_i,
+    );
     // The solid angle that a refracted direction's is outside.
     let spread = |outside: Vec3<L>, within: Vec3<L>| squeeze * outside.z / within.z;
     let mut pdf = forth[0] * (metal.pdf * spread(i, q)).or_zero(both) + forth[1] * (i.z * inv_pi);
@@ -416,7 +534,8 @@ fn sample<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, u: [L; 3]) -> B
         (o.z, L::zero())
     };
     let below = inside(row, o, (cos, layer::<L, COAT>(row)[0]));
-    let [metal, diffuse, _] = shares(below.transmittance, unpack_colour(row[7]), gloss);
+    let later = astray::<L, COAT>(row, o, below.transmittance);
+    let [metal, diffuse, _] = shares(below.transmittance, later, gloss);
     let on_metal = u[2].lt(metal);
     let on_coat = u[2].ge(metal + diffuse);
 

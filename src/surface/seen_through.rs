@@ -1,16 +1,22 @@
-//! The lobe of a conductor seen through a rough dielectric interface: what light does that is refracted in, reflected once and refracted out.
+//! The lobe of a conductor seen through a rough dielectric interface: what light does that is
+//! refracted in, reflected once and refracted out.
 //!
-//! 1. Each of the three events moves the direction by a slope of its microfacets. In terms of the half vector inside the coat those are
-//!    Trowbridge-Reitz distributions: of the conductor with its alpha, of a refraction with `alpha |cos' - cos / eta| / (cos'_o + cos'_i)` (the
+//! 1. Each of the three events moves the direction by a slope of its microfacets. In terms of the
+//!    half vector inside the coat those are Trowbridge-Reitz distributions: of the conductor with
+//!    its alpha, of a refraction with `alpha |cos' - cos / eta| / (cos'_o + cos'_i)` (the
 //!    derivative of Snell's law in vector form).
-//! 2. The distribution of their sum has no closed form, but is near to one with `A^2 = S + 0.95 P / (1 + s^2 / (16 S))`, `S` the sum of squares
-//!    of the alphas, `P` of the products of pairs, `s` the slope: the centre is wider than squares that add up would have it, as tails are heavy, and
-//!    far out, where one of the slopes does it all, they do add up. Against the integral that is right to 5 % within five alphas.
-//! 3. Refraction is not linear: it has an end at the critical angle, a Fresnel term and a masking. So the lobe is three, one for each event that may do
-//!    most of the turning, with shares of `S`: the exact value of that event between the mean directions that the others leave, times the ratio of the
-//!    distribution of the sum to its own.
-//! 4. The mean direction of a refraction is that of the mean visible microfacet (Heitz 2018, section 3: in the stretched frame
-//!    its place on the projected disk), by which light at grazing angles gets in at all.
+//! 2. The distribution of their sum has no closed form, but is near to one with `A^2 = S + 0.95 P /
+//!    (1 + s^2 / (16 S))`, `S` the sum of squares of the alphas, `P` of the products of pairs, `s`
+//!    the slope: the centre is wider than squares that add up would have it, as tails are heavy,
+//!    and far out, where one of the slopes does it all, they do add up. Against the integral that
+//!    is right to 5 % within five alphas.
+//! 3. Refraction is not linear: it has an end at the critical angle, a Fresnel term and a masking.
+//!    So the lobe is three, one for each event that may do most of the turning, with shares of `S`:
+//!    the exact value of that event between the mean directions that the others leave, times the
+//!    ratio of the distribution of the sum to its own.
+//! 4. The mean direction of a refraction is that of the mean visible microfacet (Heitz 2018,
+//!    section 3: in the stretched frame its place on the projected disk), by which light at grazing
+//!    angles gets in at all.
 
 use super::microfacet::TrowbridgeReitz;
 use super::rough_dielectric::refraction;
@@ -35,7 +41,8 @@ impl<L: Lanes> Slopes<L> {
         }
     }
 
-    /// Square of the alpha of the sum, for a slope of which `far` is the square over that of the alphas.
+    /// Square of the alpha of the sum, for a slope of which `far` is the square over that of the
+    /// alphas.
     #[inline(always)]
     fn square(&self, far: L) -> L {
         let fall = L::splat(1.0 / 16.0).mul_add(far, L::one());
@@ -100,7 +107,8 @@ fn enter<L: Lanes>(d: &TrowbridgeReitz<L>, w: Vec3<L>, eta: L, thickness: L) -> 
     }
 }
 
-/// The lobe over the conductor's reflectance for directions `o` and `i` in the upper hemisphere, and the cosine of which that is to be.
+/// The lobe over the conductor's reflectance for directions `o` and `i` in the upper hemisphere,
+/// and the cosine of which that is to be.
 #[inline(always)]
 pub fn once<L: Lanes>(
     coat: &TrowbridgeReitz<L>,
