@@ -3,7 +3,7 @@
 //! Two of them. A black surface ends every path that meets it. And points of one plane do not see each other but along the plane, where
 //! cosines are zero: light that leaves it does not come back to it.
 
-use crate::scene::{MaterialKind, Param, Scene};
+use crate::scene::Scene;
 use crate::surface::MaterialTable;
 
 /// Facts about a set of surfaces.
@@ -22,7 +22,9 @@ impl Surfaces {
         let bright: Vec<bool> = (0..scene.materials.len())
             .map(|i| {
                 let parts = materials.components(i);
-                parts.iter().any(|i| belongs(*i) && !is_black(scene, *i))
+                parts
+                    .iter()
+                    .any(|i| belongs(*i) && !scene.materials[*i].kind.is_black())
             })
             .collect();
         let scatters: Vec<bool> = (scene.shapes.iter())
@@ -51,21 +53,5 @@ impl Surfaces {
             scatter: true,
             face: spheres || in_plane == [false; 3],
         }
-    }
-}
-
-/// True if nothing leaves a surface of this material, which is no mixture.
-fn is_black(scene: &Scene, material: usize) -> bool {
-    let black = |p: &Param| *p == Param::Constant([0.0; 3]);
-    match &scene.materials[material].kind {
-        MaterialKind::Diffuse { reflectance, .. } | MaterialKind::Mirror { reflectance } => {
-            black(reflectance)
-        }
-        MaterialKind::DiffuseTransmission {
-            reflectance,
-            transmittance,
-            ..
-        } => reflectance.iter().any(black) && transmittance.iter().any(black),
-        _ => false,
     }
 }

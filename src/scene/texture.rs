@@ -243,6 +243,11 @@ impl Param {
         }
     }
 
+    /// Whether it is black everywhere, for certain.
+    pub fn is_black(&self) -> bool {
+        *self == Self::Constant([0.0; 3])
+    }
+
     /// Whether its value depends on texture coordinates.
     pub fn uses_uv(self, textures: &[Texture]) -> bool {
         let mut found = false;

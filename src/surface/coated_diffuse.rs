@@ -15,10 +15,15 @@
 //! statistical error, and values by less than 0.01 of a white surface's. pbrt-v4's own weights for values of rough coats do not add up to 1, which
 //! moves its values by up to 40 % in some directions: the comparison is with weights that do.
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::coat::{CoatLayer, Interface};
 use super::diffuse::{cosine_sample, same_side};
+use super::microfacet::pack_alphas;
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
+use super::packing::{At, BsdfMaterial, Shared};
 use super::{coat, fresnel};
+use crate::scene::{Description, Param};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -116,4 +121,90 @@ impl Bsdf for Base {
             pdf_reverse: (wo.z.abs() * inv_pi).or_zero(valid),
         }
     }
+}
+
+/// v4 `coateddiffuse`: Lambertian under a dielectric coat. Of a smooth coat the base alone: its
+/// reflection is [`CoatMaterial`](super::coated_materials::CoatMaterial).
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoatedDiffuseMaterial {
+    pub reflectance: Param,
+    pub coat: CoatLayer,
+}
+
+impl Description for CoatedDiffuseMaterial {
+    fn params(&self) -> Vec<Param> {
+        vec![self.reflectance]
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        self.coat.alphas[0] != self.coat.alphas[1]
+    }
+}
+
+impl BsdfMaterial for CoatedDiffuseMaterial {
+    type Tables = Interface;
+
+    fn tables(&self, shared: &mut Shared) -> Interface {
+        shared.table(self.coat, Interface::of_layer)
+    }
+
+    fn kernel(&self) -> Kernel {
+        match self.coat.is_smooth() {
+            true => Kernel::of::<Base>(),
+            false => Kernel::of::<Rough>(),
+        }
+    }
+
+    fn row(&self, interface: &Interface, at: &At) -> [f32; 8] {
+        let coat = &self.coat;
+        let base = base_row(interface, coat, at.albedo(self.reflectance));
+        if coat.is_smooth() {
+            return [
+                base[0],
+                base[1],
+                base[2],
+                coat.eta,
+                coat.thickness,
+                0.0,
+                0.0,
+                0.0,
+            ];
+        }
+        rough_row(interface, coat, base, coat.alphas)
+    }
+}
+
+/// The first three numbers of a row, of the reflectance of the base.
+fn base_row(interface: &Interface, coat: &CoatLayer, reflectance: [f32; 3]) -> [f32; 3] {
+    let Interface {
+        scale, internal, ..
+    } = *interface;
+    reflectance.map(|r| scale * scale * base_of(r, coat.eta, internal, coat.visits()))
+}
+
+/// The row of [`Rough`] with these alphas.
+fn rough_row(
+    interface: &Interface,
+    coat: &CoatLayer,
+    [r, g, b]: [f32; 3],
+    alphas: [f32; 2],
+) -> [f32; 8] {
+    let [t, u, v] = interface.packed;
+    let alphas = pack_alphas(alphas[0], alphas[1]);
+    [r, g, b, coat.eta, alphas, t, u, v]
+}
+
+/// The row of a coat whose alphas differ from hit to hit.
+pub fn textured_row(
+    interface: &Interface,
+    coat: &CoatLayer,
+    reflectance: [f32; 3],
+    alphas: [f32; 2],
+) -> [f32; 8] {
+    rough_row(
+        interface,
+        coat,
+        base_row(interface, coat, reflectance),
+        alphas,
+    )
 }

@@ -14,6 +14,7 @@ pub mod coat;
 pub mod coat_table;
 pub mod coated_conductor;
 pub mod coated_diffuse;
+pub mod coated_materials;
 pub mod conductor;
 pub mod cutout;
 pub mod dielectric;
@@ -24,15 +25,32 @@ pub mod material;
 pub mod microfacet;
 pub mod mirror;
 pub mod mixture;
+pub mod packing;
 pub mod plastic;
 pub mod rough_dielectric;
+pub mod roughness;
 pub mod seen_through;
 pub mod substrate;
 pub mod table;
+#[cfg(test)]
+pub(crate) mod tests;
 pub mod texture;
 pub mod thin_dielectric;
 
 pub use self::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+pub use self::coat::CoatLayer;
+pub use self::coated_diffuse::CoatedDiffuseMaterial;
+pub use self::coated_materials::{
+    CoatMaterial, CoatedBase, CoatedConductorMaterial, TexturedCoatMaterial,
+};
+pub use self::conductor::{ConductorFresnel, ConductorMaterial};
 pub use self::cutout::Cutouts;
+pub use self::dielectric::DielectricMaterial;
+pub use self::diffuse::DiffuseMaterial;
+pub use self::diffuse_transmission::DiffuseTransmissionMaterial;
 pub use self::material::MaterialTable;
+pub use self::mirror::MirrorMaterial;
+pub use self::plastic::PlasticMaterial;
+pub use self::substrate::SubstrateMaterial;
 pub use self::table::Kind;
+pub use self::thin_dielectric::ThinDielectricMaterial;

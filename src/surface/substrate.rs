@@ -4,9 +4,12 @@
 //! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
 //! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{opposite, same_side};
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
+use super::packing::{At, BsdfMaterial, Shared};
+use crate::scene::{Description, Dialect, Param, Parameters, Roughness};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -90,5 +93,51 @@ impl Bsdf for Substrate {
     fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
         let (f, some) = Self::value(row, wo, wi);
         f.or_zero(opposite(wo, wi).and(some).and(Self::exists(row)))
+    }
+}
+
+/// v3 `substrate`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SubstrateMaterial {
+    pub diffuse: Param,
+    pub specular: Param,
+    pub roughness: Roughness,
+}
+
+impl Description for SubstrateMaterial {
+    fn params(&self) -> Vec<Param> {
+        let Roughness { u, v, .. } = self.roughness;
+        vec![u, v, self.diffuse, self.specular]
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        self.roughness.is_anisotropic()
+    }
+}
+
+impl BsdfMaterial for SubstrateMaterial {
+    const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V3, "substrate")];
+
+    fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
+        Ok(Self {
+            diffuse: set.albedo_or("Kd", 0.5)?,
+            specular: set.albedo_or("Ks", 0.5)?,
+            // It has no "roughness" for both directions.
+            roughness: set.roughness_or(Param::Constant([0.1; 3]))?,
+        })
+    }
+
+    type Tables = ();
+
+    fn tables(&self, _: &mut Shared) {}
+
+    fn kernel(&self) -> Kernel {
+        Kernel::of::<Substrate>()
+    }
+
+    fn row(&self, _: &(), at: &At) -> [f32; 8] {
+        let (d, s) = (at.albedo(self.diffuse), at.albedo(self.specular));
+        let [ax, ay] = at.alphas(&self.roughness);
+        [d[0], d[1], d[2], s[0], s[1], s[2], ax, ay]
     }
 }
