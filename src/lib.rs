@@ -18,7 +18,7 @@
 //! | `files` | files written whole or not at all | what they hold |
 //! | [`switches`] | cheaper, less accurate alternatives; in a bench build only | what they stand in for |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
-//! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour |
+//! | [`scene`] | pbrt text (v3, v4), meshes, images, spectra to plain tables | behaviour, which BSDFs there are |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |

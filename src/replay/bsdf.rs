@@ -354,6 +354,21 @@ fn has_formulas(kind: Kind) -> bool {
     )
 }
 
+/// The same of a delta: its value times the cosine and its densities both ways, of the lobe that
+/// leads up or down; all but the probability of the lobe.
+pub fn delta_of_kernel(kind: Kind, row: &[f64; 8], wo: V, up: bool) -> (V, f64, f64) {
+    let [x, y, z] = wo.map(|x| x as f32);
+    let row = row.map(|x| x as f32);
+    // The lobes are the ends of what the choice among them may be.
+    let ends = [0.0, 1.0 - f32::EPSILON];
+    let lobes = ends.map(|u| kind.sample(&row, Vec3::new(x, y, z), [0.5, 0.5, u], Mode::Radiance));
+    let lobe = lobes.iter().find(|lobe| (lobe.wi.z > 0.0) == up);
+    lobe.map_or(([0.0; 3], 1.0, 1.0), |lobe| {
+        let weight = lobe.weight.lane(0).map(f64::from);
+        (weight, lobe.pdf.into(), lobe.pdf_reverse.into())
+    })
+}
+
 fn of_kernel(kind: Kind, row: &[f64; 8], directions: [V; 2], mode: Mode) -> Value {
     let narrow = directions.map(|[x, y, z]| Vec3::new(x as f32, y as f32, z as f32));
     let value = kind.eval(&row.map(|x| x as f32), narrow, mode);

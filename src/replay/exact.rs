@@ -501,7 +501,7 @@ fn bend(sides: Option<Sides>, v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V 
                 ]
             }
         }
-        // No formula of it is here: what the kernel said.
+        // What the kernel said, of kinds without a formula here; unreachable while all have one.
         #[allow(unreachable_patterns)]
         _ => step.sampled.map_or([-x, -y, z], |sample| {
             let w = wide(sample.wi);

@@ -1,4 +1,5 @@
-//! What the file of a BSDF reads its parameters from: a directive of a scene file, whoever parses it.
+//! What the file of a BSDF reads its parameters from: a directive of a scene file, whoever parses
+//! it.
 
 use std::fmt;
 

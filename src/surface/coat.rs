@@ -1,11 +1,14 @@
 //! What a rough dielectric interface over a base lets through, computed when a scene is loaded.
 //!
-//! Light that reaches a base below such an interface has crossed it in all directions the interface scatters it to. Of a Lambertian base only
-//! their sum is seen: the *transmittance* `T(mu)` of a direction from outside, which no closed form is known for. It is integrated over the
-//! microfacets' visible normals and fitted by a polynomial (Bernstein's form, degree 5, in the square root of the cosine: near grazing
-//! directions `T` behaves like it). What the base sends back and the interface reflects down again is one number, the *internal reflectance*.
+//! Light that reaches a base below such an interface has crossed it in all directions the interface
+//! scatters it to. Of a Lambertian base only their sum is seen: the *transmittance* `T(mu)` of a
+//! direction from outside, which no closed form is known for. It is integrated over the
+//! microfacets' visible normals and fitted by a polynomial (Bernstein's form, degree 5, in the
+//! square root of the cosine: near grazing directions `T` behaves like it). What the base sends
+//! back and the interface reflects down again is one number, the *internal reflectance*.
 //!
-//! Between the two the light is absorbed by a medium of extinction 1 as thick as the coat, `exp(-thickness / cos)` on each way, as in pbrt-v4's
+//! Between the two the light is absorbed by a medium of extinction 1 as thick as the coat,
+//! `exp(-thickness / cos)` on each way, as in pbrt-v4's
 //! `LayeredBxDF`, where it is so whatever the medium's albedo.
 
 use super::fresnel;
@@ -73,11 +76,13 @@ pub struct Interface {
     pub packed: [f32; 3],
     /// Largest transmittance of the fitted ones.
     pub scale: f32,
-    /// Share of what a Lambertian base sends up that comes back down to it, what the coat absorbs left out.
+    /// Share of what a Lambertian base sends up that comes back down to it, what the coat absorbs
+    /// left out.
     pub internal: f32,
 }
 
-/// Points that fill the unit cube evenly (Roberts 2018, "The unreasonable effectiveness of quasirandom sequences").
+/// Points that fill the unit cube evenly (Roberts 2018, "The unreasonable effectiveness of
+/// quasirandom sequences").
 pub fn evenly(i: usize) -> [f32; 3] {
     const STEP: [f64; 3] = [
         0.819_172_513_396_164_4,
@@ -95,8 +100,9 @@ pub fn direction(cos: f32, turns: f32) -> Vec3<f32> {
     Vec3::new(r * c, r * s, cos)
 }
 
-/// A visible normal sampled from `w` and what scattering at it does: `[reflected, transmitted]` cosines against the surface, each with its weight;
-/// 0 if there is none. `eta` is the index of the far side over that of the near one.
+/// A visible normal sampled from `w` and what scattering at it does: `[reflected, transmitted]`
+/// cosines against the surface, each with its weight; 0 if there is none. `eta` is the index of the
+/// far side over that of the near one.
 fn scatter(
     distribution: &TrowbridgeReitz<f32>,
     w: Vec3<f32>,
@@ -213,7 +219,8 @@ impl Interface {
     }
 }
 
-/// `sum x^k` for `k < count`, what a base sees of light that meets it `count` times with a share of `x` in between.
+/// `sum x^k` for `k < count`, what a base sees of light that meets it `count` times with a share of
+/// `x` in between.
 pub fn bounces(x: f32, count: u32) -> f32 {
     let (x, n) = (f64::from(x), f64::from(count));
     if x >= 1.0 {
@@ -222,7 +229,8 @@ pub fn bounces(x: f32, count: u32) -> f32 {
     ((1.0 - x.powf(n)) / (1.0 - x)) as f32
 }
 
-/// Least squares, by their normal equations: the basis is well conditioned. Grazing directions count less, as little light comes from there.
+/// Least squares, by their normal equations: the basis is well conditioned. Grazing directions
+/// count less, as little light comes from there.
 fn fit(samples: &[(f32, f64)], eta: f32, scale: f64) -> [f32; 3] {
     const N: usize = DEGREE + 1;
     let mut m = [[0.0f64; N + 1]; N];
@@ -259,8 +267,8 @@ fn pack(coefficients: [f32; DEGREE + 1]) -> [f32; 3] {
     std::array::from_fn(|i| quantised(2 * i) * 4096.0 + quantised(2 * i + 1))
 }
 
-/// What the polynomial is of: the square root of the cosine; of the refracted one if the coat is the thinner medium, and directions beyond the
-/// critical angle see nothing of the base.
+/// What the polynomial is of: the square root of the cosine; of the refracted one if the coat is
+/// the thinner medium, and directions beyond the critical angle see nothing of the base.
 #[inline(always)]
 fn variable<L: Lanes>(mu: L, eta: L) -> L {
     let sin2 = (L::one() - eta * eta).max(L::zero());
@@ -284,7 +292,8 @@ fn basis<L: Lanes>(s: L) -> [L; DEGREE + 1] {
     ]
 }
 
-/// Transmittance of directions with the cosine `mu >= 0`, over [`Interface::scale`], of coefficients packed as there.
+/// Transmittance of directions with the cosine `mu >= 0`, over [`Interface::scale`], of
+/// coefficients packed as there.
 #[inline(always)]
 pub fn transmittance<L: Lanes>(packed: [L; 3], eta: L, mu: L) -> L {
     let basis = basis(variable(mu, eta));
@@ -312,7 +321,8 @@ pub fn smooth_transmittance<L: Lanes>(mu: L, eta: L, thickness: L) -> L {
     ((L::one() - boundary.reflectance) * math::exp(-depth)).or_zero(lit)
 }
 
-/// About what a coat reflects of directions with the cosine `mu` (Schlick 1994): how often it is sampled.
+/// About what a coat reflects of directions with the cosine `mu` (Schlick 1994): how often it is
+/// sampled.
 #[inline(always)]
 pub fn gloss<L: Lanes>(mu: L, eta: L) -> L {
     let ratio = (eta - L::one()) / (eta + L::one());
@@ -333,7 +343,8 @@ pub fn share<L: Lanes>(base: L, coat: L) -> L {
 /// Paths between the layers that [`walk`] follows.
 pub const PATHS: u32 = 1 << 13;
 
-/// What a walk between a coat and a conductor says of the light that leaves again, of light from all sides as from a white sky.
+/// What a walk between a coat and a conductor says of the light that leaves again, of light from
+/// all sides as from a white sky.
 #[derive(Clone, Debug)]
 pub struct Walk {
     /// The part of the first of `each` that comes from the steeper half of the sky.
@@ -344,7 +355,8 @@ pub struct Walk {
     pub each: Vec<f32>,
 }
 
-/// Whether the path is of the half that comes from steep directions: squares of cosines are evenly spread.
+/// Whether the path is of the half that comes from steep directions: squares of cosines are evenly
+/// spread.
 pub fn is_steep(path: u32) -> bool {
     2 * path >= PATHS
 }
@@ -410,7 +422,8 @@ pub fn walk(layers: &Layers) -> Walk {
                 break;
             }
             light = light.mul_elem(colour(cos)) * (masked(&metal, w, up) * way(up));
-            // Seen from below the coat is the surface that light comes up to: its far side is the outside.
+            // Seen from below the coat is the surface that light comes up to: its far side is the
+            // outside.
             let (h, cos) = bounce(&surface, up, random.pair());
             let boundary = fresnel::dielectric(cos, inverse);
             let eta = layers.coat_eta;

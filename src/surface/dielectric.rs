@@ -36,12 +36,14 @@ impl Bsdf for Smooth {
         let reflected = Vec3::new(-wo.x, -wo.y, wo.z);
         let transmit = Vec3::new(row[3], row[4], row[5]);
         let transmit = match mode {
-            // (eta_i / eta_t)^2 with eta_i on wo's side: radiance is compressed into the denser medium.
+            // (eta_i / eta_t)^2 with eta_i on wo's side: radiance is compressed into the denser
+            // medium.
             Mode::Radiance => transmit * (inv_eta * inv_eta),
             Mode::Importance => transmit,
         };
         let weight = Vec3::select(reflects, Vec3::new(row[0], row[1], row[2]), transmit);
-        // Solid angles change at the boundary: n_i^2 cos_i dw_i = n_t^2 cos_t dw_t, and deltas with them.
+        // Solid angles change at the boundary: n_i^2 cos_i dw_i = n_t^2 cos_t dw_t, and deltas with
+        // them.
         let bend = inv_eta * inv_eta * (cos_i / boundary.cos_t);
         BsdfSample {
             wi: Vec3::select(reflects, reflected, refracted),

@@ -1,4 +1,5 @@
-//! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of pbrt-v3, section 8.4.1).
+//! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of
+//! pbrt-v3, section 8.4.1).
 
 use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};

@@ -1,4 +1,5 @@
-//! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on either side (pbrt-v4,
+//! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on
+//! either side (pbrt-v4,
 //! `DiffuseTransmissionBxDF`).
 
 use super::bsdf::Kernel;

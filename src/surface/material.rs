@@ -19,7 +19,8 @@ pub struct Entry {
     pub textured: bool,
     /// It needs a tangent.
     pub anisotropic: bool,
-    /// Its index of refraction depends on the wavelength. Never of a mixture: one of its components' may.
+    /// Its index of refraction depends on the wavelength. Never of a mixture: one of its
+    /// components' may.
     pub dispersive: bool,
     /// Its row depends on the place or on the wavelength.
     varies: bool,

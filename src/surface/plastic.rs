@@ -1,4 +1,5 @@
-//! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
+//! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled
+//! half of the time.
 
 use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
@@ -13,8 +14,9 @@ use std::f32::consts::FRAC_1_PI;
 /// Row: diffuse (3), specular (3), alpha x, alpha y.
 pub struct Plastic;
 
-/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside (`FresnelDielectric(1.5f, 1.f)`), so that from the
-/// front the lobe reflects fully beyond 41.8 degrees, and from the back as glass does; its scenes are made for that look.
+/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside
+/// (`FresnelDielectric(1.5f, 1.f)`), so that from the front the lobe reflects fully beyond 41.8
+/// degrees, and from the back as glass does; its scenes are made for that look.
 const ETA: f32 = 1.5;
 
 /// What is reflected of directions from the front or from the back.

@@ -1,8 +1,10 @@
-//! pbrt-v3's `substrate`: a diffuse base under a glossy coat, neither of which gets what the other reflects.
+//! pbrt-v3's `substrate`: a diffuse base under a glossy coat, neither of which gets what the other
+//! reflects.
 //!
-//! The model of Ashikhmin and Shirley (2000, "An Anisotropic Phong Light Reflection Model") with the microfacets of Trowbridge and Reitz
-//! (pbrt-v3, section 8.5, `FresnelBlend`). Directions are sampled as there, half of them by the cosine and half by visible normals, but
-//! a primary sample of its own chooses, where pbrt divides the first one between the lobes.
+//! The model of Ashikhmin and Shirley (2000, "An Anisotropic Phong Light Reflection Model") with
+//! the microfacets of Trowbridge and Reitz (pbrt-v3, section 8.5, `FresnelBlend`). Directions are
+//! sampled as there, half of them by the cosine and half by visible normals, but a primary sample
+//! of its own chooses, where pbrt divides the first one between the lobes.
 
 use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
@@ -34,8 +36,8 @@ impl Substrate {
     /// The value for two directions, and where there is one; they may be on different sides.
     #[inline(always)]
     fn value<L: Lanes>(row: &[L; 8], o: Vec3<L>, i: Vec3<L>) -> (Vec3<L>, L::Mask) {
-        // Half the length of the sum: of two directions along the surface, and opposite, either one's cosine against the half vector is left
-        // to the rounding of its length.
+        // Half the length of the sum: of two directions along the surface, and opposite, either
+        // one's cosine against the half vector is left to the rounding of its length.
         let sum = o + i;
         let cos_h = (sum.length2().sqrt() * L::splat(0.5)).min(L::one());
         let base = Vec3::new(row[0], row[1], row[2]);
@@ -45,7 +47,8 @@ impl Substrate {
         let diffuse = base.mul_elem(rest) * (L::splat(BASE) * admitted(zo) * admitted(zi));
         let d = TrowbridgeReitz::of_row(row).d(sum.normalize());
         let cosines = (cos_h * zo.max(zi)).max(L::splat(LEAST));
-        // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself would cancel.
+        // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself
+        // would cancel.
         let away = (o - i).length2() * L::splat(0.25) / (L::one() + cos_h);
         let away2 = away * away;
         let fresnel = coat + rest * (away2 * away2 * away);
@@ -54,7 +57,8 @@ impl Substrate {
         (f, cos_h.gt(L::zero()))
     }
 
-    /// pbrt leaves the model out where both colours are black, although its coat reflects at grazing angles whatever its colour.
+    /// pbrt leaves the model out where both colours are black, although its coat reflects at
+    /// grazing angles whatever its colour.
     #[inline(always)]
     fn exists<L: Lanes>(row: &[L; 8]) -> L::Mask {
         let brightest = row[1..6].iter().fold(row[0], |most, &c| most.max(c));

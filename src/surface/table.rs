@@ -1,4 +1,4 @@
-//! The table of BSDFs: a line each, from which all else follows that has to know them all.
+//! What follows from the [table](super) of BSDFs: all that has to know every one of them.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
 use super::packing::{self, BsdfMaterial, Evaluate, Shared};
@@ -6,49 +6,10 @@ use crate::scene::{Description, Dialect, MaterialKind, Parameters};
 use crate::simd::{Lanes, Vec3};
 use std::any::Any;
 
-/// A line for each description: its type, and its kernels as `Kind: type`. Calls the macro `$then`
-/// with all lines, and what else was given.
-///
-/// Their order is that of queues and of reports; pictures do not depend on it.
-macro_rules! bsdfs {
-    ($then:ident! $($rest:tt)*) => {
-        $crate::surface::table::$then! {
-            [
-                diffuse::DiffuseMaterial =>
-                    Diffuse: diffuse::Diffuse, OrenNayar: diffuse::OrenNayar;
-                mirror::MirrorMaterial => Mirror: mirror::Mirror;
-                conductor::ConductorMaterial =>
-                    SmoothConductor: conductor::Smooth, RoughConductor: conductor::Rough;
-                dielectric::DielectricMaterial =>
-                    SmoothDielectric: dielectric::Smooth, RoughDielectric: rough_dielectric::Rough;
-                plastic::PlasticMaterial => Plastic: plastic::Plastic;
-                thin_dielectric::ThinDielectricMaterial =>
-                    ThinDielectric: thin_dielectric::ThinDielectric;
-                diffuse_transmission::DiffuseTransmissionMaterial =>
-                    DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
-                substrate::SubstrateMaterial => Substrate: substrate::Substrate;
-                coated_materials::CoatMaterial => Coat: coated_conductor::Coat;
-                coated_diffuse::CoatedDiffuseMaterial =>
-                    CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
-                coated_materials::CoatedConductorMaterial =>
-                    CoatedMirror: coated_conductor::Smooth,
-                    CoatedConductor: coated_conductor::Rough,
-                    CoatedConductorBase: coated_conductor::Base;
-                // Its kernels are those of the three before.
-                coated_materials::TexturedCoatMaterial => ;
-                #[cfg(test)]
-                tests::lommel_seeliger::LommelSeeligerMaterial =>
-                    #[cfg(test)] LommelSeeliger: tests::lommel_seeliger::LommelSeeliger;
-            ]
-            $($rest)*
-        }
-    };
-}
-
 /// Calls `$self.$f::<BsdfType, ...>($args)` for the BSDF type of a kind.
 macro_rules! for_kind {
     ($kind:expr, $self:ident . $f:ident :: <_ $(, $g:ty)*> ($($arg:expr),* $(,)?)) => {
-        $crate::surface::table::bsdfs!(
+        $crate::surface::bsdfs!(
             dispatch! $kind, $self, $f, [$(, $g)*], ($($arg),*)
         )
     };
@@ -83,7 +44,7 @@ macro_rules! kinds {
         pub enum Kind {
             $($(
                 $(#[$attr])*
-                #[doc = concat!("[`", stringify!($($path)::+), "`](super::", stringify!($($path)::+), ")")]
+                #[doc = concat!("The kernel `", stringify!($($path)::+), "`.")]
                 $kind,
             )*)*
         }
@@ -187,7 +148,7 @@ macro_rules! kinds {
     };
 }
 
-pub(crate) use {bsdfs, call, dispatch, for_kind, kinds};
+pub(crate) use {call, dispatch, for_kind, kinds};
 
 bsdfs!(kinds!);
 

@@ -1,8 +1,11 @@
-//! A thin sheet of glass: both of its boundaries, and all reflections between them, at one place of a surface.
+//! A thin sheet of glass: both of its boundaries, and all reflections between them, at one place of
+//! a surface.
 //!
-//! Light leaves a sheet with parallel sides as it came: reflected or straight on, never bent. Of each boundary's reflectance `R` and
-//! transmittance `T = 1 - R` the sheet makes `R + T R T + T R R R T + ... = R + T^2 R / (1 - R^2)` (pbrt-v4, section 9.5.1,
-//! `ThinDielectricBxDF`), which is `2 R / (1 + R)`, without a quotient of zeros where all is reflected.
+//! Light leaves a sheet with parallel sides as it came: reflected or straight on, never bent. Of
+//! each boundary's reflectance `R` and transmittance `T = 1 - R` the sheet makes `R + T R T + T R R
+//! R T + ... = R + T^2 R / (1 - R^2)` (pbrt-v4, section 9.5.1,
+//! `ThinDielectricBxDF`), which is `2 R / (1 + R)`, without a quotient of zeros where all is
+//! reflected.
 
 use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
@@ -24,7 +27,8 @@ impl Bsdf for ThinDielectric {
 
     #[inline(always)]
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], _: Mode) -> BsdfSample<L> {
-        // The same from both sides, and back as forth: densities and radiance are those of a mirror in both lobes.
+        // The same from both sides, and back as forth: densities and radiance are those of a mirror
+        // in both lobes.
         let cos = wo.z.abs();
         let r = fresnel::dielectric(cos, row[0]).reflectance;
         let reflects = u[2].lt((r + r) / (L::one() + r));
