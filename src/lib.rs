@@ -17,7 +17,7 @@
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
-//! | [`scene`] | what is rendered, as plain tables | files, behaviour |
+//! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
 //! | [`pbrt`] | pbrt text (v3, v4), meshes, images, spectra to the tables of `scene` | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |

@@ -149,10 +149,10 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
         materials: vec![Material {
             name: String::new(),
             origin: String::new(),
-            kind: MaterialKind::Diffuse {
+            kind: MaterialKind::from(phalanx::surface::DiffuseMaterial {
                 reflectance: black,
                 sigma: black,
-            },
+            }),
             bump: None,
         }],
         textures: vec![],

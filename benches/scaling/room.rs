@@ -12,10 +12,10 @@ use phalanx::scene::*;
 pub fn lit(detail: usize) -> Scene {
     let mut scene = scenes::room(detail);
     let grey = Param::Constant([0.6; 3]);
-    scene.materials[0].kind = MaterialKind::Diffuse {
+    scene.materials[0].kind = MaterialKind::from(phalanx::surface::DiffuseMaterial {
         reflectance: grey,
         sigma: Param::Constant([0.0; 3]),
-    };
+    });
     light(&mut scene);
     // At the back wall, looking in. The field of view is that of the rays bench.
     scene.camera.to_world = [

@@ -3,6 +3,14 @@
 //! Raster space has `x` to the right and `y` down, pixel `(i, j)` covering `[i, i+1) x [j, j+1)`. Camera subpaths sample
 //! raster positions uniformly over the *sampled region* of the film ([`Region`]); the importance of a strategy with `t = 1` is
 //! normalised over the same region, so that crops and wide filters keep both consistent.
+//!
+//! # Adding a camera
+//!
+//! More than a file and a line: the orthographic camera stands in seven files. It is a
+//! [`Projection`], read where scene files are read; here it has its rays and its density; the plan
+//! has an effect for it, so that other scenes do not pay; `inspect` tells it, and `replay` has its
+//! own formulas (two files). There is one camera in a scene and there are few kinds, so that no
+//! table would be shorter than these matches.
 
 mod sphere;
 

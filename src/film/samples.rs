@@ -1,6 +1,6 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
-use super::sum::{Sum, Sums};
+use super::sum::Sums;
 use super::tile_sums::TileSums;
 use super::{FilterTable, GROUPS, Passes, Tiling};
 use std::ops::Range;

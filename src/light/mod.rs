@@ -8,6 +8,17 @@
 //! over area and the *emission* density over area times solid angle; for one at infinity the direct density is over solid angle and the
 //! emission density over solid angle times area of a disk that covers the scene. This module is the only place that knows: a file for
 //! area lights, one for lights at a point, one for those at infinity.
+//!
+//! # Adding a light
+//!
+//! More than a file and a line: the goniometric light stands in twelve files. It is data in
+//! [`LightKind`](crate::scene::LightKind), and read, tolerated and weighed against others where
+//! scene files are read (three files). Here it has a [`Kind`], its power and records in `build.rs`,
+//! and an arm in each of the four questions in this file, which leads to the file of its group: a
+//! light at a point, of a surface or at infinity; only a light of a new group needs a file of its
+//! own. Outside, memory is counted by kind in `integrate/needs.rs`, `inspect` tells kinds, and
+//! `replay` has its own formulas (three files). The reason is that densities of different lights
+//! are summed in one weight, lane by lane, so that lights are not queued by kind as surfaces are.
 
 mod area;
 mod build;

@@ -2,25 +2,28 @@
 
 use super::color::Use;
 use super::error::{SceneError, Site};
-use super::materials::{Built, Part, PartMaterial, conductor_fresnel, index};
+use super::materials::{Built, Given, Part, PartMaterial};
 use super::params::ParamSet;
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
-use crate::scene::{
-    Coat, CoatedBase, ConductorFresnel, MaterialKind, Param, Remap, Roughness, Weight, is_smooth,
+use crate::scene::{MaterialKind, Param, Remap, Roughness, Weight, is_smooth};
+use crate::surface::dielectric::read_index;
+use crate::surface::{
+    CoatLayer, CoatMaterial, CoatedBase, CoatedConductorMaterial, CoatedDiffuseMaterial,
+    ConductorFresnel, TexturedCoatMaterial,
 };
 
 pub(super) fn diffuse(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
     let reflectance = color_param_or(set, names, "reflectance", 0.5)?;
     let (coat, interface) = coat(set, names, "")?;
     if alphas(&interface).is_none() {
-        return Ok(Built::One(MaterialKind::TexturedCoat {
+        return Ok(Built::One(MaterialKind::from(TexturedCoatMaterial {
             base: CoatedBase::Diffuse(reflectance),
             interface,
             coat,
-        }));
+        })));
     }
-    let base = MaterialKind::CoatedDiffuse { reflectance, coat };
-    Ok(under(coat, base, reflectance))
+    let base = CoatedDiffuseMaterial { reflectance, coat };
+    Ok(under(coat, base.into(), reflectance))
 }
 
 /// Where a coat is said to disperse light, which coats do not.
@@ -39,7 +42,7 @@ pub(super) fn undispersed(kind: &str, set: &ParamSet) -> Result<Option<Site>, Sc
 
 /// A surface that has its coat in it, unless that is smooth and reflects: then what it reflects, a delta distribution, and what it lets through are
 /// two components. `albedo` is about that of the surface without it.
-fn under(coat: Coat, base: MaterialKind, albedo: Param) -> Built {
+fn under(coat: CoatLayer, base: MaterialKind, albedo: Param) -> Built {
     if !coat.is_smooth() || coat.eta == 1.0 {
         return Built::One(base);
     }
@@ -50,7 +53,7 @@ fn under(coat: Coat, base: MaterialKind, albedo: Param) -> Built {
         albedo: vec![albedo],
     };
     Built::Mixture(vec![
-        part(MaterialKind::Coat { eta: coat.eta }, reflected),
+        part(CoatMaterial { eta: coat.eta }.into(), reflected),
         part(base, albedo),
     ])
 }
@@ -68,38 +71,28 @@ fn mean_reflectance(eta: f32) -> f32 {
 
 pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
     let (coat, interface) = coat(set, names, "interface.")?;
-    let fresnel = conductor_fresnel(set, names, "conductor.")?;
+    let fresnel = ConductorFresnel::read(&Given { set, names }, "conductor.")?;
     let roughness = roughness(set, names, "conductor.")?;
-    let constants = match fresnel {
-        ConductorFresnel::EtaK {
-            eta: Param::Constant(eta),
-            k: Param::Constant(k),
-        } => Some([eta, k]),
-        ConductorFresnel::Reflectance(Param::Constant(r)) => {
-            let r = r.map(|r| r.clamp(0.0, 0.9999));
-            Some([[1.0; 3], r.map(|r| 2.0 * r.sqrt() / (1.0 - r).sqrt())])
-        }
-        _ => None,
-    };
     let below = alphas(&roughness);
-    let (Some([eta, k]), Some(alphas), Some(_)) = (constants, below, alphas(&interface)) else {
-        let base = MaterialKind::TexturedCoat {
+    let (Some([eta, k]), Some(alphas), Some(_)) = (fresnel.constant(), below, alphas(&interface))
+    else {
+        let base = MaterialKind::from(TexturedCoatMaterial {
             base: CoatedBase::Conductor { fresnel, roughness },
             interface,
             coat,
-        };
+        });
         return Ok(match below {
             Some(alphas) if is_smooth(alphas) => Built::One(base),
             _ => under(coat, base, Param::Constant([0.7; 3])),
         });
     };
-    let base = MaterialKind::CoatedConductor {
+    let base = MaterialKind::from(CoatedConductorMaterial {
         // The conductor is what the coat ends at.
         eta: eta.map(|x| x.max(0.0) / coat.eta),
         k: k.map(|x| x.max(0.0) / coat.eta),
         alphas,
         coat,
-    };
+    });
     // Smooth layers have one direction for all of their light.
     Ok(if is_smooth(alphas) {
         Built::One(base)
@@ -113,9 +106,9 @@ fn coat(
     set: &ParamSet,
     names: &TextureNames,
     prefix: &str,
-) -> Result<(Coat, Roughness), SceneError> {
+) -> Result<(CoatLayer, Roughness), SceneError> {
     let name = format!("{prefix}eta");
-    let (eta, _) = index(set, names, &name)?;
+    let (eta, _) = read_index(&Given { set, names }, &name)?;
     let eta = constant(set, &name, eta)?[0];
     let thickness = number(set, names, "thickness")?.unwrap_or(0.01);
     if thickness < 0.0 {
@@ -134,7 +127,7 @@ fn coat(
     // Nothing bends or reflects where nothing changes, however rough (pbrt-v4, `DielectricBxDF`).
     let given = roughness(set, names, prefix)?;
     let interface = if eta == 1.0 { SMOOTH } else { given };
-    let coat = Coat {
+    let coat = CoatLayer {
         alphas: alphas(&interface).unwrap_or([1.0; 2]),
         eta: eta.clamp(1e-3, 1e3),
         thickness,

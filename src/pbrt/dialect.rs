@@ -6,12 +6,8 @@ use std::path::Path;
 use super::lexer::{Token, TokenKind};
 use super::stream::scan;
 use super::text::Text;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Dialect {
-    V3,
-    V4,
-}
+pub(super) use crate::scene::Dialect;
+use crate::surface::table;
 
 /// Different markers by which one dialect must lead before the rest of the text need not be read.
 const CERTAIN: usize = 4;
@@ -101,18 +97,13 @@ fn directive_marker(word: &str) -> Option<Dialect> {
 /// `text` in quotes right after `last`, which is a directive, or the declaration of the parameter it is the value of.
 fn quoted_marker(last: &str, text: &str) -> Option<Dialect> {
     use Dialect::{V3, V4};
-    let material = |text: &str| match text {
-        "matte" | "metal" | "glass" | "plastic" | "mirror" | "uber" | "substrate"
-        | "translucent" | "kdsubsurface" | "fourier" | "disney" => Some(V3),
-        "diffuse"
-        | "conductor"
-        | "dielectric"
-        | "thindielectric"
-        | "coateddiffuse"
-        | "coatedconductor"
-        | "diffusetransmission"
-        | "interface"
-        | "measured" => Some(V4),
+    let known = |text: &str| [V3, V4].map(|dialect| table::names(dialect).any(|name| name == text));
+    let material = |text: &str| match (text, known(text)) {
+        // What is made of several BSDFs, and what is not supported.
+        ("uber" | "translucent" | "kdsubsurface" | "fourier" | "disney", _) => Some(V3),
+        ("coateddiffuse" | "coatedconductor" | "interface" | "measured", _) => Some(V4),
+        (_, [true, false]) => Some(V3),
+        (_, [false, true]) => Some(V4),
         _ => None,
     };
     if let Some((ty, name)) = text.split_once(' ') {

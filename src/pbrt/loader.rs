@@ -24,6 +24,7 @@ use super::transform::Place;
 use super::{coats, materials, options, transform};
 use crate::pbrt::budget::{Budget, Charge};
 use crate::scene::{Alpha, Bump, Component, Material, MaterialKind, NONE, Param};
+use crate::surface::ThinDielectricMaterial;
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
@@ -926,7 +927,8 @@ impl Loader {
     }
 
     fn push_material(&mut self, material: Material) -> Result<u32, SceneError> {
-        let bytes = MATERIAL_BYTES + (material.name.len() + material.origin.len()) as u64;
+        let own = material.name.len() + material.origin.len() + material.kind.bytes();
+        let bytes = MATERIAL_BYTES + own as u64;
         let room = self.budget.take(bytes);
         room.map_err(|e| {
             SceneError::plain(format_args!(
@@ -935,16 +937,19 @@ impl Loader {
             ))
         })?;
         let below = |i: u32| self.needs_uv[i as usize];
-        let needs_uv = materials::needs_uv(&material.kind, self.tables.textures(), &below);
+        let needs_uv = material.kind.needs_uv(self.tables.textures(), &below);
         self.needs_uv.push(needs_uv || material.bump.is_some());
         self.tables.materials.push(material);
         Ok(self.tables.materials.len() as u32 - 1)
     }
 
+    /// Whether turning the tangents of a surface around its normal changes what it looks like.
     fn sees_tangents(&self, material: u32) -> bool {
         let made = &self.tables.materials[material as usize];
-        let below = |i: u32| self.sees_tangents(i);
-        made.bump.is_some() || materials::sees_tangents(&made.kind, &below)
+        let below = || made.kind.components().iter().map(|c| c.material);
+        made.bump.is_some()
+            || made.kind.is_anisotropic()
+            || below().any(|part| self.sees_tangents(part))
     }
 
     /// Index of a cut-out; shapes that follow each other mostly share one.
@@ -1033,10 +1038,11 @@ impl Loader {
                 &set.site,
                 "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",
             );
-            material = self.bare_material(MaterialKind::ThinDielectric {
+            let pane = ThinDielectricMaterial {
                 eta: Param::Constant([1.0; 3]),
                 dispersion: None,
-            })?;
+            };
+            material = self.bare_material(pane.into())?;
         }
         let textures = self.tables.textures();
         let textured = |alpha: Alpha| alpha.value.uses_uv(textures);

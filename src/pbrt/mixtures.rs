@@ -3,11 +3,13 @@
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
-use super::materials::{Built, Part, PartMaterial, glass_index, isotropic, roughness};
-use super::params::{Param as Given, ParamSet, Type, Values};
+use super::materials::{Built, Given, Part, PartMaterial};
+use super::params::{self, ParamSet, Type, Values};
 use super::state::{MaterialDef, MaterialNames};
 use super::textures::{TextureNames, color_param, color_param_or, float_param_or};
-use crate::scene::{MAX_NESTING, MaterialKind, Param, Remap, Roughness, Weight};
+use crate::scene::{MAX_NESTING, MaterialKind, Param, Parameters, Remap, Roughness, Weight};
+use crate::surface::dielectric::read_v3_index;
+use crate::surface::{DielectricMaterial, DiffuseMaterial, DiffuseTransmissionMaterial};
 use std::rc::Rc;
 
 /// `mix` of two named materials. In v3 `amount`, a colour, is the weight of the first; in v4 a number, that of the second.
@@ -62,17 +64,20 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
     let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
     let (kr, kt) = (color("Kr", 0.0)?, color("Kt", 0.0)?);
     let opacity = color("opacity", 1.0)?;
-    let eta = glass_index(set, names)?;
-    let gloss = roughness(set, names, 0.1)?;
-    let glass = |reflectance, transmittance, eta, roughness| MaterialKind::Dielectric {
-        reflectance,
-        transmittance,
-        eta,
-        dispersion: None,
-        roughness,
+    let given = Given { set, names };
+    let eta = read_v3_index(&given)?;
+    let gloss = given.roughness(0.1)?;
+    let glass = |reflectance, transmittance, eta, roughness| {
+        MaterialKind::from(DielectricMaterial {
+            reflectance,
+            transmittance,
+            eta,
+            dispersion: None,
+            roughness,
+        })
     };
     let mut parts = Vec::new();
-    let mut add = |kind, weight, albedo: &[Param]| {
+    let mut add = |kind: MaterialKind, weight, albedo: &[Param]| {
         parts.push(Part {
             material: PartMaterial::Own(kind),
             weight,
@@ -86,11 +91,11 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
     if !is_black(opacity) {
         let weight = Weight::Amount(opacity);
         if !is_black(kd) {
-            let diffuse = MaterialKind::Diffuse {
+            let diffuse = DiffuseMaterial {
                 reflectance: kd,
                 sigma: BLACK,
             };
-            add(diffuse, weight, &[kd]);
+            add(diffuse.into(), weight, &[kd]);
         }
         if !is_black(ks) {
             add(
@@ -103,11 +108,11 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
             add(glass(kr, kt, eta, SMOOTH), weight, &[reflected(kr), kt]);
         }
     }
-    let nothing = MaterialKind::Diffuse {
+    let nothing = DiffuseMaterial {
         reflectance: BLACK,
         sigma: BLACK,
     };
-    Ok(together(parts, nothing))
+    Ok(together(parts, nothing.into()))
 }
 
 /// v3's `translucent`: Lambertian and glossy lobes on either side.
@@ -115,12 +120,12 @@ pub(super) fn translucent(set: &ParamSet, names: &TextureNames) -> Result<Built,
     let color = |name: &str, default: f32| color_param_or(set, names, name, default);
     let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
     let (reflect, transmit) = (color("reflect", 0.5)?, color("transmit", 0.5)?);
-    let gloss = isotropic(set, names, 0.1)?;
-    let diffuse = MaterialKind::DiffuseTransmission {
+    let gloss = Given { set, names }.isotropic_roughness(0.1)?;
+    let diffuse = MaterialKind::from(DiffuseTransmissionMaterial {
         reflectance: [kd, reflect],
         transmittance: [kd, transmit],
         scale: 1.0,
-    };
+    });
     let mut parts = Vec::new();
     if !is_black(reflect) || !is_black(transmit) {
         if !is_black(kd) {
@@ -132,13 +137,13 @@ pub(super) fn translucent(set: &ParamSet, names: &TextureNames) -> Result<Built,
         }
         if !is_black(ks) {
             parts.push(Part {
-                material: PartMaterial::Own(MaterialKind::Dielectric {
+                material: PartMaterial::Own(MaterialKind::from(DielectricMaterial {
                     reflectance: reflect,
                     transmittance: transmit,
                     eta: Param::Constant([1.5; 3]),
                     dispersion: None,
                     roughness: glossy(gloss),
-                }),
+                })),
                 weight: Weight::Amount(ks),
                 albedo: Vec::new(),
             });
@@ -209,10 +214,10 @@ fn component(
     set.note(format_args!(
         "there is no material named \"{name}\" for \"{param}\": \"matte\" is used"
     ));
-    Ok(PartMaterial::Own(MaterialKind::Diffuse {
+    Ok(PartMaterial::Own(MaterialKind::from(DiffuseMaterial {
         reflectance: color_param_or(set, names, "Kd", 0.5)?,
         sigma: float_param_or(set, names, "sigma", 0.0)?,
-    }))
+    })))
 }
 
 /// v4: both names are in one parameter.
@@ -241,7 +246,7 @@ fn components(
 fn named(
     set: &ParamSet,
     materials: &MaterialNames,
-    given: &Given,
+    given: &params::Param,
     name: &str,
 ) -> Result<Rc<MaterialDef>, SceneError> {
     let Some(made) = materials.get(name) else {

@@ -12,6 +12,11 @@ use proptest::prelude::*;
 
 use super::load_str;
 use crate::scene::*;
+use crate::surface::{
+    CoatLayer, CoatMaterial, CoatedConductorMaterial, CoatedDiffuseMaterial, ConductorFresnel,
+    ConductorMaterial, DielectricMaterial, DiffuseMaterial, DiffuseTransmissionMaterial,
+    MirrorMaterial, PlasticMaterial, SubstrateMaterial, ThinDielectricMaterial,
+};
 
 fn try_load(text: &str) -> Result<Scene, String> {
     load_str(text, "t.pbrt", Path::new("/nonexistent")).map_err(|e| e.to_string())
@@ -171,8 +176,8 @@ fn blocks_restore_what_they_save() {
     near(front(&s, 1), Vec3::NEG_Z);
     near(front(&s, 2), Vec3::Z);
     let kind = |shape: usize| &s.materials[s.shapes[shape].material as usize].kind;
-    assert!(matches!(kind(1), MaterialKind::Dielectric { .. }));
-    assert!(matches!(kind(2), MaterialKind::Mirror { .. }));
+    assert!(kind(1).get::<DielectricMaterial>().is_some());
+    assert!(kind(2).get::<MirrorMaterial>().is_some());
 }
 
 #[test]
@@ -317,27 +322,27 @@ fn materials_of_v3() {
     let kind = |text: &str| material(&v3(&format!("{text} {V3_TRIANGLE}"))).clone();
     assert_eq!(
         kind(""),
-        MaterialKind::Diffuse {
+        MaterialKind::from(DiffuseMaterial {
             reflectance: grey(0.5),
             sigma: grey(0.0)
-        }
+        })
     );
     assert_eq!(
         kind("Material \"matte\" \"color Kd\" [.1 .2 .3] \"float sigma\" 20"),
-        MaterialKind::Diffuse {
+        MaterialKind::from(DiffuseMaterial {
             reflectance: Param::Constant([0.1, 0.2, 0.3]),
             sigma: grey(20.0)
-        }
+        })
     );
     assert_eq!(
         kind("Material \"mirror\""),
-        MaterialKind::Mirror {
+        MaterialKind::from(MirrorMaterial {
             reflectance: grey(0.9)
-        }
+        })
     );
     assert_eq!(
         kind("Material \"plastic\" \"float roughness\" [.3]"),
-        MaterialKind::Plastic {
+        MaterialKind::from(PlasticMaterial {
             diffuse: grey(0.25),
             specular: grey(0.25),
             roughness: Roughness {
@@ -345,11 +350,11 @@ fn materials_of_v3() {
                 v: grey(0.3),
                 remap: Remap::V3
             }
-        }
+        })
     );
     assert_eq!(
         kind("Material \"glass\" \"float index\" 1.3"),
-        MaterialKind::Dielectric {
+        MaterialKind::from(DielectricMaterial {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.3),
@@ -359,15 +364,13 @@ fn materials_of_v3() {
                 v: grey(0.0),
                 remap: Remap::V3
             }
-        }
+        })
     );
-    let MaterialKind::Conductor { roughness, .. } =
-        kind("Material \"metal\" \"float uroughness\" .2 \"bool remaproughness\" \"false\"")
-    else {
-        panic!("a conductor")
-    };
+    let metal =
+        kind("Material \"metal\" \"float uroughness\" .2 \"bool remaproughness\" \"false\"");
+    let metal: &ConductorMaterial = metal.get().expect("a conductor");
     assert_eq!(
-        roughness,
+        metal.roughness,
         Roughness {
             u: grey(0.2),
             v: grey(0.01),
@@ -384,7 +387,7 @@ fn materials_of_v3() {
     ] {
         assert_eq!(
             kind(&format!("Material \"substrate\" {given}")),
-            MaterialKind::Substrate {
+            MaterialKind::from(SubstrateMaterial {
                 diffuse: grey(0.5),
                 specular: grey(0.5),
                 roughness: Roughness {
@@ -392,7 +395,7 @@ fn materials_of_v3() {
                     v: grey(0.1),
                     remap
                 }
-            }
+            })
         );
     }
     let s = v3(&format!(
@@ -403,11 +406,11 @@ fn materials_of_v3() {
         kind(
             "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb transmit\" [.1 .2 .3] \"float roughness\" .2"
         ),
-        MaterialKind::DiffuseTransmission {
+        MaterialKind::from(DiffuseTransmissionMaterial {
             reflectance: [grey(0.25), grey(0.5)],
             transmittance: [grey(0.25), Param::Constant([0.1, 0.2, 0.3])],
             scale: 1.0
-        }
+        })
     );
     assert_eq!(kind("Material \"\""), MaterialKind::Interface);
     assert_eq!(kind("Material \"none\""), MaterialKind::Interface);
@@ -424,9 +427,11 @@ fn components(scene: &Scene) -> Vec<(MaterialKind, Weight)> {
 
 #[test]
 fn mixtures_of_both_dialects() {
-    let matte = |x: f32| MaterialKind::Diffuse {
-        reflectance: Param::Constant([x; 3]),
-        sigma: Param::Constant([0.0; 3]),
+    let matte = |x: f32| {
+        MaterialKind::from(DiffuseMaterial {
+            reflectance: Param::Constant([x; 3]),
+            sigma: Param::Constant([0.0; 3]),
+        })
     };
     let amount = Param::Constant([0.1, 0.2, 0.3]);
     let v3_mix = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [1 1 1]
@@ -496,21 +501,21 @@ fn mixtures_that_cannot_be_made() {
 fn uber_and_translucent_are_mixtures() {
     let grey = |x: f32| Param::Constant([x; 3]);
     let of = |text: &str| v3(&format!("Material {text} {V3_TRIANGLE}"));
-    let diffuse = MaterialKind::Diffuse {
+    let diffuse = MaterialKind::from(DiffuseMaterial {
         reflectance: grey(0.25),
         sigma: grey(0.0),
-    };
+    });
     let s = of("\"uber\"");
     let parts = components(&s);
     assert_eq!(parts.len(), 2);
     assert_eq!(parts[0], (diffuse.clone(), Weight::Amount(grey(1.0))));
-    let MaterialKind::Dielectric {
+    let Some(DielectricMaterial {
         reflectance,
         transmittance,
         eta,
         dispersion: None,
         roughness,
-    } = parts[1].0
+    }) = parts[1].0.get().cloned()
     else {
         panic!("{parts:?}");
     };
@@ -529,7 +534,8 @@ fn uber_and_translucent_are_mixtures() {
     let opacity = Param::Constant([0.5, 0.6, 0.7]);
     assert_eq!(parts[0].1, Weight::Rest(opacity));
     assert!(parts[1..].iter().all(|p| p.1 == Weight::Amount(opacity)));
-    assert!(matches!(parts[3].0, MaterialKind::Dielectric { eta, .. } if eta == grey(1.3)));
+    let glass = parts[3].0.get::<DielectricMaterial>();
+    assert!(glass.is_some_and(|glass| glass.eta == grey(1.3)));
     let parts = components(&of("\"translucent\" \"rgb Ks\" [.1 .2 .3]"));
     assert_eq!(parts[0].1, Weight::ONE);
     assert_eq!(parts[1].1, Weight::Amount(Param::Constant([0.1, 0.2, 0.3])));
@@ -541,27 +547,27 @@ fn materials_of_v4() {
     let kind = |text: &str| material(&v4(&format!("{text} {V4_TRIANGLE}"))).clone();
     assert_eq!(
         kind(""),
-        MaterialKind::Diffuse {
+        MaterialKind::from(DiffuseMaterial {
             reflectance: grey(0.5),
             sigma: grey(0.0)
-        }
+        })
     );
     assert_eq!(
         kind(
             "MakeNamedMaterial \"m\" \"string type\" \"conductor\" \"rgb reflectance\" [.8 .8 .8] NamedMaterial \"m\""
         ),
-        MaterialKind::Conductor {
+        MaterialKind::from(ConductorMaterial {
             fresnel: ConductorFresnel::Reflectance(grey(0.8)),
             roughness: Roughness {
                 u: grey(0.0),
                 v: grey(0.0),
                 remap: Remap::V4
             }
-        }
+        })
     );
     assert_eq!(
         kind("Material \"dielectric\" \"float eta\" 1.7"),
-        MaterialKind::Dielectric {
+        MaterialKind::from(DielectricMaterial {
             reflectance: grey(1.0),
             transmittance: grey(1.0),
             eta: grey(1.7),
@@ -571,7 +577,7 @@ fn materials_of_v4() {
                 v: grey(0.0),
                 remap: Remap::V4
             }
-        }
+        })
     );
     assert_eq!(kind("Material \"interface\""), MaterialKind::Interface);
     for (eta, index) in [
@@ -581,19 +587,19 @@ fn materials_of_v4() {
     ] {
         assert_eq!(
             kind(&format!("Material \"thindielectric\" {eta}")),
-            MaterialKind::ThinDielectric {
+            MaterialKind::from(ThinDielectricMaterial {
                 eta: grey(index),
                 dispersion: None
-            }
+            })
         );
     }
     assert_eq!(
         kind("Material \"diffusetransmission\" \"rgb transmittance\" [.1 .2 .3] \"float scale\" 2"),
-        MaterialKind::DiffuseTransmission {
+        MaterialKind::from(DiffuseTransmissionMaterial {
             reflectance: [grey(0.25), grey(1.0)],
             transmittance: [Param::Constant([0.1, 0.2, 0.3]), grey(1.0)],
             scale: 2.0
-        }
+        })
     );
     // Sheets have no roughness.
     let s = v4(&format!(
@@ -606,9 +612,9 @@ fn materials_of_v4() {
 #[test]
 fn rough_glass_of_both_dialects() {
     let grey = |x: f32| Param::Constant([x; 3]);
-    let roughness = |scene: &Scene| match material(scene) {
-        MaterialKind::Dielectric { roughness, .. } => *roughness,
-        other => panic!("{other:?}"),
+    let roughness = |scene: &Scene| {
+        let glass: Option<&DielectricMaterial> = material(scene).get();
+        glass.expect("glass").roughness
     };
     let of_v3 = |text: &str| v3(&format!("Material \"glass\" {text} {V3_TRIANGLE}"));
     let of_v4 = |text: &str| v4(&format!("Material \"dielectric\" {text} {V4_TRIANGLE}"));
@@ -650,17 +656,17 @@ fn shapes_of_v3_override_material_parameters() {
     let kind = |shape: usize| s.materials[s.shapes[shape].material as usize].kind.clone();
     assert_eq!(
         kind(0),
-        MaterialKind::Diffuse {
+        MaterialKind::from(DiffuseMaterial {
             reflectance: grey(0.9),
             sigma: grey(5.0)
-        }
+        })
     );
     assert_eq!(
         kind(1),
-        MaterialKind::Diffuse {
+        MaterialKind::from(DiffuseMaterial {
             reflectance: grey(0.1),
             sigma: grey(5.0)
-        }
+        })
     );
     assert!(s.warnings.is_empty(), "{:?}", s.warnings);
     // In v4 it is a parameter nobody knows.
@@ -858,10 +864,10 @@ fn textures_fold_and_nest() {
          Texture \"d\" \"spectrum\" \"mix\" \"texture tex1\" \"c\" \"float amount\" .25 \
          Material \"matte\" \"texture Kd\" \"d\" \"texture sigma\" \"a\" {V3_TRIANGLE}"
     ));
-    let MaterialKind::Diffuse {
+    let Some(&DiffuseMaterial {
         reflectance: Param::Texture(d),
         sigma,
-    } = *material(&s)
+    }) = material(&s).get()
     else {
         panic!("textured")
     };
@@ -903,7 +909,7 @@ fn names_end_with_their_block_in_v3_only() {
         )
     };
     let s = v3(&world(V3_TRIANGLE).replace("\"M\"", "\"matte\" \"texture sigma\" \"t\""));
-    let MaterialKind::Diffuse { sigma, .. } = material(&s) else {
+    let Some(DiffuseMaterial { sigma, .. }) = material(&s).get() else {
         panic!("matte")
     };
     assert_eq!(*sigma, Param::Constant([1.0; 3]));
@@ -912,7 +918,7 @@ fn names_end_with_their_block_in_v3_only() {
         .replace("float\"", "spectrum\"")
         .replace("float value\" 1", "rgb value\" [1 1 1]")
         .replace("float value\" 2", "rgb value\" [2 2 2]"));
-    let MaterialKind::Dielectric { eta, .. } = material(&s) else {
+    let Some(DielectricMaterial { eta, .. }) = material(&s).get() else {
         panic!("dielectric")
     };
     assert_eq!(*eta, Param::Constant([2.0; 3]));
@@ -1718,24 +1724,29 @@ fn coats_have_the_parameters_of_v4() {
         let all = scene(text).materials;
         all.into_iter().map(|m| m.kind).collect()
     };
-    let coat = Coat {
+    let coat = CoatLayer {
         alphas: [0.0; 2],
         eta: 1.5,
         thickness: 0.01,
         max_depth: 10,
     };
-    let diffuse = |coat| MaterialKind::CoatedDiffuse {
-        reflectance: grey(0.5),
-        coat,
+    let diffuse = |coat| {
+        MaterialKind::from(CoatedDiffuseMaterial {
+            reflectance: grey(0.5),
+            coat,
+        })
     };
     // Smooth by default: what the coat reflects, and the base.
     let parts = kinds("Material \"coateddiffuse\"");
-    assert_eq!(parts[..2], [MaterialKind::Coat { eta: 1.5 }, diffuse(coat)]);
+    assert_eq!(
+        parts[..2],
+        [MaterialKind::from(CoatMaterial { eta: 1.5 }), diffuse(coat)]
+    );
     assert!(matches!(&parts[2], MaterialKind::Mixture { components } if components.len() == 2));
     // Roughness is remapped by its root.
     let alphas = [0.5, 0.3];
     let given = "\"float roughness\" .25 \"float vroughness\" .09 \"float eta\" 1.3 \"float thickness\" .1 \"integer maxdepth\" 5 \"integer nsamples\" 4 \"float g\" .5";
-    let expected = Coat {
+    let expected = CoatLayer {
         alphas,
         eta: 1.3,
         thickness: 0.1,
@@ -1761,18 +1772,20 @@ fn coats_have_the_parameters_of_v4() {
         );
     }
     // Nothing reflects where nothing changes.
-    let none = Coat { eta: 1.0, ..coat };
+    let none = CoatLayer { eta: 1.0, ..coat };
     let still = kinds("Material \"coateddiffuse\" \"float eta\" 1 \"float roughness\" .3");
     assert_eq!(still, [diffuse(none)]);
 
-    let conductor = |eta: f32, k: f32, alphas, coat| MaterialKind::CoatedConductor {
-        eta: [eta; 3],
-        k: [k; 3],
-        alphas,
-        coat,
+    let conductor = |eta: f32, k: f32, alphas, coat| {
+        MaterialKind::from(CoatedConductorMaterial {
+            eta: [eta; 3],
+            k: [k; 3],
+            alphas,
+            coat,
+        })
     };
     let copper = kinds("Material \"coatedconductor\"");
-    let [MaterialKind::CoatedConductor { eta, k, .. }] = &copper[..] else {
+    let Some(CoatedConductorMaterial { eta, k, .. }) = copper[0].get() else {
         panic!("{copper:?}");
     };
     let relative = |name: &str| {
@@ -1785,7 +1798,7 @@ fn coats_have_the_parameters_of_v4() {
         (relative("metal-Cu-eta"), relative("metal-Cu-k"))
     );
     let given = "\"rgb conductor.eta\" [3 3 3] \"rgb conductor.k\" [6 6 6] \"float conductor.roughness\" .25 \"float interface.eta\" 2 \"float interface.uroughness\" .04";
-    let expected = Coat {
+    let expected = CoatLayer {
         alphas: [0.2, 0.0],
         eta: 2.0,
         ..coat
@@ -1972,11 +1985,11 @@ fn v4_colours_of_lights_and_reflectances() {
     }
     let albedo = |text: &str| {
         let s = v4(&format!("Material \"diffuse\" {text} Shape \"sphere\""));
-        match s.materials[0].kind {
-            MaterialKind::Diffuse {
+        match s.materials[0].kind.get() {
+            Some(DiffuseMaterial {
                 reflectance: Param::Constant(c),
                 ..
-            } => c,
+            }) => *c,
             _ => panic!("{text}"),
         }
     };

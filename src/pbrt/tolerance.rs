@@ -4,27 +4,24 @@ use super::dialect::Dialect;
 use super::error::{SceneError, Site};
 use super::lexer::TokenKind;
 use super::loader::{Loader, Section};
+use crate::surface::table;
 
 /// Whether pbrt-v3 knows materials of this type. It makes `matte` of others, with the same parameters.
 pub(super) fn knows_material(kind: &str) -> bool {
-    matches!(
+    // What is made of several BSDFs, and what is not supported.
+    let others = matches!(
         kind,
         "" | "none"
-            | "matte"
-            | "plastic"
             | "translucent"
-            | "glass"
-            | "mirror"
             | "hair"
             | "disney"
             | "mix"
-            | "metal"
-            | "substrate"
             | "uber"
             | "subsurface"
             | "kdsubsurface"
             | "fourier"
-    )
+    );
+    others || table::names(Dialect::V3).any(|name| name == kind)
 }
 
 /// Whether pbrt-v3 knows shapes of this type, or we do. It leaves others out.

@@ -1,9 +1,10 @@
 //! What the surfaces of a scene can do to light at all: facts that rule strategies out.
 //!
-//! Two of them. A black surface ends every path that meets it. And points of one plane do not see each other but along the plane, where
-//! cosines are zero: light that leaves it does not come back to it.
+//! Two of them. A black surface ends every path that meets it. And points of one plane do not see
+//! each other but along the plane, where cosines are zero: light that leaves it does not come back
+//! to it.
 
-use crate::scene::{MaterialKind, Param, Scene};
+use crate::scene::Scene;
 use crate::surface::MaterialTable;
 
 /// Facts about a set of surfaces.
@@ -11,18 +12,22 @@ use crate::surface::MaterialTable;
 pub(super) struct Surfaces {
     /// There are some, and not all are black.
     pub scatter: bool,
-    /// Points of those that are not black can see each other: they do not all lie in one plane. Only planes across an axis of the scene are
-    /// recognised, of which that is certain to the last bit.
+    /// Points of those that are not black can see each other: they do not all lie in one plane.
+    /// Only planes across an axis of the scene are recognised, of which that is certain to the last
+    /// bit.
     pub face: bool,
 }
 
 impl Surfaces {
-    /// Of the surfaces whose material `belongs`; of mixtures, those of which some component belongs that is not black.
+    /// Of the surfaces whose material `belongs`; of mixtures, those of which some component belongs
+    /// that is not black.
     pub fn of(scene: &Scene, materials: &MaterialTable, belongs: impl Fn(usize) -> bool) -> Self {
         let bright: Vec<bool> = (0..scene.materials.len())
             .map(|i| {
                 let parts = materials.components(i);
-                parts.iter().any(|i| belongs(*i) && !is_black(scene, *i))
+                parts
+                    .iter()
+                    .any(|i| belongs(*i) && !scene.materials[*i].kind.is_black())
             })
             .collect();
         let scatters: Vec<bool> = (scene.shapes.iter())
@@ -51,21 +56,5 @@ impl Surfaces {
             scatter: true,
             face: spheres || in_plane == [false; 3],
         }
-    }
-}
-
-/// True if nothing leaves a surface of this material, which is no mixture.
-fn is_black(scene: &Scene, material: usize) -> bool {
-    let black = |p: &Param| *p == Param::Constant([0.0; 3]);
-    match &scene.materials[material].kind {
-        MaterialKind::Diffuse { reflectance, .. } | MaterialKind::Mirror { reflectance } => {
-            black(reflectance)
-        }
-        MaterialKind::DiffuseTransmission {
-            reflectance,
-            transmittance,
-            ..
-        } => reflectance.iter().any(black) && transmittance.iter().any(black),
-        _ => false,
     }
 }

@@ -2,6 +2,7 @@
 
 use super::coated;
 use super::vector::{V, add, dot, scale, unit};
+use crate::simd::Vec3;
 use crate::surface::{Kind, Mode};
 use std::f64::consts::PI;
 
@@ -246,6 +247,9 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
         pdf: 0.0,
         pdf_reverse: 0.0,
     };
+    if !kind.is_delta() && !has_formulas(kind) {
+        return of_kernel(kind, row, [wo, wi], mode);
+    }
     if kind == Kind::DiffuseTransmission {
         return diffuse_transmission(row, wo[2], wi[2]);
     }
@@ -327,13 +331,50 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
         | Kind::CoatedDiffuseBase
         | Kind::CoatedConductor
         | Kind::CoatedConductorBase => coated::eval(kind, row, wo, wi),
-        Kind::Mirror
-        | Kind::SmoothConductor
-        | Kind::SmoothDielectric
-        | Kind::ThinDielectric
-        | Kind::Coat
-        | Kind::CoatedMirror
-        | Kind::DiffuseTransmission
-        | Kind::RoughDielectric => dark,
+        _ => dark,
+    }
+}
+
+/// Whether the formulas of a kind that is not a delta are here. Of others the kernel in `f32`
+/// itself is asked, and is compared with itself.
+fn has_formulas(kind: Kind) -> bool {
+    matches!(
+        kind,
+        Kind::Diffuse
+            | Kind::OrenNayar
+            | Kind::RoughConductor
+            | Kind::RoughDielectric
+            | Kind::Plastic
+            | Kind::DiffuseTransmission
+            | Kind::Substrate
+            | Kind::CoatedDiffuse
+            | Kind::CoatedDiffuseBase
+            | Kind::CoatedConductor
+            | Kind::CoatedConductorBase
+    )
+}
+
+/// The same of a delta: its value times the cosine and its densities both ways, of the lobe that
+/// leads up or down; all but the probability of the lobe.
+pub fn delta_of_kernel(kind: Kind, row: &[f64; 8], wo: V, up: bool) -> (V, f64, f64) {
+    let [x, y, z] = wo.map(|x| x as f32);
+    let row = row.map(|x| x as f32);
+    // The lobes are the ends of what the choice among them may be.
+    let ends = [0.0, 1.0 - f32::EPSILON];
+    let lobes = ends.map(|u| kind.sample(&row, Vec3::new(x, y, z), [0.5, 0.5, u], Mode::Radiance));
+    let lobe = lobes.iter().find(|lobe| (lobe.wi.z > 0.0) == up);
+    lobe.map_or(([0.0; 3], 1.0, 1.0), |lobe| {
+        let weight = lobe.weight.lane(0).map(f64::from);
+        (weight, lobe.pdf.into(), lobe.pdf_reverse.into())
+    })
+}
+
+fn of_kernel(kind: Kind, row: &[f64; 8], directions: [V; 2], mode: Mode) -> Value {
+    let narrow = directions.map(|[x, y, z]| Vec3::new(x as f32, y as f32, z as f32));
+    let value = kind.eval(&row.map(|x| x as f32), narrow, mode);
+    Value {
+        f: value.f.lane(0).map(f64::from),
+        pdf: value.pdf.into(),
+        pdf_reverse: value.pdf_reverse.into(),
     }
 }

@@ -501,6 +501,12 @@ fn bend(sides: Option<Sides>, v: &Vertex, wo: V, u: [f64; 3], step: &Step) -> V 
                 ]
             }
         }
+        // What the kernel said, of kinds without a formula here; unreachable while all have one.
+        #[allow(unreachable_patterns)]
+        _ => step.sampled.map_or([-x, -y, z], |sample| {
+            let w = wide(sample.wi);
+            [dot(w, s), dot(w, t), dot(w, v.ns)]
+        }),
     };
     let sampled = |w: V| {
         let w = unit(from_axes([s, t, v.ns], w));

@@ -281,17 +281,12 @@ fn joint(sides: Option<Sides>, v: &Vertex, wo: V, wi: V) -> Joint {
         Kind::ThinDielectric => lobe([1.0; 3], 1.0),
         Kind::Coat => lobe([bsdf::dielectric(co.abs(), row[0]).0; 3], 1.0),
         Kind::CoatedMirror => lobe([0, 1, 2].map(|c| coated::mirror(&row, co.abs(), c)), 1.0),
-        Kind::Diffuse
-        | Kind::OrenNayar
-        | Kind::RoughConductor
-        | Kind::Plastic
-        | Kind::DiffuseTransmission
-        | Kind::Substrate
-        | Kind::RoughDielectric
-        | Kind::CoatedDiffuse
-        | Kind::CoatedDiffuseBase
-        | Kind::CoatedConductor
-        | Kind::CoatedConductorBase => {
+        kind if kind.is_delta() => {
+            let (s, t) = axes(v);
+            let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
+            bsdf::delta_of_kernel(kind, &row, local(wo), ci > 0.0)
+        }
+        _ => {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let (o, i) = (local(wo), local(wi));

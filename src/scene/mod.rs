@@ -12,6 +12,7 @@ pub mod integrator;
 pub mod large;
 pub mod light;
 pub mod material;
+pub mod parameters;
 mod resize;
 pub mod shape;
 pub mod spectrum;
@@ -25,9 +26,10 @@ pub use self::integrator::{HostKind, IntegratorKind, IntegratorSettings};
 pub use self::large::Large;
 pub use self::light::{EnvLayout, Filtering, Light, LightKind, SpotFalloff};
 pub use self::material::{
-    Bump, Coat, CoatedBase, Component, ConductorFresnel, MAX_COMPONENTS, MAX_NESTING, Material,
-    MaterialKind, Remap, Roughness, SMOOTH_ALPHA, Tangents, Weight, is_smooth,
+    Bump, Component, Description, MAX_COMPONENTS, MAX_NESTING, Material, MaterialKind, Remap,
+    Roughness, SMOOTH_ALPHA, Tangents, Weight, is_smooth,
 };
+pub use self::parameters::{Dialect, Parameters};
 pub use self::shape::{Alpha, AlphaTest, Shape, Sphere, Triangle, Vertex, VertexLanes};
 pub use self::texture::{
     Mapping, MarbleSpline, Octaves, Param, Texture, ToTexture, UvMapping, Wrap,

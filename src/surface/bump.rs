@@ -1,13 +1,16 @@
 //! Bump and normal maps: shading normals of a surface that is rougher than its geometry.
 //!
-//! 1. A bump map is a height along the normal (Blinn 1978, "Simulation of Wrinkled Surfaces"; pbrt-v4, section 10.5.3). Its derivatives are
-//!    finite differences over 0.0005 in `u` and in `v`, what pbrt takes where a ray has no differentials; none has any here.
+//! 1. A bump map is a height along the normal (Blinn 1978, "Simulation of Wrinkled Surfaces";
+//!    pbrt-v4, section 10.5.3). Its derivatives are finite differences over 0.0005 in `u` and in
+//!    `v`, what pbrt takes where a ray has no differentials; none has any here.
 //! 2. A normal map is a direction in the tangent space of the surface (pbrt-v4, section 10.5.2).
 //!
-//! The height is in units of the scene file. On meshes with vertex normals the directions in which it is measured have length 1 in v3 and the
-//! length of dp/du in v4, as in pbrt. Other than in pbrt-v3, hills are hills there, too: its tangents of such meshes point backwards.
+//! The height is in units of the scene file. On meshes with vertex normals the directions in which
+//! it is measured have length 1 in v3 and the length of dp/du in v4, as in pbrt. Other than in
+//! pbrt-v3, hills are hills there, too: its tangents of such meshes point backwards.
 //!
-//! What is looked up is apart from what is made of it, so that the same look-up can be followed in double precision.
+//! What is looked up is apart from what is made of it, so that the same look-up can be followed in
+//! double precision.
 
 use super::texture::image::bilinear;
 use super::texture::{self, Place};
@@ -36,8 +39,8 @@ pub struct Tilted {
     pub tangent: DVec3,
 }
 
-/// The axes in which a bump is measured: dp/du and dp/dv as shading has them, internal lengths. `unit` is the length of one unit of the scene
-/// file.
+/// The axes in which a bump is measured: dp/du and dp/dv as shading has them, internal lengths.
+/// `unit` is the length of one unit of the scene file.
 fn axes(bump: &Bump, d: &Derivatives, ns: DVec3, unit: f64) -> [DVec3; 2] {
     let t = ns.cross(d.dpdu);
     let length = t.length();
@@ -102,8 +105,8 @@ pub fn look_up(
     }
 }
 
-/// The shading frame with a relief on a surface of shading normal `ns` and geometric normal `ng`. Where that is not defined, the surface
-/// stays as it is.
+/// The shading frame with a relief on a surface of shading normal `ns` and geometric normal `ng`.
+/// Where that is not defined, the surface stays as it is.
 pub fn tilt(
     bump: &Bump,
     relief: &Relief,
@@ -181,7 +184,8 @@ mod tests {
             };
             let expected = DVec3::new(-a / 2.0, -b / 4.0, 1.0).normalize();
             assert!(tilted(relief, &PLANE, DVec3::Z).distance(expected) < 1e-12);
-            // Texture coordinates the other way round are the same surface, and from below hills are hollows.
+            // Texture coordinates the other way round are the same surface, and from below hills
+            // are hollows.
             let mirrored = Derivatives {
                 dpdv: -PLANE.dpdv,
                 ..PLANE

@@ -11,9 +11,10 @@
 //! `exp(-thickness / cos)` on each way, as in pbrt-v4's `LayeredBxDF`, where it is so whatever the
 //! medium's albedo.
 
-use super::coated_conductor::Layers;
 use super::fresnel;
 use super::microfacet::{SMOOTH_ALPHA, TrowbridgeReitz};
+use super::roughness::resolved;
+use crate::scene::is_smooth;
 use crate::simd::{Lanes, Mask, Vec3, math};
 
 /// Degree of the polynomial of [`transmittance`].
@@ -28,6 +29,45 @@ const RANGE: f32 = 4.0;
 const FITTED: usize = 48;
 const NORMALS: usize = 1 << 10;
 const BELOW: usize = 1 << 16;
+
+/// A layer of dielectric over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatLayer {
+    /// Trowbridge-Reitz alphas of its interface, 0 to 1e3; [`CoatLayer::is_smooth`].
+    pub alphas: [f32; 2],
+    /// Inside over outside, positive.
+    pub eta: f32,
+    /// Times the extinction, which is 1.
+    pub thickness: f32,
+    /// Events that a path between the layers may have; every other one is at the base.
+    pub max_depth: u32,
+}
+
+impl CoatLayer {
+    pub fn is_smooth(&self) -> bool {
+        is_smooth(self.alphas)
+    }
+
+    /// How often light may meet the base.
+    pub fn visits(&self) -> u32 {
+        self.max_depth.div_ceil(2)
+    }
+}
+
+/// What a scene's loading knows of a coated conductor.
+#[derive(Clone, Copy, Debug)]
+pub struct Layers {
+    /// Relative to the coat.
+    pub eta: [f32; 3],
+    pub k: [f32; 3],
+    pub coat_eta: f32,
+    /// `None` if smooth.
+    pub coat: Option<[f32; 2]>,
+    pub conductor: [f32; 2],
+    pub thickness: f32,
+    /// How often light may meet the conductor.
+    pub bounces: u32,
+}
 
 /// A rough interface, seen from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,6 +129,14 @@ fn scatter(
 }
 
 impl Interface {
+    /// That of a coat.
+    pub fn of_layer(coat: &CoatLayer) -> Self {
+        match coat.is_smooth() {
+            true => Self::smooth(coat.eta, coat.thickness),
+            false => Self::of(coat.alphas.map(resolved), coat.eta, coat.thickness),
+        }
+    }
+
     /// Of the alphas, the index (inside over outside) and the thickness of a coat.
     pub fn of([ax, ay]: [f32; 2], eta: f32, thickness: f32) -> Self {
         let distribution = TrowbridgeReitz { ax, ay };

@@ -4,12 +4,11 @@
 //! hit. It is found out at some alphas when a scene is loaded, and interpolated between them.
 //! Alphas of `u` and `v` that differ count there by the mean of their squares; lobes have both.
 
-use super::coat::Interface;
+use super::coat::{CoatLayer, Interface};
 use super::coated_conductor::{Calibration, Layers, pack_colour, pack_layer, unpack_layer};
 use super::fresnel;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas, pack_halves};
 use super::rough_dielectric::resolved_eta;
-use crate::scene::Coat;
 use crate::simd::Vec3;
 
 /// Alphas that are tabulated.
@@ -28,10 +27,7 @@ pub enum Base {
 
 /// Of one coat.
 pub struct CoatTable {
-    coat: Coat,
-    base: Base,
-    /// The coat's alphas are those of [`Coat`].
-    fixed: bool,
+    coat: CoatLayer,
     /// The alphas of interface and conductor that there are entries for: one if they do not vary.
     alphas: [Vec<f32>; 2],
     interfaces: Vec<Interface>,
@@ -73,7 +69,7 @@ fn mix(a: f32, b: f32, t: f32) -> f32 {
 
 impl CoatTable {
     /// `fixed` if the coat has its alphas everywhere.
-    pub fn new(coat: Coat, base: Base, fixed: bool) -> Self {
+    pub fn new(coat: CoatLayer, base: Base, fixed: bool) -> Self {
         let own = |alphas: [f32; 2]| vec![mean(alphas).max(SMOOTH_ALPHA)];
         let both = !fixed && base == Base::Conductor(None);
         let many = || {
@@ -100,17 +96,10 @@ impl CoatTable {
         }
         Self {
             coat,
-            base,
-            fixed,
             alphas: [of_coat, of_base],
             interfaces,
             layers,
         }
-    }
-
-    /// Whether it is of such a coat.
-    pub fn is_of(&self, coat: &Coat, base: Base, fixed: bool) -> bool {
-        self.coat == *coat && self.base == base && self.fixed == fixed
     }
 
     /// The interface with these alphas.
@@ -184,7 +173,7 @@ impl CoatTable {
     }
 }
 
-fn calibrated(coat: &Coat, [interface, conductor]: [f32; 2]) -> Calibrated {
+fn calibrated(coat: &CoatLayer, [interface, conductor]: [f32; 2]) -> Calibrated {
     let layers = Layers {
         eta: [1.0; 3],
         k: [200.0; 3],

@@ -23,6 +23,7 @@
 //! where later bounces are a lobe as well.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+pub use super::coat::Layers;
 use super::diffuse::{cosine_sample, same_side};
 use super::microfacet::{TrowbridgeReitz, pack_alphas, pack_halves, unpack_halves, upper};
 use super::rough_dielectric::resolved_eta;
@@ -102,21 +103,6 @@ fn unpack_colour<L: Lanes>(packed: L) -> Vec3<L> {
         first.mul_add(step, upper),
         upper.mul_add(step, packed),
     ) * L::splat(BRIGHTEST / 255.0)
-}
-
-/// What a scene's loading knows of a coated conductor.
-#[derive(Clone, Copy, Debug)]
-pub struct Layers {
-    /// Relative to the coat.
-    pub eta: [f32; 3],
-    pub k: [f32; 3],
-    pub coat_eta: f32,
-    /// `None` if smooth.
-    pub coat: Option<[f32; 2]>,
-    pub conductor: [f32; 2],
-    pub thickness: f32,
-    /// How often light may meet the conductor.
-    pub bounces: u32,
 }
 
 impl Layers {

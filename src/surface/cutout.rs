@@ -1,10 +1,13 @@
 //! Cut-outs: parts of shapes that are not there.
 //!
-//! Whether a surface is there depends on the point alone, never on who asks: camera and light subpaths, visibility rays and points sampled on
-//! lights must see one and the same scene, or the strategies of a path would not estimate the same integral. pbrt-v4 decides about a partly
-//! transparent point by a hash of the ray, which the two ends of a path do not share; here it is a hash of the point, compared with alpha: the
-//! surface becomes a screen of grains as fine as `f32`. No two strategies ever meet the same grain, so each of them finds a vertex on the
-//! surface with probability alpha and a way through it with probability `1 - alpha`, and that is all their expectations depend on.
+//! Whether a surface is there depends on the point alone, never on who asks: camera and light
+//! subpaths, visibility rays and points sampled on lights must see one and the same scene, or the
+//! strategies of a path would not estimate the same integral. pbrt-v4 decides about a partly
+//! transparent point by a hash of the ray, which the two ends of a path do not share; here it is a
+//! hash of the point, compared with alpha: the surface becomes a screen of grains as fine as `f32`.
+//! No two strategies ever meet the same grain, so each of them finds a vertex on the surface with
+//! probability alpha and a way through it with probability `1 - alpha`, and that is all their
+//! expectations depend on.
 
 use super::texture::{self, Place};
 use crate::scene::{Alpha, AlphaTest, Image, Scene, Texture};

@@ -1,6 +1,10 @@
-//! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of pbrt-v3, section 8.4.1).
+//! Diffuse reflection: Lambert, and Oren and Nayar's rough variant (1994; the qualitative model of
+//! pbrt-v3, section 8.4.1).
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::packing::{At, BsdfMaterial, Shared};
+use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Vec3, math};
 use std::f32::consts::FRAC_1_PI;
 
@@ -124,5 +128,58 @@ impl Bsdf for OrenNayar {
     #[inline(always)]
     fn across<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>) -> Vec3<L> {
         Diffuse::across(row, wo, wi) * Self::factor(row, wo, wi)
+    }
+}
+
+/// v3 `matte`, v4 `diffuse`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseMaterial {
+    pub reflectance: Param,
+    /// Oren-Nayar's roughness in degrees (v3 only); 0 is Lambertian.
+    pub sigma: Param,
+}
+
+impl Description for DiffuseMaterial {
+    fn params(&self) -> Vec<Param> {
+        vec![self.reflectance, self.sigma]
+    }
+
+    fn is_black(&self) -> bool {
+        self.reflectance.is_black()
+    }
+}
+
+impl BsdfMaterial for DiffuseMaterial {
+    const NAMES: &'static [(Dialect, &'static str)] =
+        &[(Dialect::V3, "matte"), (Dialect::V4, "diffuse")];
+
+    fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
+        Ok(match set.dialect() {
+            Dialect::V3 => Self {
+                reflectance: set.albedo_or("Kd", 0.5)?,
+                sigma: set.float_or("sigma", 0.0)?,
+            },
+            Dialect::V4 => Self {
+                reflectance: set.albedo_or("reflectance", 0.5)?,
+                sigma: Param::Constant([0.0; 3]),
+            },
+        })
+    }
+
+    type Tables = ();
+
+    fn tables(&self, _: &mut Shared) {}
+
+    fn kernel(&self) -> Kernel {
+        match self.sigma {
+            Param::Constant([0.0, ..]) => Kernel::of::<Diffuse>(),
+            _ => Kernel::of::<OrenNayar>(),
+        }
+    }
+
+    fn row(&self, _: &(), at: &At) -> [f32; 8] {
+        let [r, g, b] = at.albedo(self.reflectance);
+        let (c, d) = oren_nayar_coefficients(at.number(self.sigma).clamp(0.0, 90.0));
+        [r, g, b, c, d, 0.0, 0.0, 0.0]
     }
 }

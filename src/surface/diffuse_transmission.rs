@@ -1,8 +1,12 @@
-//! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on either side (pbrt-v4,
+//! Diffuse reflection and transmission of a thin sheet, as of paper or a leaf: a Lambertian lobe on
+//! either side (pbrt-v4,
 //! `DiffuseTransmissionBxDF`).
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{cosine_sample, opposite, same_side};
+use super::packing::{At, BsdfMaterial, Shared};
+use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
@@ -73,5 +77,56 @@ impl Bsdf for DiffuseTransmission {
             Vec3::new(row[3], row[4], row[5]),
         );
         albedo * L::splat(FRAC_1_PI)
+    }
+}
+
+/// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes. Each colour is the product
+/// of two (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseTransmissionMaterial {
+    pub reflectance: [Param; 2],
+    pub transmittance: [Param; 2],
+    pub scale: f32,
+}
+
+impl Description for DiffuseTransmissionMaterial {
+    fn params(&self) -> Vec<Param> {
+        [self.reflectance, self.transmittance].concat()
+    }
+
+    fn is_black(&self) -> bool {
+        let black = |product: &[Param; 2]| product.iter().any(Param::is_black);
+        black(&self.reflectance) && black(&self.transmittance)
+    }
+}
+
+impl BsdfMaterial for DiffuseTransmissionMaterial {
+    const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V4, "diffusetransmission")];
+
+    fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
+        let one = Param::Constant([1.0; 3]);
+        Ok(Self {
+            reflectance: [set.albedo_or("reflectance", 0.25)?, one],
+            transmittance: [set.albedo_or("transmittance", 0.25)?, one],
+            // Finite in `f32`, too: times 0 it must be 0.
+            scale: (set.constant("scale", 1.0, 0.0, f64::INFINITY)? as f32).min(f32::MAX),
+        })
+    }
+
+    type Tables = ();
+
+    fn tables(&self, _: &mut Shared) {}
+
+    fn kernel(&self) -> Kernel {
+        Kernel::of::<DiffuseTransmission>()
+    }
+
+    fn row(&self, _: &(), at: &At) -> [f32; 8] {
+        let product = |[a, b]: [Param; 2]| {
+            let (a, b) = (at.albedo(a), at.albedo(b));
+            std::array::from_fn::<f32, 3, _>(|c| (self.scale * a[c] * b[c]).clamp(0.0, 1.0))
+        };
+        let (r, t) = (product(self.reflectance), product(self.transmittance));
+        [r[0], r[1], r[2], t[0], t[1], t[2], 0.0, 0.0]
     }
 }

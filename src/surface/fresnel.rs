@@ -1,4 +1,5 @@
-//! Fresnel reflectance in forms that stay finite at grazing angles, at an index of 1, and at the critical angle.
+//! Fresnel reflectance in forms that stay finite at grazing angles, at an index of 1, and at the
+//! critical angle.
 
 use crate::simd::{Lanes, Vec3};
 
@@ -10,16 +11,18 @@ pub struct Dielectric<L> {
     pub cos_t: L,
 }
 
-/// `cos_i >= 0`; `eta` is the index of the far side over that of the near side (pbrt-v4, section 9.3.5).
+/// `cos_i >= 0`; `eta` is the index of the far side over that of the near side (pbrt-v4, section
+/// 9.3.5).
 #[inline(always)]
 pub fn dielectric<L: Lanes>(cos_i: L, eta: L) -> Dielectric<L> {
-    // (eta cos_t)^2 = eta^2 - sin_i^2 without a difference of large numbers: at grazing incidence on an index near 1, `1 - sin_t^2` would
-    // round to total reflection.
+    // (eta cos_t)^2 = eta^2 - sin_i^2 without a difference of large numbers: at grazing incidence
+    // on an index near 1, `1 - sin_t^2` would round to total reflection.
     let scaled2 = cos_i.mul_add(cos_i, (eta - L::one()) * (eta + L::one()));
     let total = scaled2.lt(L::zero());
     let scaled = scaled2.max(L::zero()).sqrt();
     let cos_t = (scaled / eta).min(L::one());
-    // Parallel and perpendicular amplitudes; 0/0 only at grazing incidence on equal indices, where nothing reflects.
+    // Parallel and perpendicular amplitudes; 0/0 only at grazing incidence on equal indices, where
+    // nothing reflects.
     let ratio = |a: L, b: L| {
         let sum = a + b;
         L::select(sum.gt(L::zero()), (a - b) / sum, L::zero())
@@ -33,7 +36,8 @@ pub fn dielectric<L: Lanes>(cos_i: L, eta: L) -> Dielectric<L> {
     }
 }
 
-/// Conductor, per channel; `cos_i >= 0`, `eta + i k` relative to the outside (pbrt-v3, section 8.2.1).
+/// Conductor, per channel; `cos_i >= 0`, `eta + i k` relative to the outside (pbrt-v3, section
+/// 8.2.1).
 #[inline(always)]
 pub fn conductor<L: Lanes>(cos_i: L, eta: Vec3<L>, k: Vec3<L>) -> Vec3<L> {
     Vec3::new(

@@ -1,4 +1,5 @@
-//! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents or divisions by a cosine.
+//! The Trowbridge-Reitz (GGX) distribution with visible-normal sampling, in forms without tangents
+//! or divisions by a cosine.
 
 use super::bsdf::{Bsdf, BsdfSample, Mode};
 use super::diffuse::{cosine_sample, opposite};
@@ -7,13 +8,15 @@ use std::f32::consts::FRAC_1_PI;
 
 pub use crate::scene::SMOOTH_ALPHA;
 
-/// Two alphas in the bits of one float, for rows that are full ([`pack_halves`]). The alphas of rows are 1e-3 to 1e3.
+/// Two alphas in the bits of one float, for rows that are full ([`pack_halves`]). The alphas of
+/// rows are 1e-3 to 1e3.
 pub fn pack_alphas(ax: f32, ay: f32) -> f32 {
     pack_halves(ax.clamp(SMOOTH_ALPHA, 1e3), ay.clamp(SMOOTH_ALPHA, 1e3))
 }
 
-/// Two positive numbers in the bits of one float: halves (IEEE 754 binary16), the first in the upper bits. Clamped to 1e-4 .. 6e4 they are normal
-/// numbers of that format, right to 1/2048 of themselves; and so is the float that they make together.
+/// Two positive numbers in the bits of one float: halves (IEEE 754 binary16), the first in the
+/// upper bits. Clamped to 1e-4 .. 6e4 they are normal numbers of that format, right to 1/2048 of
+/// themselves; and so is the float that they make together.
 pub fn pack_halves(first: f32, second: f32) -> f32 {
     let half = |x: f32| {
         let bits = x.clamp(1e-4, 6e4).to_bits() - ((127 - 15) << 23);
@@ -81,7 +84,8 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         L::splat(FRAC_1_PI) / (self.ax * self.ay * s * s)
     }
 
-    /// `sqrt(ax^2 x^2 + ay^2 y^2 + z^2)`: Smith's Lambda is `(this / z - 1) / 2` (Heitz 2014, equation 72).
+    /// `sqrt(ax^2 x^2 + ay^2 y^2 + z^2)`: Smith's Lambda is `(this / z - 1) / 2` (Heitz 2014,
+    /// equation 72).
     #[inline(always)]
     pub fn stretch(&self, w: Vec3<L>) -> L {
         let (x, y) = (w.x * self.ax, w.y * self.ay);
@@ -102,8 +106,9 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         }
     }
 
-    /// `D G / (4 cos_o cos_i)` of directions on different sides of the surface, as pbrt-v3 has it: of the half vector between them,
-    /// wherever it points, and cosines without sign. Also the cosine between `wi` and the half vector turned up.
+    /// `D G / (4 cos_o cos_i)` of directions on different sides of the surface, as pbrt-v3 has it:
+    /// of the half vector between them, wherever it points, and cosines without sign. Also the
+    /// cosine between `wi` and the half vector turned up.
     #[inline(always)]
     pub fn reflection_across(&self, wo: Vec3<L>, wi: Vec3<L>) -> (L, L) {
         let sum = wo + wi;
@@ -116,7 +121,8 @@ impl<L: Lanes> TrowbridgeReitz<L> {
         (brdf.or_zero(across), cos)
     }
 
-    /// A visible normal (Heitz 2018, "Sampling the GGX Distribution of Visible Normals", listing 1).
+    /// A visible normal (Heitz 2018, "Sampling the GGX Distribution of Visible Normals", listing
+    /// 1).
     #[inline(always)]
     pub fn sample_normal(&self, wo: Vec3<L>, u: L, v: L) -> Vec3<L> {
         let stretched = Vec3::new(wo.x * self.ax, wo.y * self.ay, wo.z).normalize();
@@ -139,7 +145,8 @@ impl<L: Lanes> TrowbridgeReitz<L> {
     }
 }
 
-/// Samples a glossy coat over a diffuse base: visible normals or, with probability `diffuse`, a cosine; `B` weighs the result by both.
+/// Samples a glossy coat over a diffuse base: visible normals or, with probability `diffuse`, a
+/// cosine; `B` weighs the result by both.
 #[inline(always)]
 pub fn sample_coated<B: Bsdf, L: Lanes>(
     row: &[L; 8],

@@ -1,6 +1,9 @@
 //! Perfect specular reflection without Fresnel (pbrt-v3 `mirror`).
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+use super::packing::{At, BsdfMaterial, Shared};
+use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Mask, Vec3};
 
 /// Row: reflectance.
@@ -30,5 +33,44 @@ impl Bsdf for Mirror {
     #[inline(always)]
     fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>, _: Mode) -> BsdfValue<L> {
         BsdfValue::black()
+    }
+}
+
+/// v3 `mirror`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MirrorMaterial {
+    pub reflectance: Param,
+}
+
+impl Description for MirrorMaterial {
+    fn params(&self) -> Vec<Param> {
+        vec![self.reflectance]
+    }
+
+    fn is_black(&self) -> bool {
+        self.reflectance.is_black()
+    }
+}
+
+impl BsdfMaterial for MirrorMaterial {
+    const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V3, "mirror")];
+
+    fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
+        Ok(Self {
+            reflectance: set.albedo_or("Kr", 0.9)?,
+        })
+    }
+
+    type Tables = ();
+
+    fn tables(&self, _: &mut Shared) {}
+
+    fn kernel(&self) -> Kernel {
+        Kernel::of::<Mirror>()
+    }
+
+    fn row(&self, _: &(), at: &At) -> [f32; 8] {
+        let [r, g, b] = at.albedo(self.reflectance);
+        [r, g, b, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 }

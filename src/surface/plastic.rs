@@ -1,17 +1,22 @@
-//! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled half of the time.
+//! pbrt-v3's `plastic`: a Lambertian lobe plus a glossy one under dielectric Fresnel, each sampled
+//! half of the time.
 
+use super::bsdf::Kernel;
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::diffuse::{opposite, same_side};
 use super::fresnel;
 use super::microfacet::{TrowbridgeReitz, sample_coated, upper};
+use super::packing::{At, BsdfMaterial, Shared};
+use crate::scene::{Description, Dialect, Param, Parameters, Roughness};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// Row: diffuse (3), specular (3), alpha x, alpha y.
 pub struct Plastic;
 
-/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside (`FresnelDielectric(1.5f, 1.f)`), so that from the
-/// front the lobe reflects fully beyond 41.8 degrees, and from the back as glass does; its scenes are made for that look.
+/// pbrt-v3 sets the boundary up with 1.5 on the outside and 1 on the inside
+/// (`FresnelDielectric(1.5f, 1.f)`), so that from the front the lobe reflects fully beyond 41.8
+/// degrees, and from the back as glass does; its scenes are made for that look.
 const ETA: f32 = 1.5;
 
 /// What is reflected of directions from the front or from the back.
@@ -67,5 +72,50 @@ impl Bsdf for Plastic {
         let glossy = brdf * reflectance(cos.abs(), cos.gt(L::zero()));
         let diffuse = L::splat(FRAC_1_PI).or_zero(opposite(wo, wi));
         Vec3::new(row[0], row[1], row[2]) * diffuse + Vec3::new(row[3], row[4], row[5]) * glossy
+    }
+}
+
+/// v3 `plastic`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlasticMaterial {
+    pub diffuse: Param,
+    pub specular: Param,
+    pub roughness: Roughness,
+}
+
+impl Description for PlasticMaterial {
+    fn params(&self) -> Vec<Param> {
+        let Roughness { u, v, .. } = self.roughness;
+        vec![u, v, self.diffuse, self.specular]
+    }
+
+    fn is_anisotropic(&self) -> bool {
+        self.roughness.is_anisotropic()
+    }
+}
+
+impl BsdfMaterial for PlasticMaterial {
+    const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V3, "plastic")];
+
+    fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
+        Ok(Self {
+            diffuse: set.albedo_or("Kd", 0.25)?,
+            specular: set.albedo_or("Ks", 0.25)?,
+            roughness: set.roughness(0.1)?,
+        })
+    }
+
+    type Tables = ();
+
+    fn tables(&self, _: &mut Shared) {}
+
+    fn kernel(&self) -> Kernel {
+        Kernel::of::<Plastic>()
+    }
+
+    fn row(&self, _: &(), at: &At) -> [f32; 8] {
+        let (d, s) = (at.albedo(self.diffuse), at.albedo(self.specular));
+        let [ax, ay] = at.alphas(&self.roughness);
+        [d[0], d[1], d[2], s[0], s[1], s[2], ax, ay]
     }
 }

@@ -1,8 +1,11 @@
-//! Rough glass: reflection and refraction by Trowbridge-Reitz microfacets (Walter, Marschner, Li and Torrance 2007).
+//! Rough glass: reflection and refraction by Trowbridge-Reitz microfacets (Walter, Marschner, Li
+//! and Torrance 2007).
 //!
-//! The half vector of a refraction points along `v = n_o wo + n_i wi` (their equation 16), and both the denominator of the BSDF (equation 21)
-//! and that of the change of solid angle (equation 17) are the square of its length. So `v` need not be normalised: with `q = (v_x / ax)^2 +
-//! (v_y / ay)^2 + v_z^2`, the distribution of normals over that denominator is `|v|^2 / (pi ax ay q^2)`, and lengths cancel.
+//! The half vector of a refraction points along `v = n_o wo + n_i wi` (their equation 16), and both
+//! the denominator of the BSDF (equation 21) and that of the change of solid angle (equation 17)
+//! are the square of its length. So `v` need not be normalised: with
+//! `q = (v_x / ax)^2 + (v_y / ay)^2 + v_z^2`, the distribution of normals over that denominator is
+//! `|v|^2 / (pi ax ay q^2)`, and lengths cancel.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::fresnel;
@@ -10,17 +13,19 @@ use super::microfacet::{TrowbridgeReitz, upper};
 use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
-/// Row: reflectance (3), transmittance (3), eta (inside over outside), alphas ([`pack_alphas`](super::microfacet::pack_alphas)).
+/// Row: reflectance (3), transmittance (3), eta (inside over outside), alphas
+/// ([`pack_alphas`](super::microfacet::pack_alphas)).
 pub struct Rough;
 
-/// Least width of a refracted lobe, in radians, that directions in `f32` resolve to a percent: it is the roughness times the distance of the
-/// index from 1.
+/// Least width of a refracted lobe, in radians, that directions in `f32` resolve to a percent: it
+/// is the roughness times the distance of the index from 1.
 pub const LEAST_LOBE: f32 = 1e-5;
 
 /// Indices beyond this, or below its inverse, are taken for it: such a boundary is a mirror.
 pub const GREATEST_ETA: f32 = 1e3;
 
-/// The index that a row has instead of `eta`: as far from 1 as the lobe of the smaller roughness needs ([`LEAST_LOBE`]).
+/// The index that a row has instead of `eta`: as far from 1 as the lobe of the smaller roughness
+/// needs ([`LEAST_LOBE`]).
 pub fn resolved_eta(eta: f32, alpha: f32) -> f32 {
     let eta = eta.clamp(1.0 / GREATEST_ETA, GREATEST_ETA);
     let least = LEAST_LOBE / alpha.min(1.0);
@@ -44,8 +49,9 @@ fn indices<L: Lanes>(row: &[L; 8], wo: Vec3<L>) -> (L, L) {
     )
 }
 
-/// What values and densities of a refraction have in common: `2 (1 - F) D |o . h| |i . h| / |n_o o + n_i i|^2`, and 0 if no microfacet
-/// refracts one direction into the other. `o.z >= 0 >= i.z`; `no` and `ni` are the indices on their sides.
+/// What values and densities of a refraction have in common,
+/// `2 (1 - F) D |o . h| |i . h| / |n_o o + n_i i|^2`, and 0 if no microfacet refracts one direction
+/// into the other. `o.z >= 0 >= i.z`; `no` and `ni` are the indices on their sides.
 #[inline(always)]
 pub(super) fn refraction<L: Lanes>(
     distribution: &TrowbridgeReitz<L>,
@@ -53,11 +59,13 @@ pub(super) fn refraction<L: Lanes>(
     (i, ni): (Vec3<L>, L),
 ) -> L {
     let v = o * no + i * ni;
-    // The half vector is v or -v, whichever points up; it has to be on the side of both directions that they are on.
+    // The half vector is v or -v, whichever points up; it has to be on the side of both directions
+    // that they are on.
     let up = L::one().copysign(v.z);
     let (oh, ih) = (o.dot(v) * up, -i.dot(v) * up);
     let faces = oh.gt(L::zero()).and(ih.gt(L::zero()));
-    // 1 - F of the two amplitudes, from cosines that obey Snell's law already: a sum of positive terms, the same from both sides.
+    // 1 - F of the two amplitudes, from cosines that obey Snell's law already: a sum of positive
+    // terms, the same from both sides.
     let s = no * oh + ni * ih;
     let p = ni * oh + no * ih;
     let product = oh * ih;
@@ -91,7 +99,8 @@ impl Bsdf for Rough {
         let i = Vec3::select(reflects, reflected, refracted).normalize();
         let wi = Vec3::new(i.x, i.y, i.z * sign);
         let value = Self::eval(row, wo, wi, mode);
-        // A direction that has ended on the other side of the surface than its lobe is none of that lobe.
+        // A direction that has ended on the other side of the surface than its lobe is none of that
+        // lobe.
         let side = L::select(reflects, i.z, -i.z);
         let valid = side.gt(L::zero()).and(value.pdf.gt(L::zero()));
         // f cos / pdf: Fresnel, the distribution and one of the maskings cancel.
@@ -126,7 +135,8 @@ impl Bsdf for Rough {
 
         let mirrored = upper(i).0;
         let r = distribution.reflection(o, mirrored);
-        // The cosine against the half vector by its length: the same from both directions, which near the critical angle matters.
+        // The cosine against the half vector by its length: the same from both directions, which
+        // near the critical angle matters.
         let cos = ((o + mirrored).length2().sqrt() * L::splat(0.5)).min(L::one());
         let reflectance = fresnel::dielectric(cos, ni / no).reflectance;
         let t = refraction(&distribution, (o, no), (i, ni));
@@ -134,7 +144,8 @@ impl Bsdf for Rough {
         let (lo, li) = (distribution.stretch(o), distribution.stretch(i));
         let (zo, zi) = (o.z, i.z.abs());
         let masked = t / zo.mul_add(li, zi * lo).max(L::splat(GRAZING));
-        // Equation 21 is that of radiance, `wi` towards the light; importance goes the other way (Veach 1997, section 5.2).
+        // Equation 21 is that of radiance, `wi` towards the light; importance goes the other way
+        // (Veach 1997, section 5.2).
         let transmission = masked
             * match mode {
                 Mode::Radiance => no * no,

@@ -1,40 +1,15 @@
-//! The table of BSDFs: a line each, from which all else follows that has to know them all.
+//! What follows from the [table](super) of BSDFs: all that has to know every one of them.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
+use super::packing::{self, BsdfMaterial, Evaluate, Shared};
+use crate::scene::{Description, Dialect, MaterialKind, Parameters};
 use crate::simd::{Lanes, Vec3};
-
-/// One line a file: its kernels as `Kind: type`. Calls the macro `$then` with all lines, and what
-/// else was given.
-///
-/// Of two lines the order is that of queues and of reports; pictures do not depend on it.
-macro_rules! bsdfs {
-    ($then:ident! $($rest:tt)*) => {
-        $crate::surface::table::$then! {
-            [
-                Diffuse: diffuse::Diffuse, OrenNayar: diffuse::OrenNayar;
-                Mirror: mirror::Mirror;
-                SmoothConductor: conductor::Smooth, RoughConductor: conductor::Rough;
-                SmoothDielectric: dielectric::Smooth;
-                Plastic: plastic::Plastic;
-                ThinDielectric: thin_dielectric::ThinDielectric;
-                DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
-                Substrate: substrate::Substrate;
-                RoughDielectric: rough_dielectric::Rough;
-                Coat: coated_conductor::Coat;
-                CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
-                CoatedMirror: coated_conductor::Smooth,
-                    CoatedConductor: coated_conductor::Rough,
-                    CoatedConductorBase: coated_conductor::Base;
-            ]
-            $($rest)*
-        }
-    };
-}
+use std::any::Any;
 
 /// Calls `$self.$f::<BsdfType, ...>($args)` for the BSDF type of a kind.
 macro_rules! for_kind {
     ($kind:expr, $self:ident . $f:ident :: <_ $(, $g:ty)*> ($($arg:expr),* $(,)?)) => {
-        $crate::surface::table::bsdfs!(
+        $crate::surface::bsdfs!(
             dispatch! $kind, $self, $f, [$(, $g)*], ($($arg),*)
         )
     };
@@ -42,7 +17,8 @@ macro_rules! for_kind {
 
 macro_rules! dispatch {
     (
-        [$($($(#[$attr:meta])* $kind:ident: $($path:ident)::+),*;)*]
+        [$($(#[$of:meta])* $($described:ident)::+ =>
+            $($(#[$attr:meta])* $kind:ident: $($path:ident)::+),*;)*]
         $value:expr, $self:ident, $f:ident, $generics:tt, $args:tt
     ) => {
         match $value {
@@ -60,14 +36,15 @@ macro_rules! call {
 }
 
 macro_rules! kinds {
-    ([$($($(#[$attr:meta])* $kind:ident: $($path:ident)::+),*;)*]) => {
+    ([$($(#[$of:meta])* $($described:ident)::+ =>
+            $($(#[$attr:meta])* $kind:ident: $($path:ident)::+),*;)*]) => {
         /// The kinds of BSDF kernels; a shading queue each.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u8)]
         pub enum Kind {
             $($(
                 $(#[$attr])*
-                #[doc = concat!("[`", stringify!($($path)::+), "`](super::", stringify!($($path)::+), ")")]
+                #[doc = concat!("The kernel `", stringify!($($path)::+), "`.")]
                 $kind,
             )*)*
         }
@@ -136,9 +113,47 @@ macro_rules! kinds {
                 }
             }
         }
+
+        /// The names of all descriptions, a line's together.
+        const NAMES: &[&[(Dialect, &str)]] =
+            &[$($(#[$of])* <super::$($described)::+ as BsdfMaterial>::NAMES),*];
+
+        /// Reads the material of this name, if a BSDF has it in the dialect of the file.
+        pub fn read<P: Parameters>(name: &str, set: &P) -> Option<Result<MaterialKind, P::Error>> {
+            $(
+                $(#[$of])*
+                if packing::is_named::<super::$($described)::+>(set.dialect(), name) {
+                    let read = <super::$($described)::+ as BsdfMaterial>::read(set);
+                    return Some(read.map(MaterialKind::from));
+                }
+            )*
+            None
+        }
+
+        /// The kernel of a material and what makes its rows; `None` if it is not in the table.
+        pub fn prepare<'a>(
+            description: &'a (dyn Description + 'static),
+            shared: &mut Shared,
+        ) -> Option<(Kind, Box<dyn Evaluate + 'a>)> {
+            let any: &dyn Any = description;
+            $(
+                $(#[$of])*
+                if let Some(material) = any.downcast_ref::<super::$($described)::+>() {
+                    let (kernel, rows) = packing::prepare(material, shared);
+                    return Kind::of(kernel).map(|kind| (kind, rows));
+                }
+            )*
+            None
+        }
     };
 }
 
-pub(crate) use {bsdfs, call, dispatch, for_kind, kinds};
+pub(crate) use {call, dispatch, for_kind, kinds};
 
 bsdfs!(kinds!);
+
+/// What materials of one BSDF are called in a dialect.
+pub fn names(dialect: Dialect) -> impl Iterator<Item = &'static str> {
+    let all = NAMES.iter().copied().flatten();
+    all.filter(move |name| name.0 == dialect).map(|name| name.1)
+}

@@ -11,6 +11,7 @@ use phalanx::replay::spectral;
 use phalanx::replay::vector::*;
 use phalanx::scene::spectrum::{self, IndexCurve};
 use phalanx::scene::{MaterialKind, Scene};
+use phalanx::surface::{DielectricMaterial, ThinDielectricMaterial};
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::wavelength::Wavelengths;
@@ -21,14 +22,16 @@ fn scene(text: &str) -> Scene {
     load_str(text, "test.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
+/// Whether it is glass.
+fn set_dispersion(kind: &mut MaterialKind, curve: Option<&Arc<IndexCurve>>) -> bool {
+    kind.change(|glass: &mut DielectricMaterial| glass.dispersion = curve.cloned())
+        || kind.change(|glass: &mut ThinDielectricMaterial| glass.dispersion = curve.cloned())
+}
+
 /// Gives all glass of a scene an index over the wavelength.
 fn disperse(scene: &mut Scene, curve: &Arc<IndexCurve>) {
     for m in &mut scene.materials {
-        if let MaterialKind::Dielectric { dispersion, .. }
-        | MaterialKind::ThinDielectric { dispersion, .. } = &mut m.kind
-        {
-            *dispersion = Some(curve.clone());
-        }
+        set_dispersion(&mut m.kind, Some(curve));
     }
 }
 
@@ -80,12 +83,11 @@ fn constant_index_changes_colours_only() {
     for (name, mut plain) in common::scenes::all() {
         let mut glass = false;
         for m in &mut plain.materials {
-            if let MaterialKind::Dielectric { eta, .. } | MaterialKind::ThinDielectric { eta, .. } =
-                &mut m.kind
-            {
-                *eta = phalanx::scene::Param::Constant([1.5; 3]);
-                glass = true;
-            }
+            let eta = phalanx::scene::Param::Constant([1.5; 3]);
+            glass |= m
+                .kind
+                .change(|glass: &mut DielectricMaterial| glass.eta = eta)
+                || (m.kind).change(|glass: &mut ThinDielectricMaterial| glass.eta = eta);
         }
         if !glass {
             continue;
@@ -93,11 +95,7 @@ fn constant_index_changes_colours_only() {
         let mut dispersed = plain.clone();
         disperse(&mut dispersed, &curve);
         for m in &mut plain.materials {
-            if let MaterialKind::Dielectric { dispersion, .. }
-            | MaterialKind::ThinDielectric { dispersion, .. } = &mut m.kind
-            {
-                *dispersion = None;
-            }
+            set_dispersion(&mut m.kind, None);
         }
         let worlds = [World::new(&dispersed, 4), World::new(&plain, 4)];
         assert_eq!(worlds[0].plan.dispersion, worlds[0].wavelengths.is_some());
@@ -460,12 +458,12 @@ fn files_of_spectra_disperse() {
             format!("Film \"rgb\"\nWorldBegin\nMaterial \"dielectric\" {eta}\nShape \"sphere\"\n");
         load_str(&text, "a.pbrt", dir.path()).map(|s| s.materials.last().unwrap().kind.clone())
     };
-    let eta = |kind: &MaterialKind| match kind {
-        MaterialKind::Dielectric {
+    let eta = |kind: &MaterialKind| match kind.get() {
+        Some(DielectricMaterial {
             eta: phalanx::scene::Param::Constant([n, ..]),
             ..
-        } => *n,
-        other => panic!("{other:?}"),
+        }) => *n,
+        _ => panic!("{kind:?}"),
     };
     for (text, blue, yellow, red) in [
         ("\"spectrum eta\" \"glass-BK7\"", 1.52668, 1.51680, 1.51432),

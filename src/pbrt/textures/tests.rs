@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::pbrt::load_str;
 use crate::scene::*;
+use crate::surface::PlasticMaterial;
 
 fn try_load(head: &str, world: &str) -> Result<Scene, String> {
     let text = format!(
@@ -502,11 +503,10 @@ fn shapes_override_with_textures() {
     )
     .expect("loads");
     assert_eq!(s.warnings, [""; 0]);
-    let plastic = |shape: usize| match &s.materials[s.shapes[shape].material as usize].kind {
-        MaterialKind::Plastic {
-            diffuse, roughness, ..
-        } => (*diffuse, roughness.u),
-        _ => panic!("plastic"),
+    let plastic = |shape: usize| {
+        let kind = &s.materials[s.shapes[shape].material as usize].kind;
+        let plastic: &PlasticMaterial = kind.get().expect("plastic");
+        (plastic.diffuse, plastic.roughness.u)
     };
     assert_eq!(plastic(0), (Param::Texture(0), Param::Texture(1)));
     assert_eq!(

@@ -56,7 +56,8 @@ pub fn bilinear(image: &Image, s: f32, t: f32, wrap: Wrap) -> Rgb {
     value
 }
 
-/// The same between four texels of an octahedral map, the first of them given, and where between them.
+/// The same between four texels of an octahedral map, the first of them given, and where between
+/// them.
 #[cold]
 fn octahedral(image: &Image, [x0, y0]: [i64; 2], [fx, fy]: [f32; 2]) -> Rgb {
     let size = [image.width, image.height];
@@ -74,8 +75,9 @@ fn octahedral(image: &Image, [x0, y0]: [i64; 2], [fx, fy]: [f32; 2]) -> Rgb {
     value
 }
 
-/// A texel of an octahedral map. As pbrt-v4 has it: below 0 it turns about the first texel's centre, not about the edge. Farther out than the map is
-/// wide there is nothing to find, so that is cut off.
+/// A texel of an octahedral map. As pbrt-v4 has it: below 0 it turns about the first texel's
+/// centre, not about the edge. Farther out than the map is wide there is nothing to find, so that
+/// is cut off.
 fn folded([x, y]: [i64; 2], [width, height]: [u32; 2]) -> [usize; 2] {
     let (w, h) = (i64::from(width), i64::from(height));
     let (mut x, mut y) = (x.clamp(1 - w, 2 * w - 1), y.clamp(1 - h, 2 * h - 1));

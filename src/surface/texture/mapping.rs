@@ -2,7 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use super::Place;
+use super::place::Place;
 use crate::scene::{Mapping, ToTexture};
 use crate::simd::math;
 
@@ -53,7 +53,8 @@ fn azimuth(x: f32, y: f32) -> f32 {
     math::atan2::<f32>(y, x) * (0.5 * FRAC_1_PI)
 }
 
-/// The direction to a point, at a length whose square is neither zero nor infinite; zero for the origin.
+/// The direction to a point, at a length whose square is neither zero nor infinite; zero for the
+/// origin.
 fn direction(p: [f32; 3]) -> [f32; 3] {
     let largest = p.iter().fold(0.0f32, |m, x| m.max(x.abs()));
     if largest > 0.0 {

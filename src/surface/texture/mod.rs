@@ -1,25 +1,26 @@
-//! Textures at a point of a surface. Scalar: look-ups are bound by memory, and one implementation serves every width.
+//! Textures at a point of a surface. Scalar: look-ups are bound by memory, and one implementation
+//! serves every width.
 //!
-//! [`mapping`] takes a place to `(s, t)` or to a point in texture space, [`image`] and [`procedural`] take these to values. Whatever
-//! the place and the parameters, values are finite: where a formula has none, it is 0.
+//! [`mapping`] takes a place to `(s, t)` or to a point in texture space, [`image`] and
+//! [`procedural`] take these to values. Whatever the place and the parameters, values are finite:
+//! where a formula has none, it is 0.
+//!
+//! # Adding a texture
+//!
+//! More than a file and a line: `windy` stands in six files. It is a [`Texture`], and what it looks
+//! at is said beside it, in `scene/texture.rs`; it is read, and tolerated in pbrt-v3, where scene
+//! files are read (two files); its formula is in [`procedural`], its arm in [`evaluate`]; `inspect`
+//! counts it. Textures are trees that are evaluated by recursion, once a hit, over the scene's
+//! plain table. A match is the fastest way to do that, and the scene's table knows no formulas.
 
 pub mod image;
 pub mod mapping;
 pub mod noise;
+pub mod place;
 pub mod procedural;
 
+pub use self::place::Place;
 use crate::scene::{Image, Param, Rgb, Texture};
-
-/// Where a texture is evaluated: all of a hit point that textures look at.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
-    /// Texture coordinates.
-    pub uv: [f32; 2],
-    /// Hit point, internal space.
-    pub p: [f32; 3],
-    /// Unit geometric normal, either side, internal space.
-    pub n: [f32; 3],
-}
 
 /// Evaluates a parameter at a place.
 pub fn evaluate(textures: &[Texture], images: &[Image], param: Param, place: &Place) -> Rgb {
@@ -124,7 +125,8 @@ fn at(textures: &[Texture], images: &[Image], index: u32, place: &Place) -> Rgb 
     }
 }
 
-/// Asks for the texels that [`evaluate`] will read of a texture. Images are larger than caches, and hits are anywhere.
+/// Asks for the texels that [`evaluate`] will read of a texture. Images are larger than caches, and
+/// hits are anywhere.
 pub fn announce(textures: &[Texture], images: &[Image], texture: u32, place: &Place) {
     if let Texture::Image {
         image,

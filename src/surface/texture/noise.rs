@@ -1,8 +1,8 @@
-//! Gradient noise and its sums (Perlin 2002, "Improving Noise"; pbrt-v3, section 10.6), with pbrt's gradients, so that its patterns
-//! are found again where it puts them.
+//! Gradient noise and its sums (Perlin 2002, "Improving Noise"; pbrt-v3, section 10.6), with pbrt's
+//! gradients, so that its patterns are found again where it puts them.
 //!
-//! pbrt leaves out octaves finer than the footprint of a camera ray. Without footprints all of them are summed, as pbrt does behind
-//! a bounce.
+//! pbrt leaves out octaves finer than the footprint of a camera ray. Without footprints all of them
+//! are summed, as pbrt does behind a bounce.
 
 use crate::scene::Octaves;
 
@@ -23,8 +23,8 @@ const PERMUTATION: [u8; 256] = [
     128, 195, 78, 66, 215, 61, 156, 180,
 ];
 
-/// Noise of period 256 in each coordinate, in `[-1, 1]`, zero at integer points, with two continuous derivatives. Of a point that
-/// is not finite it is 0.
+/// Noise of period 256 in each coordinate, in `[-1, 1]`, zero at integer points, with two
+/// continuous derivatives. Of a point that is not finite it is 0.
 pub fn noise(p: [f32; 3]) -> f32 {
     let mut cell = [0u8; 3];
     let mut d = [0.0; 3];
@@ -83,7 +83,8 @@ pub fn fbm(p: [f32; 3], octaves: Octaves) -> f32 {
     sum(p, octaves, |noise| noise).0
 }
 
-/// The sum of the absolute values of octaves. pbrt adds the mean of one octave more, the first that it leaves out.
+/// The sum of the absolute values of octaves. pbrt adds the mean of one octave more, the first that
+/// it leaves out.
 pub fn turbulence(p: [f32; 3], octaves: Octaves) -> f32 {
     let (sum, amplitude) = sum(p, octaves, f32::abs);
     sum + MEAN_OF_ABSOLUTE_NOISE * amplitude

@@ -14,8 +14,8 @@ pub fn is_even<const N: usize>(p: [f32; N]) -> bool {
 
 const DOT_RADIUS: f32 = 0.35;
 
-/// Whether there is a dot at `(s, t)`. Cells are centred on integers; those whose noise is positive have one, shifted by noise as far
-/// as their sides.
+/// Whether there is a dot at `(s, t)`. Cells are centred on integers; those whose noise is positive
+/// have one, shifted by noise as far as their sides.
 pub fn on_dot(s: f32, t: f32) -> bool {
     let (cell_s, cell_t) = ((s + 0.5).floor(), (t + 0.5).floor());
     // pbrt's default of the coordinates that are not given.

@@ -65,10 +65,10 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         shapes: vec![shape(0), shape(1)],
         alphas: vec![],
         materials: vec![
-            material(MaterialKind::Diffuse {
+            material(MaterialKind::from(crate::surface::DiffuseMaterial {
                 reflectance: black,
                 sigma: black,
-            }),
+            })),
             material(MaterialKind::Interface),
         ],
         textures: vec![],

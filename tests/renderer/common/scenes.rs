@@ -3,6 +3,7 @@
 use phalanx::film::output::{Picture, write};
 use phalanx::pbrt::load_str;
 use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene};
+use phalanx::surface::{DielectricMaterial, MirrorMaterial};
 use std::path::{Path, PathBuf};
 
 #[path = "../support/dialect.rs"]
@@ -612,13 +613,13 @@ pub fn without_delta_caustics(scene: &mut Scene) {
         return;
     }
     for m in &mut scene.materials {
-        if let MaterialKind::Mirror { reflectance } | MaterialKind::Dielectric { reflectance, .. } =
-            m.kind
-        {
-            m.kind = MaterialKind::Diffuse {
+        let of_mirror = m.kind.get::<MirrorMaterial>().map(|m| m.reflectance);
+        let of_glass = m.kind.get::<DielectricMaterial>().map(|m| m.reflectance);
+        if let Some(reflectance) = of_mirror.or(of_glass) {
+            m.kind = MaterialKind::from(phalanx::surface::DiffuseMaterial {
                 reflectance,
                 sigma: Param::Constant([0.0; 3]),
-            };
+            });
         }
     }
 }

@@ -8,7 +8,8 @@ use crate::support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
 use crate::support::{BOTH, Runs, head, inward_box, run, scene, settings};
 use phalanx::chain::evaluator::Evaluator;
 use phalanx::integrate::Settings;
-use phalanx::scene::{Filter, FilterKind, IntegratorKind, LightKind, MaterialKind, Param, Scene};
+use phalanx::scene::{Filter, FilterKind, IntegratorKind, LightKind, Param, Scene};
+use phalanx::surface::DiffuseMaterial;
 use phalanx::transport::World;
 use phalanx::transport::mis::{self, Partial};
 
@@ -68,9 +69,9 @@ fn broken_contributions_are_left_out() {
 
         let mut scene = beside(black);
         for material in &mut scene.materials {
-            if let MaterialKind::Diffuse { reflectance, .. } = &mut material.kind {
-                *reflectance = Param::Constant([0.5, value, 0.5]);
-            }
+            (material.kind).change(|diffuse: &mut DiffuseMaterial| {
+                diffuse.reflectance = Param::Constant([0.5, value, 0.5]);
+            });
         }
         check_finite(&scene, &format!("reflectance {value}"));
 
