@@ -5,12 +5,12 @@
 //! as they are in `f32`; the parameters of a textured BSDF, and the index of a dispersive one, are
 //! those that `f32` looked up.
 
-use super::Recorder;
 use super::bsdf::unpacked_alphas;
 use super::coated;
 use super::lights::ellipsoid;
 use super::panorama;
 use super::path::{End, Path, Vertex};
+use super::recorder::Recorder;
 use super::reference::{axes, twin};
 use super::vector::*;
 use super::walk::{Step, Subpath, Walk};

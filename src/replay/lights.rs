@@ -1,7 +1,7 @@
 //! Where a path meets its light, in `f64`: what the light emits, and the densities of choosing the place and of emitting along the path.
 
-use super::Recorder;
 use super::path::End;
+use super::recorder::Recorder;
 use super::texels::bilinear;
 use super::vector::*;
 use crate::scene::{LightKind, Sphere, SpotFalloff};

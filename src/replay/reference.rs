@@ -15,8 +15,9 @@
 //! Products are kept as logarithms: those of a path of hundreds of vertices are beyond `f64`.
 
 use super::path::{Path, Vertex};
+use super::recorder::Recorder;
 use super::vector::*;
-use super::{Recorder, bsdf, coated, panorama};
+use super::{bsdf, coated, panorama};
 use crate::scene::{Projection, Sides};
 use crate::surface::{Kind, Mode};
 

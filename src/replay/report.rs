@@ -2,10 +2,10 @@
 
 use super::compare::{densities, relative};
 use super::path::Path;
+use super::recorder::Recorder;
 use super::reference::Reference;
 use super::vector::{length, mean, sub, wide};
-use super::walk::{Subpath, Walk};
-use super::{Fate, Recorder};
+use super::walk::{Fate, Subpath, Walk};
 use crate::plan::{Choice, DepthPlan};
 use crate::scene::NONE;
 use crate::transport::paths::Side;

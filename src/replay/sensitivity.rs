@@ -1,8 +1,8 @@
 //! How far a path's worth moves if its vertices do: the conditioning that any comparison of `f32` with `f64` has to allow for.
 
-use super::Recorder;
 use super::compare::relative;
 use super::path::{End, Path};
+use super::recorder::Recorder;
 use super::reference::Reference;
 use super::vector::*;
 

@@ -358,6 +358,7 @@ impl World<'_> {
             (layout.light_choice, layout.emission),
             (&mut paths.rays.ray, &mut paths.subpaths.flight),
             &mut lists.light,
+            &mut (),
         );
         lists.starting.clear();
         paths.clock.lap(Stage::Generate);
@@ -377,6 +378,7 @@ impl World<'_> {
                 &lists.emission,
                 (Side::Light, wave),
                 (samples, label),
+                &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
             self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Light, kept));
@@ -408,7 +410,7 @@ impl World<'_> {
         if wave + 1 < count {
             on.extend(&lists.emission);
             let bounce = Bounce::at(first + wave * layout.per_bounce);
-            self.scatter_queues::<L>(paths, samples, lists, side, bounce);
+            self.scatter_queues::<L, ()>(paths, samples, lists, side, bounce, &mut ());
         }
         std::mem::swap(
             &mut paths.subpaths.endpoints[side as usize],
@@ -432,6 +434,7 @@ impl World<'_> {
             (layout.raster, layout.lens),
             !self.plan.connectable,
             paths.camera_starts(),
+            &mut (),
         );
         paths.clock.lap(Stage::Generate);
         for wave in 0..layout.camera_vertices {
@@ -457,7 +460,7 @@ impl World<'_> {
             if let Some(index) = seen {
                 let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
                 let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
-                self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink);
+                self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
             let label =
@@ -467,12 +470,13 @@ impl World<'_> {
                 &lists.emission,
                 (Side::Camera, wave),
                 (samples, label),
+                &mut (),
             );
             if let Some(index) = seen {
                 let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
                 let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
                 let (list, lit) = (&lists.emission, &mut lists.scratch);
-                self.emission::<L>(from, list, lit, (mask, 1.0), sink);
+                self.emission::<L>(from, list, lit, (mask, 1.0), sink, &mut ());
             }
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(&mut paths.subpaths, Side::Camera);
@@ -547,7 +551,7 @@ impl World<'_> {
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L>(joining, samples, lists, at, techniques);
+        self.join::<L>(joining, samples, lists, at, techniques, &mut ());
     }
 }
 

@@ -5,6 +5,7 @@ use super::clock::{Clock, Stage};
 use super::list::List;
 use super::mis;
 use super::paths::{Connections, Endpoint, Endpoints, Lists, Paths, Rays, Side};
+use super::probe::Probe;
 use super::records::*;
 use super::samples::{ConnectionSamples, Samples};
 use super::sides;
@@ -45,6 +46,7 @@ impl World<'_> {
         lists: &mut Lists,
         at: ConnectionSamples,
         (mask, factors): (TechniqueMask, &[f32]),
+        probe: &mut impl Probe,
     ) {
         if self.plan.dispersion {
             for (list, side) in [
@@ -74,7 +76,7 @@ impl World<'_> {
             factors,
             s: &paths.s,
         };
-        self.join::<L>(joining, samples, lists, at, techniques);
+        self.join::<L>(joining, samples, lists, at, techniques, probe);
     }
 
     /// The same, where it is known already which of the paths have met what disperses light, their endpoints included.
@@ -85,6 +87,7 @@ impl World<'_> {
         lists: &mut Lists,
         at: ConnectionSamples,
         techniques: Techniques,
+        probe: &mut impl Probe,
     ) {
         let Joining {
             endpoints,
@@ -99,16 +102,17 @@ impl World<'_> {
         lens.clear();
         general.clear();
         let [camera, light] = endpoints;
-        let to = (&mut rays.ray[..], &mut *connections);
-        self.link_direct::<L>(camera, samples, &lists.direct, at, to, direct);
-        let to = (&mut rays.ray[..], &mut *connections, &mut *sink.splats);
+        let to = (&mut rays.ray[..], &mut *connections, &mut *direct);
+        self.link_direct::<L>(camera, samples, &lists.direct, at, to, probe);
+        let splats = &mut *sink.splats;
+        let to = (&mut rays.ray[..], &mut *connections, splats, &mut *lens);
         if self.camera.is_pinhole() {
-            self.link_lens::<L, true>(light, samples, &lists.lens, at, to, lens);
+            self.link_lens::<L, true>(light, samples, &lists.lens, at, to, probe);
         } else {
-            self.link_lens::<L, false>(light, samples, &lists.lens, at, to, lens);
+            self.link_lens::<L, false>(light, samples, &lists.lens, at, to, probe);
         }
         let to = (&mut rays.ray[..], &mut connections.link[..]);
-        link_endpoints::<L>(endpoints, &lists.general, to, general);
+        link_endpoints::<L>(endpoints, &lists.general, to, general, probe);
         for (list, side) in [
             (&*direct, Side::Camera),
             (&*general, Side::Camera),
@@ -138,13 +142,14 @@ impl World<'_> {
         let live = &mut lists.trace;
         live.clear();
         let Techniques { mask, factors, s } = techniques;
-        weigh::direct::<L>(connections, direct, (mask, factors[1]), &sink, live);
+        weigh::direct::<L>(connections, direct, (mask, factors[1]), &sink, live, probe);
         // Where `t = 1`, no strategy has more light vertices.
         let most = factors[factors.len() - 1];
-        weigh::lens::<L>(connections, lens, (mask, most), &sink, live);
-        weigh::general::<L>(connections, general, (s, factors), &sink, live);
+        weigh::lens::<L>(connections, lens, (mask, most), &sink, live, probe);
+        weigh::general::<L>(connections, general, (s, factors), &sink, live, probe);
         clock.lap(Stage::Mis);
         self.trace_visibility::<L>(rays, live, clock);
+        probe.looked(live, &rays.blocked);
         sink.add_visible(&connections.contribution, &rays.blocked, live);
         clock.lap(Stage::Mis);
     }
@@ -156,8 +161,8 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        (rays, connections): (&mut [Ray], &mut Connections),
-        joined: &mut List,
+        (rays, connections, joined): (&mut [Ray], &mut Connections, &mut List),
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let place = EndpointPlaceLanes::<L>::load(&endpoints.place, chunk);
@@ -188,7 +193,9 @@ impl World<'_> {
                 by_chance: L::one().or_zero(seen.delta.not()),
             }
             .store(&mut connections.light_end, chunk);
-            joined.push_where(chunk, seen.valid.bits() & self.emits(light, u));
+            let alive = seen.valid.bits() & self.emits(light, u);
+            joined.push_where(chunk, alive);
+            probe.linked_light(chunk, light, &seen, alive);
         }
     }
 
@@ -199,8 +206,13 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        (rays, connections, splats): (&mut [Ray], &mut Connections, &mut [Outcome]),
-        joined: &mut List,
+        (rays, connections, splats, joined): (
+            &mut [Ray],
+            &mut Connections,
+            &mut [Outcome],
+            &mut List,
+        ),
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let place = EndpointPlaceLanes::<L>::load(&endpoints.place, chunk);
@@ -226,6 +238,7 @@ impl World<'_> {
                 splats[path as usize].raster = [link.raster.0.lane(i), link.raster.1.lane(i)];
             }
             joined.push_where(chunk, link.valid.bits());
+            probe.linked_lens(chunk, &link);
         }
     }
 
@@ -275,6 +288,7 @@ fn link_endpoints<L: Lanes>(
     list: &[u32],
     (rays, links): (&mut [Ray], &mut [Link]),
     joined: &mut List,
+    probe: &mut impl Probe,
 ) {
     for chunk in list.chunks(L::N) {
         let [camera, light] =
@@ -286,8 +300,11 @@ fn link_endpoints<L: Lanes>(
         let w = v * (L::one() / d2.sqrt());
         let (from, to) = (camera.leave(camera_ng, w), light.leave(light_ng, -w));
         RayLanes::between(from, to).store(rays, chunk);
-        LinkLanes { w, distance2: d2 }.store(links, chunk);
+        let link = LinkLanes { w, distance2: d2 };
+        link.store(links, chunk);
         // Coincident endpoints have no direction between them and contribute nothing.
-        joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+        let alive = d2.gt(L::splat(f32::MIN_POSITIVE)).bits();
+        joined.push_where(chunk, alive);
+        probe.linked_endpoints(chunk, &link, alive);
     }
 }
