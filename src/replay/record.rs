@@ -1,9 +1,9 @@
 //! Recording a path: the renderer's own waves walk it, alone, and a probe notes what they say.
 
-use super::path::{End, Vertex};
+use super::oracle::path::{End, Vertex};
+use super::oracle::spectral;
+use super::oracle::vector::wide;
 use super::recorder::Recorder;
-use super::spectral;
-use super::vector::wide;
 use super::walk::{Chosen, Fate, Meeting, Sampled, Step, Subpath, Walk};
 use crate::camera::{CameraConnection, CameraRay};
 use crate::light::{DirectSample, EmissionSample, Kind};
@@ -19,8 +19,8 @@ use crate::transport::samples::Samples;
 use crate::transport::{Outcome, Paths};
 
 impl Recorder<'_> {
-    /// The path of the given depth that `samples`, laid out as `plan.layout`, stand for; samples that
-    /// are missing are 0.
+    /// The path of the given depth that `samples`, laid out as `plan.layout`, stand for; samples
+    /// that are missing are 0.
     pub fn walk(&self, plan: &DepthPlan, samples: &[f32]) -> Walk {
         let layout = &plan.layout;
         let mut matrix = Samples::new(layout.total, 1);
@@ -110,7 +110,7 @@ impl Witness<'_> {
         match self.recorder.world.lights.kind(light) {
             kind if kind.is_area() => End::Area {
                 light,
-                p: self.recorder.on_light(light, wide(p)),
+                p: self.recorder.oracle.on_light(light, wide(p)),
             },
             kind if kind.is_point() => End::Point { light },
             Kind::Distant => End::Distant { light },

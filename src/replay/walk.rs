@@ -1,7 +1,7 @@
 //! A path as the renderer walks it, in `f32`, every vertex kept.
 
-use super::path::{End, Path, Vertex};
-use super::vector::{V, wide};
+use super::oracle::path::{End, Path, Vertex};
+use super::oracle::vector::{V, wide};
 use crate::transport::mis::Partial;
 use crate::transport::paths::Side;
 use crate::transport::wavelength::Wavelength;
@@ -137,14 +137,14 @@ pub struct Walk {
     /// `None` if `s < 2`.
     pub light: Option<Subpath>,
     pub fate: Fate,
-    /// One, if the path is whole; one for each environment if a camera subpath has left a scene with
-    /// several.
+    /// One, if the path is whole; one for each environment if a camera subpath has left a scene
+    /// with several.
     pub meetings: Vec<Meeting>,
     /// Where the path meets the lens if `t = 1`.
     pub lens: [f32; 3],
     pub raster: [f32; 2],
-    /// Of the joined vertices; `None` if no ray asked: nothing is joined, or the contribution is zero
-    /// anyway.
+    /// Of the joined vertices; `None` if no ray asked: nothing is joined, or the contribution is
+    /// zero anyway.
     pub visible: Option<bool>,
     /// As in [`Outcome`](crate::transport::Outcome).
     pub rgb: [f32; 3],
@@ -152,7 +152,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// The path or, in a scene with several environments, paths, to the light they meet; visible or not.
+    /// The path or, in a scene with several environments, paths, to the light they meet; visible or
+    /// not.
     pub fn paths(&self) -> impl Iterator<Item = Path> + '_ {
         let camera = self.camera.as_ref();
         let seen = camera.map_or(&[][..], |c| &c.steps[..]);
@@ -181,8 +182,8 @@ impl Walk {
         }
     }
 
-    /// The path, if there is one and nothing blocks it. Paths of which nobody asked whether they are
-    /// blocked count as visible: they carry nothing, or have met their light.
+    /// The path, if there is one and nothing blocks it. Paths of which nobody asked whether they
+    /// are blocked count as visible: they carry nothing, or have met their light.
     pub fn path(&self) -> Option<Path> {
         self.paths().next().filter(|_| self.visible != Some(false))
     }

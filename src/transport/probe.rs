@@ -1,18 +1,19 @@
 //! Probes: what the waves say of a path on its way, to whoever listens.
 //!
-//! The stages of [`World::evaluate_multiplexed_with`](super::World::evaluate_multiplexed_with) call a
-//! hook after each step of a chunk of paths, with the figures that the step has just computed; so what
-//! listens needs no choosing, arriving, scattering or joining of its own. Renders listen with `()`,
-//! whose hooks are empty: no instruction of them is left.
+//! The stages of [`World::evaluate_multiplexed_with`](super::World::evaluate_multiplexed_with) call
+//! a hook after each step of a chunk of paths, with the figures that the step has just computed; so
+//! what listens needs no choosing, arriving, scattering or joining of its own. Renders listen with
+//! `()`, whose hooks are empty: no instruction of them is left.
 //!
 //! In every hook `list` holds the paths of the chunk, and lane `i` of all figures is of path
-//! `list[i]`. Lanes beyond the list mean nothing. In sets of lanes (`alive`) bit `i` is that of lane
-//! `i`, and a path whose bit is not set ends there.
+//! `list[i]`. Lanes beyond the list mean nothing. In sets of lanes (`alive`) bit `i` is that of
+//! lane `i`, and a path whose bit is not set ends there.
 //!
-//! A path is told of in the order of its steps. It starts from the camera if it has a camera subpath,
-//! and arrives and scatters along it; then the same from a light. Then either its camera subpath meets
-//! a light ([`Probe::emission`], [`Probe::escaped`]), or its ends are linked, weighed and, if they
-//! carry anything, looked along. Wherever it ends earlier, [`Probe::ended`] or a bit says so.
+//! A path is told of in the order of its steps. It starts from the camera if it has a camera
+//! subpath, and arrives and scatters along it; then the same from a light. Then either its camera
+//! subpath meets a light ([`Probe::emission`], [`Probe::escaped`]), or its ends are linked, weighed
+//! and, if they carry anything, looked along. Wherever it ends earlier, [`Probe::ended`] or a bit
+//! says so.
 
 use super::paths::{Endpoints, Parameters, Side};
 use super::records::{Hit, LinkLanes};
@@ -29,8 +30,8 @@ pub trait Probe {
     #[inline(always)]
     fn camera_started<L: Lanes>(&mut self, list: &[u32], ray: &CameraRay<L>) {}
 
-    /// Light subpaths have their first rays, from the lights `lights[i]`; those that are not `alive`
-    /// carry nothing.
+    /// Light subpaths have their first rays, from the lights `lights[i]`; those that are not
+    /// `alive` carry nothing.
     #[inline(always)]
     fn light_started<L: Lanes>(
         &mut self,
@@ -46,8 +47,8 @@ pub trait Probe {
     #[inline(always)]
     fn tilted(&mut self, path: u32, relief: &Option<Relief>) {}
 
-    /// Subpaths have arrived at surfaces: all those of a wave and a side, maybe none. Throughputs are
-    /// those on arrival, without the share of a mixture's component.
+    /// Subpaths have arrived at surfaces: all those of a wave and a side, maybe none. Throughputs
+    /// are those on arrival, without the share of a mixture's component.
     #[inline(always)]
     fn arrived(&mut self, list: &[u32], at: &Arrived) {}
 
@@ -75,8 +76,8 @@ pub trait Probe {
     #[inline(always)]
     fn linked_endpoints<L: Lanes>(&mut self, list: &[u32], link: &LinkLanes<L>, alive: u32) {}
 
-    /// Linked paths have their MIS weights and their contributions, choice of strategy and colour of
-    /// the wavelength included, before anything is known of visibility.
+    /// Linked paths have their MIS weights and their contributions, choice of strategy and colour
+    /// of the wavelength included, before anything is known of visibility.
     #[inline(always)]
     fn weighed<L: Lanes>(&mut self, list: &[u32], weight: L, rgb: Vec3<L>) {}
 

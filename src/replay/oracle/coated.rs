@@ -1,6 +1,7 @@
-//! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and [`crate::surface::coated_conductor`] over the same rows.
+//! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and
+//! [`crate::surface::coated_conductor`] over the same rows.
 
-use super::bsdf::{
+use super::microfacet::{
     Value, conductor, dielectric, ggx_brdf, ggx_lambda, ggx_pdf, ggx_refraction, unpacked_alphas,
 };
 use super::vector::{V, add, dot, unit};
@@ -8,7 +9,8 @@ use crate::surface::Kind;
 use crate::surface::coat::DARK;
 use std::f64::consts::PI;
 
-/// Transmittance of a rough coat: the polynomial whose twelve-bit coefficients, -1 to 3, are packed in the row.
+/// Transmittance of a rough coat: the polynomial whose twelve-bit coefficients, -1 to 3, are packed
+/// in the row.
 fn transmittance(row: &[f64; 8], mu: f64) -> f64 {
     let eta = row[3];
     let beyond = (1.0 - eta * eta).max(0.0);
@@ -135,7 +137,8 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> Value {
     }
 }
 
-/// Square of the alpha of slopes that add up, for one of which `far` is the square over that of the alphas.
+/// Square of the alpha of slopes that add up, for one of which `far` is the square over that of the
+/// alphas.
 fn added(alphas: [f64; 3], far: f64) -> f64 {
     let [a, b, c] = alphas;
     squares(alphas) + 0.95 * (a * b + b * c + c * a) / (1.0 + far / 16.0)
@@ -153,13 +156,14 @@ fn layer(kind: Kind, row: &[f64; 8]) -> (f64, f64) {
     }
 }
 
-/// What a mean visible microfacet makes of a direction: where it goes inside, the share that gets in, what the way leaves of it, and how
-/// far a slope moves it.
+/// What a mean visible microfacet makes of a direction: where it goes inside, the share that gets
+/// in, what the way leaves of it, and how far a slope moves it.
 fn enter(row: &[f64; 8], w: V) -> (V, f64, f64, f64) {
     let (ax, ay) = unpacked_alphas(row[4]);
     let eta = row[3];
     let s = unit([w[0] * ax, w[1] * ay, w[2]]);
-    // Its disk seen from `s`, of which half is cut off at grazing angles: the mean lies on the way from `s` towards the normal.
+    // Its disk seen from `s`, of which half is cut off at grazing angles: the mean lies on the way
+    // from `s` towards the normal.
     let planar = s[0].hypot(s[1]);
     let b = (1.0 - (1.0 + s[2]) / 2.0) * 8.0 / (3.0 * PI);
     let up = (1.0 - b * b).sqrt();
@@ -229,7 +233,8 @@ fn shift2(row: &[f64; 8], mu: f64, below: f64) -> f64 {
     (below - mu / row[3]).powi(2)
 }
 
-/// Alphas that a conductor is sampled by from a direction with cosines `mu` outside and `below` inside.
+/// Alphas that a conductor is sampled by from a direction with cosines `mu` outside and `below`
+/// inside.
 pub fn sampled_alphas(kind: Kind, row: &[f64; 8], mu: f64, below: f64) -> (f64, f64) {
     match kind {
         Kind::CoatedConductor => {
