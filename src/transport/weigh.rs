@@ -51,8 +51,8 @@ pub(super) struct Sink<'a> {
 }
 
 impl Sink<'_> {
-    /// Adds to the splats of the paths in `list`, and to the part that is asked for; returns what it
-    /// adds, coloured.
+    /// Adds to the splats of the paths in `list`, and to the part that is asked for. Returns what
+    /// it adds, coloured.
     #[inline(always)]
     fn add<L: Lanes>(
         &mut self,
@@ -279,8 +279,8 @@ pub(super) fn general<L: Lanes>(
 }
 
 /// Keeps contributions, with their weights and without, until visibility is known; those that are
-/// not zero (also if not finite, so that they are counted) stay alive. Without their weights they are
-/// kept if parts are asked for. Returns those with their weights, coloured.
+/// not zero (also if not finite, so that they are counted) stay alive. Without their weights they
+/// are kept if parts are asked for. Returns those with their weights, coloured.
 #[inline(always)]
 fn keep<L: Lanes>(
     contributions: &mut [Contribution],
