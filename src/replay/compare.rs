@@ -1,6 +1,6 @@
 //! The figures of a walk beside those of its reference, one by one.
 
-use super::reference::Reference;
+use super::oracle::reference::Reference;
 use super::walk::{Subpath, Walk};
 use crate::transport::paths::Side;
 
@@ -59,7 +59,8 @@ pub fn densities(walk: &Walk, reference: &Reference) -> Vec<Densities> {
     list
 }
 
-/// Mean of the channels of the contribution of one meeting, times the probability of its strategy; before visibility.
+/// Mean of the channels of the contribution of one meeting, times the probability of its strategy;
+/// before visibility.
 pub fn contribution(walk: &Walk, meeting: usize) -> f64 {
     let rgb = walk.meetings.get(meeting).map_or([0.0; 3], |m| m.rgb);
     rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / f64::from(walk.factor.max(1.0))

@@ -1,11 +1,11 @@
 //! All there is to say about a path, ready to print.
 
 use super::compare::{densities, relative};
-use super::path::Path;
-use super::reference::Reference;
-use super::vector::{length, mean, sub, wide};
-use super::walk::{Subpath, Walk};
-use super::{Fate, Recorder};
+use super::oracle::path::Path;
+use super::oracle::reference::Reference;
+use super::oracle::vector::{length, mean, sub, wide};
+use super::recorder::Recorder;
+use super::walk::{Fate, Subpath, Walk};
 use crate::plan::{Choice, DepthPlan};
 use crate::scene::NONE;
 use crate::transport::paths::Side;
@@ -35,7 +35,8 @@ pub struct Report {
     pub visible: Option<bool>,
     /// The contribution was not finite, or negative, and was replaced by 0.
     pub rejected: bool,
-    /// What the render sees: raster position, and contribution with MIS weight and choice of strategy.
+    /// What the render sees: raster position, and contribution with MIS weight and choice of
+    /// strategy.
     pub raster: [f32; 2],
     pub contribution: [f32; 3],
     /// In order of the walk: the camera subpath, then the light subpath.
@@ -86,12 +87,14 @@ pub struct MeetingReport {
     pub light: u32,
     pub figures: Vec<Figure>,
     pub densities: Vec<DensityReport>,
-    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32` makes of positions.
+    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32` makes
+    /// of positions.
     pub contribution_moves: f64,
     pub weight_moves: f64,
 }
 
-/// A figure in `f32`, in `f64` from the vertices that `f32` found, and in `f64` from the same primary samples; with relative errors of the first.
+/// A figure in `f32`, in `f64` from the vertices that `f32` found, and in `f64` from the same
+/// primary samples; with relative errors of the first.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figure {
     pub name: String,
@@ -102,7 +105,8 @@ pub struct Figure {
     pub samples_error: Option<f64>,
 }
 
-/// The density of the path under one strategy, over the product of areas, in `f64`; and its part of the sum, the MIS weight.
+/// The density of the path under one strategy, over the product of areas, in `f64`; and its part of
+/// the sum, the MIS weight.
 #[derive(Clone, Debug, Serialize)]
 pub struct DensityReport {
     pub s: u32,

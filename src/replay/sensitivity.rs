@@ -1,14 +1,18 @@
-//! How far a path's worth moves if its vertices do: the conditioning that any comparison of `f32` with `f64` has to allow for.
+//! How far a path's worth moves if its vertices do: the conditioning that any comparison of `f32`
+//! with `f64` has to allow for.
 
-use super::Recorder;
 use super::compare::relative;
-use super::path::{End, Path};
-use super::reference::Reference;
-use super::vector::*;
+use super::oracle::path::{End, Path};
+use super::oracle::reference::Reference;
+use super::oracle::vector::*;
+use super::oracle::warp;
+use super::recorder::Recorder;
 
-/// Rays start off surfaces by some ten half-ulps of the magnitudes in a position; scenes have a radius of at most 1.
+/// Rays start off surfaces by some ten half-ulps of the magnitudes in a position; scenes have a
+/// radius of at most 1.
 const POSITION_ERROR: f64 = 1e-6;
-/// Positions on the surface are good to an ulp, and the normals of spheres turn by that over the radius, here at least a tenth.
+/// Positions on the surface are good to an ulp, and the normals of spheres turn by that over the
+/// radius, here at least a tenth.
 const NORMAL_ERROR: f64 = 1e-6;
 
 /// Largest changes under small movements of the vertices.
@@ -23,14 +27,15 @@ pub struct Sensitivity {
 }
 
 impl Recorder<'_> {
-    /// How far the reference moves if vertices move by what `f32` positions and ray offsets may: the tolerance of a comparison. Six
-    /// movements in random directions, which follow from `seed`.
+    /// How far the reference moves if vertices move by what `f32` positions and ray offsets may:
+    /// the tolerance of a comparison. Six movements in random directions, which follow from `seed`.
     pub fn sensitivity(&self, path: &Path, strategies: &[u32], seed: u64) -> Sensitivity {
         let still = self.reference(path, strategies);
         self.sensitivity_to(path, strategies, seed, &still, 3, 1.0)
     }
 
-    /// The same for `pairs` of opposite movements, `factor` times as far, of a path whose reference is known.
+    /// The same for `pairs` of opposite movements, `factor` times as far, of a path whose reference
+    /// is known.
     pub fn sensitivity_to(
         &self,
         path: &Path,
@@ -96,6 +101,6 @@ impl Directions {
     }
 
     fn next(&mut self) -> V {
-        super::warp::sphere(self.uniform(), self.uniform())
+        warp::sphere(self.uniform(), self.uniform())
     }
 }

@@ -4,6 +4,7 @@ use super::World;
 use super::dispersion::Dispersion;
 use super::mis::Partial;
 use super::paths::{Endpoints, Parameters, Rays, Side, Subpaths};
+use super::probe::{Arrived, Probe};
 use super::records::*;
 use super::samples::Label;
 use crate::geometry::Wanted;
@@ -19,10 +20,10 @@ impl World<'_> {
         &self,
         rays: &Rays,
         list: &[u32],
-        subpaths: &mut Subpaths,
-        dispersion: &mut Dispersion,
+        (subpaths, dispersion): (&mut Subpaths, &mut Dispersion),
         (side, slot): (Side, usize),
         label: Label,
+        probe: &mut impl Probe,
     ) {
         let at = (side, slot);
         match (self.materials.own_rows, self.wanted.any()) {
@@ -44,13 +45,20 @@ impl World<'_> {
             parameters.rows[row] = self.materials.evaluate(material as usize, &place, nm);
         }
         if self.plan.bumps {
-            self.tilt(&rays.hit, &parameters.textured, endpoints);
+            self.tilt(&rays.hit, &parameters.textured, endpoints, probe);
         }
         if self.plan.dispersion {
             let dispersive = |material: u32| self.materials.entries[material as usize].dispersive;
             let textured = parameters.textured.iter();
             dispersion.note(list, side, textured.map(|t| (t.0, dispersive(t.1))));
         }
+        let arrived = Arrived {
+            side,
+            hits: &rays.hit,
+            endpoints,
+            parameters,
+        };
+        probe.arrived(list, &arrived);
         parameters.textured.clear();
     }
 
@@ -202,30 +210,37 @@ impl World<'_> {
     }
 
     /// Tilts the shading frames of those textured endpoints that have a bump or normal map.
-    fn tilt(&self, hits: &[Hit], textured: &[(u32, u32, [f32; 2])], endpoints: &mut Endpoints) {
+    fn tilt(
+        &self,
+        hits: &[Hit],
+        textured: &[(u32, u32, [f32; 2])],
+        endpoints: &mut Endpoints,
+        probe: &mut impl Probe,
+    ) {
         for &(path, material, uv) in textured {
             if !self.materials.is_bumped(material as usize) {
                 continue;
             }
-            let path = path as usize;
-            let energy = &mut endpoints.energy[path];
-            let frame = &mut endpoints.frame[path];
+            let index = path as usize;
+            let energy = &mut endpoints.energy[index];
+            let frame = &mut endpoints.frame[index];
             let place = Place {
                 uv,
-                p: endpoints.place[path].p,
+                p: endpoints.place[index].p,
                 n: frame.ng,
             };
-            let b = hits[path].b;
-            let (_, ns, tangent) =
+            let b = hits[index].b;
+            let (relief, ns, tangent) =
                 self.shading_at(material as usize, energy.primitive, b, &place, frame.ns);
             frame.ns = ns;
             energy.tangent = tangent;
+            probe.tilted(path, &relief);
         }
     }
 
     /// What the bump or normal map of a material says at a hit, and the shading normal and tangent that follow; `place.n` is the geometric normal
     /// towards the front, `ns` the shading normal of the surface.
-    pub fn shading_at(
+    fn shading_at(
         &self,
         material: usize,
         primitive: u32,

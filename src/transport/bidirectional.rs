@@ -311,6 +311,7 @@ impl World<'_> {
             (layout.at.light_choice, layout.at.emission),
             (&mut paths.rays.ray, &mut paths.subpaths.flight),
             &mut lists.light,
+            &mut (),
         );
         lists.starting.clear();
         paths.clock.lap(Stage::Generate);
@@ -332,6 +333,7 @@ impl World<'_> {
                 &lists.emission,
                 (Side::Light, wave),
                 (samples, label),
+                &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
             self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Light, kept));
@@ -367,7 +369,7 @@ impl World<'_> {
         if wave + 1 < count {
             on.extend(&lists.emission);
             let bounce = Bounce::at(first + wave * layout.at.strides.bounce);
-            self.scatter_queues::<L>(paths, samples, lists, side, bounce);
+            self.scatter_queues::<L, ()>(paths, samples, lists, side, bounce, &mut ());
         }
         std::mem::swap(
             &mut paths.subpaths.endpoints[side as usize],
@@ -391,6 +393,7 @@ impl World<'_> {
             (layout.at.raster, layout.at.lens),
             !self.plan.connectable,
             paths.camera_starts(),
+            &mut (),
         );
         paths.clock.lap(Stage::Generate);
         for wave in 0..layout.camera_vertices {
@@ -416,7 +419,7 @@ impl World<'_> {
             if let Some(index) = seen {
                 let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
                 let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
-                self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink);
+                self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
             let label = (wave < layout.camera_labels)
@@ -426,12 +429,13 @@ impl World<'_> {
                 &lists.emission,
                 (Side::Camera, wave),
                 (samples, label),
+                &mut (),
             );
             if let Some(index) = seen {
                 let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
                 let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
                 let (list, lit) = (&lists.emission, &mut lists.scratch);
-                self.emission::<L>(from, list, lit, (mask, 1.0), sink);
+                self.emission::<L>(from, list, lit, (mask, 1.0), sink, &mut ());
             }
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(&mut paths.subpaths, Side::Camera);
@@ -506,7 +510,7 @@ impl World<'_> {
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L>(joining, samples, lists, at, techniques);
+        self.join::<L, _>(joining, samples, lists, at, techniques, &mut ());
     }
 }
 

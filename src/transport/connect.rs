@@ -5,6 +5,7 @@ use super::clock::{Clock, Stage};
 use super::list::List;
 use super::mis;
 use super::paths::{Connections, Endpoint, Endpoints, Lists, Paths, Rays, Side};
+use super::probe::Probe;
 use super::records::*;
 use super::samples::{ConnectionSamples, Samples};
 use super::sides;
@@ -44,6 +45,7 @@ impl World<'_> {
         lists: &mut Lists,
         at: ConnectionSamples,
         (mask, factors): (TechniqueMask, &[f32]),
+        probe: &mut impl Probe,
     ) {
         if self.plan.dispersion {
             for (list, side) in [
@@ -73,17 +75,18 @@ impl World<'_> {
             factors,
             s: &paths.s,
         };
-        self.join::<L>(joining, samples, lists, at, techniques);
+        self.join::<L, _>(joining, samples, lists, at, techniques, probe);
     }
 
     /// The same, where it is known already which of the paths have met what disperses light, their endpoints included.
-    pub(super) fn join<L: Lanes>(
+    pub(super) fn join<L: Lanes, P: Probe>(
         &self,
         joining: Joining,
         samples: &Samples,
         lists: &mut Lists,
         at: ConnectionSamples,
         techniques: Techniques,
+        probe: &mut P,
     ) {
         let Joining {
             endpoints,
@@ -98,13 +101,14 @@ impl World<'_> {
         lens.clear();
         general.clear();
         let [camera, light] = endpoints;
-        let to = (&mut rays.ray[..], &mut *connections);
-        self.link_direct::<L>(camera, samples, &lists.direct, at, to, direct);
-        let to = (&mut rays.ray[..], &mut *connections, &mut *sink.splats);
+        let to = (&mut rays.ray[..], &mut *connections, &mut *direct);
+        self.link_direct::<L>(camera, samples, &lists.direct, at, to, probe);
+        let splats = &mut *sink.splats;
+        let to = (&mut rays.ray[..], &mut *connections, splats, &mut *lens);
         if self.camera.is_pinhole() {
-            self.link_lens::<L, true>(light, samples, &lists.lens, at, to, lens);
+            self.link_lens::<L, true>(light, samples, &lists.lens, at, to, probe);
         } else {
-            self.link_lens::<L, false>(light, samples, &lists.lens, at, to, lens);
+            self.link_lens::<L, false>(light, samples, &lists.lens, at, to, probe);
         }
         for (list, side) in [(&*direct, Side::Camera), (&*lens, Side::Light)] {
             let from = (endpoints[side as usize], params);
@@ -121,10 +125,10 @@ impl World<'_> {
         let live = &mut lists.trace;
         live.clear();
         let Techniques { mask, factors, s } = techniques;
-        weigh::direct::<L>(connections, direct, (mask, factors[1]), &sink, live);
+        weigh::direct::<L>(connections, direct, (mask, factors[1]), &sink, live, probe);
         // Where `t = 1`, no strategy has more light vertices.
         let most = factors[factors.len() - 1];
-        weigh::lens::<L>(connections, lens, (mask, most), &sink, live);
+        weigh::lens::<L>(connections, lens, (mask, most), &sink, live, probe);
         clock.lap(Stage::Mis);
         // The camera's BSDF is evaluated with the link, the light's with the weight: each endpoint is loaded whole once.
         let list = &lists.general;
@@ -133,7 +137,7 @@ impl World<'_> {
             let to = (&mut rays.ray[..], &mut *connections, &mut *general);
             crate::for_kind!(
                 kind,
-                self.link_endpoints::<_, L>(endpoints, params, queue, to)
+                self.link_endpoints::<_, L, P>(endpoints, params, queue, to, probe)
             );
         }
         for (kind, queue) in self.queues_of(light, general, &mut lists.queues) {
@@ -141,17 +145,19 @@ impl World<'_> {
             let (from, weights) = ((light, params), (s, factors));
             crate::for_kind!(
                 kind,
-                self.weigh_endpoints::<_, L>(
+                self.weigh_endpoints::<_, L, P>(
                     from,
                     queue,
                     weights,
                     connections,
-                    (&sink, &mut *live)
+                    (&sink, &mut *live),
+                    probe
                 )
             );
         }
         clock.lap(Stage::Connect);
         self.trace_visibility::<L>(rays, live, clock);
+        probe.looked(live, &rays.blocked);
         sink.add_visible(&connections.contribution, &rays.blocked, live);
         clock.lap(Stage::Mis);
     }
@@ -163,8 +169,8 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        (rays, connections): (&mut [Ray], &mut Connections),
-        joined: &mut List,
+        (rays, connections, joined): (&mut [Ray], &mut Connections, &mut List),
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let place = EndpointPlaceLanes::<L>::load(&endpoints.place, chunk);
@@ -195,7 +201,9 @@ impl World<'_> {
                 by_chance: L::one().or_zero(seen.delta.not()),
             }
             .store(&mut connections.light_end, chunk);
-            joined.push_where(chunk, seen.valid.bits() & self.emits(light, u));
+            let alive = seen.valid.bits() & self.emits(light, u);
+            joined.push_where(chunk, alive);
+            probe.linked_light(chunk, light, &seen, alive);
         }
     }
 
@@ -206,8 +214,13 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         at: ConnectionSamples,
-        (rays, connections, splats): (&mut [Ray], &mut Connections, &mut [Outcome]),
-        joined: &mut List,
+        (rays, connections, splats, joined): (
+            &mut [Ray],
+            &mut Connections,
+            &mut [Outcome],
+            &mut List,
+        ),
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let place = EndpointPlaceLanes::<L>::load(&endpoints.place, chunk);
@@ -233,6 +246,7 @@ impl World<'_> {
                 splats[path as usize].raster = [link.raster.0.lane(i), link.raster.1.lane(i)];
             }
             joined.push_where(chunk, link.valid.bits());
+            probe.linked_lens(chunk, &link);
         }
     }
 
@@ -276,12 +290,13 @@ impl World<'_> {
     }
 
     /// `s, t >= 2`: links endpoints to endpoints, and evaluates the camera's.
-    fn link_endpoints<B: Bsdf, L: Lanes>(
+    fn link_endpoints<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         [camera, light]: [&Endpoints; 2],
         params: &[Row],
         list: &[u32],
         (rays, connections, joined): (&mut [Ray], &mut Connections, &mut List),
+        probe: &mut P,
     ) {
         for chunk in list.chunks(L::N) {
             let end = camera.load::<L>(chunk);
@@ -292,23 +307,27 @@ impl World<'_> {
             let w = v * (L::one() / d2.sqrt());
             let (from, to) = (end.place.leave(end.frame.ng, w), far.leave(far_ng, -w));
             RayLanes::between(from, to).store(rays, chunk);
-            LinkLanes { w, distance2: d2 }.store(&mut connections.link, chunk);
+            let link = LinkLanes { w, distance2: d2 };
+            link.store(&mut connections.link, chunk);
             let row = end.frame.load_params(params, chunk.len());
             let value = self.value_along::<B, L>(&end, &row, w, Side::Camera);
             value.store(&mut connections.value[Side::Camera as usize], chunk);
             // Coincident endpoints have no direction between them and contribute nothing.
-            joined.push_where(chunk, d2.gt(L::splat(f32::MIN_POSITIVE)).bits());
+            let alive = d2.gt(L::splat(f32::MIN_POSITIVE)).bits();
+            joined.push_where(chunk, alive);
+            probe.linked_endpoints(chunk, &link, alive);
         }
     }
 
     /// `s, t >= 2`: evaluates the light's endpoints, and weighs both. The factors are those of `s` light vertices.
-    fn weigh_endpoints<B: Bsdf, L: Lanes>(
+    fn weigh_endpoints<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         (light, params): (&Endpoints, &[Row]),
         list: &[u32],
         (s, factors): (&[u32], &[f32]),
         connections: &mut Connections,
         (sink, live): (&Sink, &mut List),
+        probe: &mut P,
     ) {
         for chunk in list.chunks(L::N) {
             let end = light.load::<L>(chunk);
@@ -327,6 +346,7 @@ impl World<'_> {
                 contributions,
                 chunk,
                 (sink, live),
+                probe,
             );
         }
     }

@@ -29,6 +29,11 @@ impl Dispersion {
         }
     }
 
+    /// The wavelength of a path; `None` in a scene without dispersion.
+    pub fn wavelength(&self, path: usize) -> Option<Wavelength> {
+        self.wavelength.get(path).copied()
+    }
+
     /// Wavelength of a path in nanometres; 0 in a scene without dispersion.
     #[inline(always)]
     pub fn nm(&self, path: usize) -> f32 {

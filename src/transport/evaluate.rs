@@ -3,6 +3,7 @@
 use super::World;
 use super::clock::Stage;
 use super::paths::{Lists, Paths, Side};
+use super::probe::{Ended, Probe};
 use super::records::Outcome;
 use super::samples::{Bounce, ConnectionSamples, Label, Samples};
 use super::weigh::{Sink, TechniqueMask};
@@ -61,12 +62,25 @@ impl World<'_> {
     ///
     /// A path costs `depth + 1` rays whatever its strategy, so the batch marches in lockstep: wave `w` traces the `w`-th ray of every live
     /// path, camera and light subpaths alike, and the visibility rays go last.
+    #[inline(always)]
     pub fn evaluate_multiplexed<L: Lanes>(
         &self,
         depth: &DepthPlan,
         samples: &Samples,
         n: usize,
         paths: &mut Paths,
+    ) {
+        self.evaluate_multiplexed_with::<L, ()>(depth, samples, n, paths, &mut ());
+    }
+
+    /// The same, while `probe` listens.
+    pub fn evaluate_multiplexed_with<L: Lanes, P: Probe>(
+        &self,
+        depth: &DepthPlan,
+        samples: &Samples,
+        n: usize,
+        paths: &mut Paths,
+        probe: &mut P,
     ) {
         paths.resize(n);
         if depth.strategies.is_empty() {
@@ -86,6 +100,7 @@ impl World<'_> {
             (at.raster, at.lens),
             alone || !self.plan.connectable,
             paths.camera_starts(),
+            probe,
         );
         for wave in 0..=depth.depth {
             // Light subpaths start where the camera's rays are spent.
@@ -95,6 +110,7 @@ impl World<'_> {
                 (at.light_choice, at.emission),
                 (&mut paths.rays.ray, &mut paths.subpaths.flight),
                 &mut lists.light,
+                probe,
             );
             paths.clock.lap(Stage::Generate);
             lists.starting.clear();
@@ -105,19 +121,19 @@ impl World<'_> {
                 break;
             }
             self.trace::<L>(&mut paths.rays, &lists.trace, &mut paths.clock);
-            self.advance_camera::<L>(paths, samples, &mut lists, depth, wave);
-            self.advance_light::<L>(paths, samples, &mut lists, depth, wave);
+            self.advance_camera::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
+            self.advance_light::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
         }
         let techniques = (TechniqueMask::ALL, factors[0]);
-        self.meet::<L>(paths, &mut lists, techniques);
-        self.escape::<L>(paths, &lists, techniques);
+        self.meet::<L>(paths, &mut lists, techniques, probe);
+        self.escape::<L>(paths, &lists, techniques, probe);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
         let techniques = (TechniqueMask::ALL, factors);
-        self.connect::<L>(paths, samples, &mut lists, connection, techniques);
+        self.connect::<L>(paths, samples, &mut lists, connection, techniques, probe);
         paths.lists = lists;
         settle(&mut paths.splats.camera);
     }
@@ -153,13 +169,13 @@ impl World<'_> {
     }
 
     /// Camera subpaths have their hits of this wave: they arrive, end, or scatter. `lists.camera` is left with those that go on.
-    fn advance_camera<L: Lanes>(
+    fn advance_camera<L: Lanes, P: Probe>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
-        depth: &DepthPlan,
-        wave: u32,
+        (depth, wave): (&DepthPlan, u32),
+        probe: &mut P,
     ) {
         lists.scratch.clear();
         for &path in &*lists.camera {
@@ -168,13 +184,17 @@ impl World<'_> {
             let seen = missed & (paths.t[i] == wave + 2) & (paths.s[i] == 0);
             lists.scratch.push_if(path, !missed);
             lists.escaped.push_if(path, seen);
+            if missed {
+                probe.ended(path, Ended::Missed(Side::Camera));
+            }
         }
         paths.clock.lap(Stage::Sort);
         // Only vertices met by chance are so late, and they do not scatter.
         let label = (wave < depth.depth).then(|| {
             Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
         });
-        self.arrive_on::<L>(paths, &lists.scratch, (Side::Camera, 0), (samples, label));
+        let at = (Side::Camera, 0);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
         self.weigh_components(&mut paths.subpaths, Side::Camera);
         lists.camera.clear();
         for &path in &*lists.scratch {
@@ -186,26 +206,33 @@ impl World<'_> {
             lists.emission.push_if(path, ends & (s == 0));
             lists.direct.push_if(path, joins & (s == 1));
             lists.starting.push_if(path, joins & (s > 1));
+            if ends & !joins & (s > 0) {
+                probe.ended(path, Ended::Delta(Side::Camera));
+            }
         }
         let at = &depth.layout;
         let bounce = Bounce::at(at.camera_bounce + wave as usize * at.strides.bounce);
-        self.scatter_queues::<L>(paths, samples, lists, Side::Camera, bounce);
+        self.scatter_queues::<L, P>(paths, samples, lists, Side::Camera, bounce, probe);
     }
 
-    fn advance_light<L: Lanes>(
+    fn advance_light<L: Lanes, P: Probe>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
-        depth: &DepthPlan,
-        wave: u32,
+        (depth, wave): (&DepthPlan, u32),
+        probe: &mut P,
     ) {
         if lists.light.is_empty() {
             return;
         }
         lists.scratch.clear();
         for &path in &*lists.light {
-            lists.scratch.push_if(path, !paths.rays.missed(path));
+            let missed = paths.rays.missed(path);
+            lists.scratch.push_if(path, !missed);
+            if missed {
+                probe.ended(path, Ended::Missed(Side::Light));
+            }
         }
         paths.clock.lap(Stage::Sort);
         let label = Bounce {
@@ -214,7 +241,8 @@ impl World<'_> {
             wave,
         };
         let label = Some(label);
-        self.arrive_on::<L>(paths, &lists.scratch, (Side::Light, 0), (samples, label));
+        let at = (Side::Light, 0);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
         self.weigh_components(&mut paths.subpaths, Side::Light);
         lists.light.clear();
         if wave + 1 < depth.depth {
@@ -226,6 +254,9 @@ impl World<'_> {
                 let lens = paths.t[path as usize] == 1;
                 lists.lens.push_if(path, joins & lens);
                 lists.general.push_if(path, joins & !lens);
+                if !joins {
+                    probe.ended(path, Ended::Delta(Side::Light));
+                }
             }
         }
         let bounce = Bounce {
@@ -233,7 +264,7 @@ impl World<'_> {
             per_bounce: depth.layout.strides.bounce,
             wave,
         };
-        self.scatter_queues::<L>(paths, samples, lists, Side::Light, bounce);
+        self.scatter_queues::<L, P>(paths, samples, lists, Side::Light, bounce, probe);
     }
 
     /// Path tracing: camera subpaths of up to `layout.max_depth` scattering events, at every vertex joined to a light (`s = 1`) and, where they
@@ -254,7 +285,8 @@ impl World<'_> {
             lists.camera.push(path as u32);
         }
         let place = (layout.at.raster, layout.at.lens);
-        self.start_camera::<L>(samples, &lists.camera, place, true, paths.camera_starts());
+        let starts = paths.camera_starts();
+        self.start_camera::<L>(samples, &lists.camera, place, true, starts, &mut ());
         paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
             if lists.camera.is_empty() {
@@ -269,11 +301,12 @@ impl World<'_> {
                 lists.emission.push_if(path, !missed);
             }
             paths.clock.lap(Stage::Sort);
-            self.escape::<L>(paths, &lists, (mask, 1.0));
+            self.escape::<L>(paths, &lists, (mask, 1.0), &mut ());
             paths.clock.lap(Stage::Mis);
             let label = layout.label(depth);
-            self.arrive_on::<L>(paths, &lists.emission, (Side::Camera, 0), (samples, label));
-            self.meet::<L>(paths, &mut lists, (mask, 1.0));
+            let at = (Side::Camera, 0);
+            self.arrive_on::<L>(paths, &lists.emission, at, (samples, label), &mut ());
+            self.meet::<L>(paths, &mut lists, (mask, 1.0), &mut ());
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(&mut paths.subpaths, Side::Camera);
             paths.clock.lap(Stage::Mis);
@@ -289,8 +322,8 @@ impl World<'_> {
             }
             let (bounce, connection) = layout.at(depth);
             let techniques = (mask, &[1.0; 2][..]);
-            self.connect::<L>(paths, samples, &mut lists, connection, techniques);
-            self.scatter_queues::<L>(paths, samples, &mut lists, Side::Camera, bounce);
+            self.connect::<L>(paths, samples, &mut lists, connection, techniques, &mut ());
+            self.scatter_queues::<L, ()>(paths, samples, &mut lists, Side::Camera, bounce, &mut ());
         }
         paths.lists = lists;
         settle(&mut paths.splats.camera);
@@ -303,14 +336,15 @@ impl World<'_> {
         list: &[u32],
         at: (Side, usize),
         (samples, label): (&Samples, Option<Bounce>),
+        probe: &mut impl Probe,
     ) {
         let label = Label {
             samples,
             at: label,
             t: &paths.t,
         };
-        let (subpaths, dispersion) = (&mut paths.subpaths, &mut paths.dispersion);
-        self.arrive::<L>(&paths.rays, list, subpaths, dispersion, at, label);
+        let to = (&mut paths.subpaths, &mut paths.dispersion);
+        self.arrive::<L>(&paths.rays, list, to, at, label, probe);
         paths.clock.finish(Stage::Surface, list.len(), L::N);
     }
 
@@ -320,6 +354,7 @@ impl World<'_> {
         paths: &mut Paths,
         lists: &mut Lists,
         techniques: (TechniqueMask, f32),
+        probe: &mut impl Probe,
     ) {
         let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
         let sink = Sink {
@@ -327,18 +362,25 @@ impl World<'_> {
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
         };
-        self.emission::<L>(from, &lists.emission, &mut lists.scratch, techniques, sink);
+        let (list, lit) = (&lists.emission, &mut lists.scratch);
+        self.emission::<L>(from, list, lit, techniques, sink, probe);
     }
 
     /// Camera subpaths in `lists.escaped` have left the scene.
-    fn escape<L: Lanes>(&self, paths: &mut Paths, lists: &Lists, techniques: (TechniqueMask, f32)) {
+    fn escape<L: Lanes>(
+        &self,
+        paths: &mut Paths,
+        lists: &Lists,
+        techniques: (TechniqueMask, f32),
+        probe: &mut impl Probe,
+    ) {
         let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
         let sink = Sink {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
         };
-        self.environment::<L>(from, &lists.escaped, techniques, sink);
+        self.environment::<L>(from, &lists.escaped, techniques, sink, probe);
     }
 }
 

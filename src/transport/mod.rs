@@ -11,6 +11,7 @@
 //! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
 //!    are joined; it sets endpoints aside, vertex by vertex.
 //! 7. [`host`] names the ways of evaluation that chains can march over.
+//! 8. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -25,6 +26,7 @@ pub mod host;
 mod list;
 pub mod mis;
 pub mod paths;
+pub mod probe;
 pub mod records;
 pub mod samples;
 mod scatter;
@@ -37,6 +39,7 @@ mod weigh;
 
 pub use self::host::Host;
 pub use self::paths::Paths;
+pub use self::probe::Probe;
 pub use self::records::Outcome;
 
 use crate::camera::Camera;

@@ -13,6 +13,7 @@ use crate::transport::mis::Partial;
 use crate::transport::records::*;
 use crate::transport::sides::Normals;
 use crate::transport::sort::Sorter;
+use crate::transport::wavelength::Wavelength;
 
 /// Which subpath.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +124,18 @@ impl Parameters {
             self.slots = slots;
             self.resize(self.room);
         }
+    }
+
+    /// The material of a path that has arrived, and whose parameters are those of row `row`.
+    pub(super) fn material(&self, path: u32, row: u32) -> u32 {
+        let own = self.textured.iter().find(|hit| hit.0 == path);
+        own.map_or(row, |hit| hit.1)
+    }
+
+    /// The share of the component that a path has arrived at, of a mixture; else 1.
+    pub(super) fn share(&self, path: u32) -> [f32; 3] {
+        let share = self.shares.iter().find(|share| share.0 == path);
+        share.map_or([1.0; 3], |share| share.1)
     }
 
     /// The row reserved for an endpoint that has its own.
@@ -288,6 +301,11 @@ impl Paths {
             &mut self.subpaths.flight,
             &mut self.splats.camera,
         )
+    }
+
+    /// The wavelength of a path, in a scene with dispersion.
+    pub fn wavelength(&self, path: usize) -> Option<Wavelength> {
+        self.dispersion.wavelength(path)
     }
 
     /// Paths there is room for.

@@ -5,6 +5,7 @@ use super::clock::Stage;
 use super::list::List;
 use super::mis;
 use super::paths::{Endpoint, Endpoints, Lists, Paths, Side};
+use super::probe::{Probe, Scattered};
 use super::records::*;
 use super::samples::{Bounce, Samples};
 use super::sides::{self, Sampled};
@@ -29,14 +30,14 @@ impl World<'_> {
 
     /// Scatters the endpoints of `list`, all of one BSDF; survivors are appended to `alive` with a new ray and flight record. `t` are the
     /// camera vertices of all paths.
-    fn scatter<B: Bsdf, L: Lanes>(
+    fn scatter<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         samples: &Samples,
         list: &[u32],
         (endpoints, params): (&Endpoints, &[Row]),
         (side, bounce, t): (Side, Bounce, &[u32]),
-        (rays, flights): (&mut [Ray], &mut [Flight]),
-        alive: &mut List,
+        (rays, flights, alive): (&mut [Ray], &mut [Flight], &mut List),
+        probe: &mut P,
     ) {
         let mode = side.mode();
         for chunk in list.chunks(L::N) {
@@ -62,15 +63,17 @@ impl World<'_> {
             let wi_ng = wi.dot(frame.ng);
             let cos_out = wi_ng.abs();
             let mut beta = energy.beta.mul_elem(sample.weight);
+            let mut adjoint = L::one();
             if side == Side::Light {
                 // Weight and density are made of the local cosine, which has to cancel: of a grazing direction the dot product is another number.
                 // Where the normals are one, it is the other cosine of the correction that cancels.
                 let shading = wi.dot(frame.ns).abs();
                 let cos = L::select(shading.eq(cos_out), shading, sample.wi.z.abs());
-                let adjoint =
+                adjoint =
                     mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
                         / cos;
-                beta = beta * adjoint.or_zero(cos.gt(L::zero()));
+                adjoint = adjoint.or_zero(cos.gt(L::zero()));
+                beta = beta * adjoint;
             }
             let partial =
                 (end.partial()).scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
@@ -83,18 +86,27 @@ impl World<'_> {
             }
             .store(flights, chunk);
             let lit = beta.x.max(beta.y).max(beta.z).gt(L::zero());
-            alive.push_where(chunk, valid.and(lit).bits());
+            let goes_on = valid.and(lit).bits();
+            alive.push_where(chunk, goes_on);
+            let event = Scattered {
+                wi,
+                sample,
+                adjoint,
+                alive: goes_on,
+            };
+            probe.scattered(chunk, side, &event);
         }
     }
 
     /// Scatters the endpoints of `lists.camera` or `lists.light` queue by queue; the list is left with the survivors.
-    pub(super) fn scatter_queues<L: Lanes>(
+    pub(super) fn scatter_queues<L: Lanes, P: Probe>(
         &self,
         paths: &mut Paths,
         samples: &Samples,
         lists: &mut Lists,
         side: Side,
         bounce: Bounce,
+        probe: &mut P,
     ) {
         let list = match side {
             Side::Camera => &mut lists.camera,
@@ -116,10 +128,11 @@ impl World<'_> {
             let queue = &lists.queues[kind as usize];
             if !queue.is_empty() {
                 paths.clock.count(Stage::Shade, queue.len(), L::N);
-                let to = (&mut paths.rays.ray[..], &mut paths.subpaths.flight[..]);
+                let rays = &mut paths.rays.ray[..];
+                let to = (rays, &mut paths.subpaths.flight[..], &mut *list);
                 crate::for_kind!(
                     kind,
-                    self.scatter::<_, L>(samples, queue, from, at, to, list)
+                    self.scatter::<_, L, P>(samples, queue, from, at, to, probe)
                 );
             }
         }

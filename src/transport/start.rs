@@ -2,6 +2,7 @@
 
 use super::World;
 use super::list::List;
+use super::probe::Probe;
 use super::records::*;
 use super::samples::Samples;
 use crate::simd::{Lanes, Mask, Vec3};
@@ -13,14 +14,16 @@ impl World<'_> {
         &self,
         samples: &Samples,
         list: &[u32],
-        (raster, lens): (usize, usize),
+        at: (usize, usize),
         one_strategy: bool,
         started: (&mut [Ray], &mut [Flight], &mut [Outcome]),
+        probe: &mut impl Probe,
     ) {
+        let alone = one_strategy;
         if self.camera.is_pinhole() {
-            self.start_camera_by::<L, true>(samples, list, (raster, lens), one_strategy, started);
+            self.start_camera_by::<L, true>(samples, list, at, alone, started, probe);
         } else {
-            self.start_camera_by::<L, false>(samples, list, (raster, lens), one_strategy, started);
+            self.start_camera_by::<L, false>(samples, list, at, alone, started, probe);
         }
     }
 
@@ -31,6 +34,7 @@ impl World<'_> {
         (raster, lens): (usize, usize),
         one_strategy: bool,
         (rays, flights, splats): (&mut [Ray], &mut [Flight], &mut [Outcome]),
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let u: L = samples.gather(raster, chunk);
@@ -59,6 +63,7 @@ impl World<'_> {
             for (i, &path) in chunk.iter().enumerate() {
                 splats[path as usize].raster = [x.lane(i), y.lane(i)];
             }
+            probe.camera_started(chunk, &ray);
         }
     }
 
@@ -70,6 +75,7 @@ impl World<'_> {
         (choice, emission): (usize, usize),
         (rays, flights): (&mut [Ray], &mut [Flight]),
         started: &mut List,
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let light = if self.plan.light_choice {
@@ -96,7 +102,9 @@ impl World<'_> {
             }
             .store(flights, chunk);
             let emits = self.emits(&light[..chunk.len()], [u[0], u[1]]);
-            started.push_where(chunk, ray.valid.bits() & emits);
+            let alive = ray.valid.bits() & emits;
+            started.push_where(chunk, alive);
+            probe.light_started(chunk, &light[..chunk.len()], &ray, alive);
         }
     }
 }

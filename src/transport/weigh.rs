@@ -7,6 +7,7 @@ use super::dispersion::Dispersion;
 use super::list::List;
 use super::mis::{self, Partial};
 use super::paths::{Connections, Endpoints};
+use super::probe::{Ended, Probe};
 use super::records::*;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Vec3};
@@ -50,9 +51,15 @@ pub(super) struct Sink<'a> {
 }
 
 impl Sink<'_> {
-    /// Adds to the splats of the paths in `list`, and to the part that is asked for.
+    /// Adds to the splats of the paths in `list`, and to the part that is asked for. Returns what
+    /// it adds, coloured.
     #[inline(always)]
-    fn add<L: Lanes>(&mut self, list: &[u32], rgb: Vec3<L>, unweighted: impl FnOnce() -> Vec3<L>) {
+    fn add<L: Lanes>(
+        &mut self,
+        list: &[u32],
+        rgb: Vec3<L>,
+        unweighted: impl FnOnce() -> Vec3<L>,
+    ) -> Vec3<L> {
         let rgb = self.coloured(list, rgb);
         for (i, &path) in list.iter().enumerate() {
             let v = rgb.lane(i);
@@ -62,7 +69,7 @@ impl Sink<'_> {
             }
         }
         if self.part.is_none() {
-            return;
+            return rgb;
         }
         let all = self.coloured(list, unweighted());
         if let Some(part) = &mut self.part {
@@ -70,6 +77,7 @@ impl Sink<'_> {
                 part[path as usize].add(rgb.lane(i), all.lane(i));
             }
         }
+        rgb
     }
 
     /// Adds the contributions of `list` that are not blocked.
@@ -118,11 +126,15 @@ impl World<'_> {
         lit: &mut List,
         (mask, factor): (TechniqueMask, f32),
         mut sink: Sink,
+        probe: &mut impl Probe,
     ) {
         lit.clear();
         for &path in list {
             let light = endpoints.energy[path as usize].light;
             lit.push_if(path, light != NONE);
+            if light == NONE {
+                probe.ended(path, Ended::Dark);
+            }
         }
         for chunk in lit.chunks(L::N) {
             let mut lights = [0u32; 8];
@@ -142,7 +154,8 @@ impl World<'_> {
             let weight = end.partial().weight_hit(direct, emission);
             let all = end.energy.beta.mul_elem(seen.radiance);
             let rgb = all * (weight * L::splat(factor));
-            sink.add(chunk, rgb, || all * L::splat(factor));
+            let added = sink.add(chunk, rgb, || all * L::splat(factor));
+            probe.emission(chunk, lights, weight, added);
         }
     }
 
@@ -153,6 +166,7 @@ impl World<'_> {
         list: &[u32],
         (mask, factor): (TechniqueMask, f32),
         mut sink: Sink,
+        probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {
             let direction = RayLanes::<L>::load(rays, chunk).direction;
@@ -170,7 +184,8 @@ impl World<'_> {
                 let weight = partial.weight_hit(direct, emission);
                 let all = flight.beta.mul_elem(seen.radiance);
                 let rgb = all * (weight * L::splat(factor));
-                sink.add(chunk, rgb, || all * L::splat(factor));
+                let added = sink.add(chunk, rgb, || all * L::splat(factor));
+                probe.escaped(chunk, (light, direction), weight, added);
             }
         }
     }
@@ -183,6 +198,7 @@ pub(super) fn direct<L: Lanes>(
     (mask, factor): (TechniqueMask, f32),
     sink: &Sink,
     live: &mut List,
+    probe: &mut impl Probe,
 ) {
     for chunk in list.chunks(L::N) {
         let value = EndpointValueLanes::<L>::load(&connections.value[0], chunk);
@@ -195,13 +211,14 @@ pub(super) fn direct<L: Lanes>(
         let scale = weight * L::splat(factor) / end.pdf;
         let all = value.beta.mul_elem(end.radiance);
         let unweighted = || all * (L::splat(factor) / end.pdf);
-        keep(
+        let kept = keep(
             &mut connections.contribution,
             chunk,
             (all * scale, unweighted),
             sink,
             live,
         );
+        probe.weighed(chunk, weight, kept);
     }
 }
 
@@ -212,6 +229,7 @@ pub(super) fn lens<L: Lanes>(
     (mask, factor): (TechniqueMask, f32),
     sink: &Sink,
     live: &mut List,
+    probe: &mut impl Probe,
 ) {
     for chunk in list.chunks(L::N) {
         let value = EndpointValueLanes::<L>::load(&connections.value[1], chunk);
@@ -220,13 +238,14 @@ pub(super) fn lens<L: Lanes>(
         let weight = value.joint().weight_camera(camera);
         let rgb = value.beta * (pdf * weight * L::splat(factor));
         let unweighted = || value.beta * (pdf * L::splat(factor));
-        keep(
+        let kept = keep(
             &mut connections.contribution,
             chunk,
             (rgb, unweighted),
             sink,
             live,
         );
+        probe.weighed(chunk, weight, kept);
     }
 }
 
@@ -239,17 +258,20 @@ pub(super) fn general<L: Lanes>(
     contributions: &mut [Contribution],
     list: &[u32],
     (sink, live): (&Sink, &mut List),
+    probe: &mut impl Probe,
 ) {
     let inv_d2 = L::one() / distance2;
     let weight = mis::weight_connect(&camera.joint(), &light.joint(), inv_d2);
     let all = camera.beta.mul_elem(light.beta);
     let rgb = all * (inv_d2 * weight * factor);
     let unweighted = || all * (inv_d2 * factor);
-    keep(contributions, list, (rgb, unweighted), sink, live);
+    let kept = keep(contributions, list, (rgb, unweighted), sink, live);
+    probe.weighed(list, weight, kept);
 }
 
-/// Keeps contributions, with their weights and without, until visibility is known; those that are not zero (also if not finite, so that they
-/// are counted) stay alive. Without their weights they are kept if parts are asked for.
+/// Keeps contributions, with their weights and without, until visibility is known; those that are
+/// not zero (also if not finite, so that they are counted) stay alive. Without their weights they
+/// are kept if parts are asked for. Returns those with their weights, coloured.
 #[inline(always)]
 fn keep<L: Lanes>(
     contributions: &mut [Contribution],
@@ -257,7 +279,7 @@ fn keep<L: Lanes>(
     (rgb, unweighted): (Vec3<L>, impl FnOnce() -> Vec3<L>),
     sink: &Sink,
     live: &mut List,
-) {
+) -> Vec3<L> {
     let rgb = sink.coloured(list, rgb);
     let zero = L::zero();
     let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
@@ -273,4 +295,5 @@ fn keep<L: Lanes>(
     }
     .store(contributions, list);
     live.push_where(list, !unlit);
+    rgb
 }

@@ -94,8 +94,8 @@ pub fn samples(
 }
 
 fn light_border(recorder: &Recorder, random: &mut Random) -> f32 {
-    let below = random.below(recorder.choice.len().max(1));
-    recorder.choice[..below].iter().sum::<f64>() as f32
+    let below = random.below(recorder.oracle.choice.len().max(1));
+    recorder.oracle.choice[..below].iter().sum::<f64>() as f32
 }
 
 /// Sets the choice of lobe at one vertex to where the choice changes.

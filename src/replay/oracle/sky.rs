@@ -1,5 +1,5 @@
-//! What lights send by direction, in `f64`: environments, and points whose intensity an image gives. With it the density of choosing a direction,
-//! piecewise constant over texels.
+//! What lights send by direction, in `f64`: environments, and points whose intensity an image
+//! gives. With it the density of choosing a direction, piecewise constant over texels.
 
 use super::frustum::Frustum;
 use super::texels::{Table, bilinear, brightness, tent};
@@ -78,7 +78,8 @@ impl Sky {
         })
     }
 
-    /// What there is along unit `direction`, away from the scene or the point, and density over solid angle of sampling it.
+    /// What there is along unit `direction`, away from the scene or the point, and density over
+    /// solid angle of sampling it.
     pub fn seen(&self, direction: V) -> (V, f64) {
         match self {
             Sky::Constant(l) => (*l, 0.5 / TAU),

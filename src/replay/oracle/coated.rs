@@ -1,7 +1,7 @@
 //! Coated surfaces in `f64`: the formulas of [`crate::surface::coated_diffuse`] and
 //! [`crate::surface::coated_conductor`] over the same rows.
 
-use super::bsdf::{
+use super::microfacet::{
     Value, conductor, dielectric, ggx_brdf, ggx_lambda, ggx_pdf, ggx_refraction, unpacked_alphas,
 };
 use super::vector::{V, add, dot, unit};

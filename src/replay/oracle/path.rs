@@ -1,4 +1,5 @@
-//! A path as geometry: surface vertices between the camera and a light, in `f64`, whatever found them.
+//! A path as geometry: surface vertices between the camera and a light, in `f64`, whatever found
+//! them.
 
 use super::vector::V;
 use crate::surface::Kind;
@@ -21,8 +22,9 @@ pub struct Vertex {
     pub kind: Kind,
     /// Parameters of the BSDF.
     pub row: [f32; 8],
-    /// What the BSDF is multiplied by: of a component of a mixture its weight over the probability of choosing it, which all strategies have
-    /// in common ([`mixture`](crate::surface::mixture)); else 1.
+    /// What the BSDF is multiplied by: of a component of a mixture its weight over the probability
+    /// of choosing it, which all strategies have in common ([`mixture`](crate::surface::mixture));
+    /// else 1.
     pub share: [f32; 3],
     /// The index of refraction depends on the wavelength.
     pub dispersive: bool,

@@ -1,5 +1,5 @@
-//! Cameras that see every direction, in `f64`: directions of places on the film, and the density of directions by counting, cell by cell,
-//! the places of the sampled region that show them.
+//! Cameras that see every direction, in `f64`: directions of places on the film, and the density of
+//! directions by counting, cell by cell, the places of the sampled region that show them.
 
 use super::sky::{sphere_of, square_of};
 use super::vector::V;
@@ -27,7 +27,8 @@ pub fn direction(map: SphereMap, u: f64, v: f64) -> V {
     }
 }
 
-/// Density over solid angle of unit `d`, in camera space, if raster positions are uniform over `region`.
+/// Density over solid angle of unit `d`, in camera space, if raster positions are uniform over
+/// `region`.
 pub fn density(map: SphereMap, film: &Film, region: &Region, d: V) -> f64 {
     let [x, y, z] = d;
     let (w, h) = (f64::from(film.width), f64::from(film.height));

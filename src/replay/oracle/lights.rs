@@ -1,6 +1,7 @@
-//! Where a path meets its light, in `f64`: what the light emits, and the densities of choosing the place and of emitting along the path.
+//! Where a path meets its light, in `f64`: what the light emits, and the densities of choosing the
+//! place and of emitting along the path.
 
-use super::Recorder;
+use super::known::Oracle;
 use super::path::End;
 use super::texels::bilinear;
 use super::vector::*;
@@ -15,7 +16,8 @@ pub struct EndPoint {
     pub normal: Option<V>,
     /// To a light at infinity.
     pub direction: V,
-    /// Density of choosing it: over area, discrete, or over solid angle. Choice of the light included.
+    /// Density of choosing it: over area, discrete, or over solid angle. Choice of the light
+    /// included.
     pub pdf: f64,
     pub is_delta: bool,
 }
@@ -33,7 +35,7 @@ impl EndPoint {
     }
 }
 
-impl Recorder<'_> {
+impl Oracle<'_> {
     fn light(&self, light: u32) -> Option<&LightKind> {
         self.scene.lights.get(light as usize).map(|l| &l.kind)
     }
@@ -47,7 +49,7 @@ impl Recorder<'_> {
     }
 
     /// The point of an area light that `p` was moved off, to start or end a ray.
-    pub(super) fn on_light(&self, light: u32, p: V) -> V {
+    pub(in crate::replay) fn on_light(&self, light: u32, p: V) -> V {
         match self.light(light) {
             Some(
                 LightKind::Triangle { triangle, .. } | LightKind::ImageTriangle { triangle, .. },
@@ -90,7 +92,7 @@ impl Recorder<'_> {
                     normal: Some(unit(n)),
                     direction: [0.0; 3],
                     pdf: choice * 2.0 / length(n),
-                    is_delta: !self.world.lights.is_met(light),
+                    is_delta: !self.is_met(light),
                 }
             }
             (
@@ -104,7 +106,7 @@ impl Recorder<'_> {
                     normal: Some(normal),
                     direction: [0.0; 3],
                     pdf: choice * pdf,
-                    is_delta: !self.world.lights.is_met(light),
+                    is_delta: !self.is_met(light),
                 }
             }
             (
@@ -183,10 +185,10 @@ impl Recorder<'_> {
         bilinear(texel, x, y).map(|c| c.max(0.0))
     }
 
-    /// Radiance (intensity, irradiance) that leaves a light along unit `w`, and the density of emitting it (for lights at infinity, of the
-    /// place on the disk that covers the scene).
+    /// Radiance (intensity, irradiance) that leaves a light along unit `w`, and the density of
+    /// emitting it (for lights at infinity, of the place on the disk that covers the scene).
     pub(super) fn emission(&self, end: &End, point: &EndPoint, w: V) -> (V, f64) {
-        let disk = 1.0 / (PI * f64::from(self.world.geometry.radius).powi(2));
+        let disk = 1.0 / (PI * self.radius.powi(2));
         let light = end.light();
         match (end, self.light(light)) {
             (
@@ -261,8 +263,8 @@ fn lambertian(point: &EndPoint, w: V, l: V, two_sided: bool) -> (V, f64) {
     (if lit { l } else { [0.0; 3] }, cos.abs() / (sides * PI))
 }
 
-/// Unit normal of a sphere or ellipsoid at a point of it, towards its front, and the density over area of points that are uniform on the
-/// unit sphere behind it.
+/// Unit normal of a sphere or ellipsoid at a point of it, towards its front, and the density over
+/// area of points that are uniform on the unit sphere behind it.
 pub(super) fn ellipsoid(sphere: &Sphere, p: V) -> (V, f64) {
     let m = sphere.to_unit.map(|r| wide([r[0], r[1], r[2]]));
     let column = |c: usize| [m[0][c], m[1][c], m[2][c]];

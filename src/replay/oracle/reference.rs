@@ -1,33 +1,39 @@
 //! What a path is worth, from its vertices alone, in `f64`.
 //!
-//! * The measurement contribution `F` with respect to the product of areas of the surface vertices: importance (the camera's density),
-//!   BSDFs with cosines against *shading* normals towards the light, and `|cos ng| / d^2` per segment.
-//!   If something on it disperses light, times the colour of its wavelength, which all strategies share.
-//! * The density `p_s` of the path under every strategy `s`, with respect to the same measure. A direction sampled with density `p`
-//!   (solid angle) makes a density `p |cos ng| / d^2` at the vertex it arrives at, cosines against *geometric* normals. The vertex on
-//!   an environment is its direction (solid angle); a light from infinity arrives with density `|cos ng| / (pi R^2)`. A vertex on a
-//!   delta BSDF has the same delta distribution in every strategy, up to a factor that depends on the direction of the walk (below); a
-//!   strategy that would have to connect it has density 0.
+//! * The measurement contribution `F` with respect to the product of areas of the surface vertices:
+//!   importance (the camera's density), BSDFs with cosines against *shading* normals towards the
+//!   light, and `|cos ng| / d^2` per segment. If something on it disperses light, times the colour
+//!   of its wavelength, which all strategies share.
+//! * The density `p_s` of the path under every strategy `s`, with respect to the same measure. A
+//!   direction sampled with density `p` (solid angle) makes a density `p |cos ng| / d^2` at the
+//!   vertex it arrives at, cosines against *geometric* normals. The vertex on an environment is its
+//!   direction (solid angle); a light from infinity arrives with density `|cos ng| / (pi R^2)`. A
+//!   vertex on a delta BSDF has the same delta distribution in every strategy, up to a factor that
+//!   depends on the direction of the walk (below); a strategy that would have to connect it has
+//!   density 0.
 //!
-//! Refraction of solid angles at a delta vertex: `p(back) / p(forth) = (n_o^2 cos_o) / (n_t^2 cos_t)`, since
-//! `n_o^2 cos_o dw_o = n_t^2 cos_t dw_t`. The balance heuristic gives the path the value `F / sum p_s`, whatever strategy sampled it.
+//! Refraction of solid angles at a delta vertex: `p(back) / p(forth) = (n_o^2 cos_o) / (n_t^2
+//! cos_t)`, since `n_o^2 cos_o dw_o = n_t^2 cos_t dw_t`. The balance heuristic gives the path the
+//! value `F / sum p_s`, whatever strategy sampled it.
 //!
 //! Products are kept as logarithms: those of a path of hundreds of vertices are beyond `f64`.
 
+use super::known::Oracle;
 use super::path::{Path, Vertex};
 use super::vector::*;
-use super::{Recorder, bsdf, coated, panorama};
+use super::{bsdf, coated, panorama};
 use crate::scene::{Projection, Sides};
 use crate::surface::{Kind, Mode};
 
-/// What [`Recorder::reference`] finds.
+/// What [`Oracle::reference`] finds.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// Unit directions along the path, from the camera; the last one leads to the light.
     pub towards: Vec<V>,
     /// The BSDF at each surface vertex.
     pub joints: Vec<Joint>,
-    /// Density of the camera's ray over solid angle, or over area of the film plane if it is orthographic.
+    /// Density of the camera's ray over solid angle, or over area of the film plane if it is
+    /// orthographic.
     pub camera_pdf: f64,
     /// Throughput of a light subpath that has left the light along the path.
     pub emitted_beta: V,
@@ -41,7 +47,8 @@ pub struct Reference {
 pub struct Joint {
     /// `f |cos ns|` towards the light, radiance mode; the weight of a delta lobe.
     pub f_cos: V,
-    /// Density over solid angle of `wi` given `wo`, and of `wo` given `wi`; of a delta lobe 1, and their ratio.
+    /// Density over solid angle of `wi` given `wo`, and of `wo` given `wi`; of a delta lobe 1, and
+    /// their ratio.
     pub forth: f64,
     pub back: f64,
     /// Absolute cosines against the geometric normal, towards the camera and towards the light.
@@ -127,7 +134,7 @@ impl Reference {
     }
 }
 
-impl Recorder<'_> {
+impl Oracle<'_> {
     /// Contribution and densities of a path under the given strategies.
     pub fn reference(&self, path: &Path, strategies: &[u32]) -> Reference {
         let k = path.surface.len();
@@ -155,21 +162,15 @@ impl Recorder<'_> {
             inv_d2[0] = 1.0;
         }
         let joints: Vec<Joint> = (0..k)
-            .map(|j| {
-                joint(
-                    self.world.sides,
-                    &x[j],
-                    scale(towards[j], -1.0),
-                    towards[j + 1],
-                )
-            })
+            .map(|j| joint(self.sides, &x[j], scale(towards[j], -1.0), towards[j + 1]))
             .collect();
         let end_cos = |w: V| end.normal.map_or(1.0, |n| dot(w, n).abs());
         let leaving = scale(towards[k], -1.0);
         let (emitted, emission_pdf) = self.emission(&path.end, &end, leaving);
         let camera_pdf = self.camera_pdf(towards[0]);
 
-        // Density over area at a vertex per density over solid angle; where k = 0 the camera sees the light itself.
+        // Density over area at a vertex per density over solid angle; where k = 0 the camera sees
+        // the light itself.
         let arrive = |j: usize| match joints.get(j) {
             Some(joint) => (joint.cos_in * inv_d2[j]).ln(),
             None => (end_cos(towards[k]) * inv_d2[k]).ln(),
@@ -195,7 +196,8 @@ impl Recorder<'_> {
             forth.push(direction.ln() + arrive[j]);
         }
         for j in 0..k {
-            // inv_d2 is 1 where the light is at infinity, and the emission density that of the disk.
+            // inv_d2 is 1 where the light is at infinity, and the emission density that of the
+            // disk.
             let direction = joints.get(j + 1).map_or(emission_pdf, |next| next.back);
             back.push((direction * joints[j].cos_out * inv_d2[j + 1]).ln());
         }
@@ -239,17 +241,18 @@ impl Recorder<'_> {
         wide([m[0][2], m[1][2], m[2][2]])
     }
 
-    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1` of a perspective camera, or of the sphere.
+    /// Density of camera rays: uniform over the sampled region of the screen, on the plane `z = 1`
+    /// of a perspective camera, or of the sphere.
     fn camera_pdf(&self, direction: V) -> f64 {
         let film = &self.scene.film;
         if let Projection::Sphere(map) = self.scene.camera.projection {
             let m = self.scene.camera.to_world;
             // Its columns are orthonormal.
             let local = [0, 1, 2].map(|c| dot(direction, wide([m[0][c], m[1][c], m[2][c]])));
-            return panorama::density(map, film, &self.world.camera.region, local);
+            return panorama::density(map, film, &self.region, local);
         }
         let [x0, x1, y0, y1] = self.scene.camera.screen.map(f64::from);
-        let region = self.world.camera.region;
+        let region = self.region;
         let pixel = (x1 - x0) / f64::from(film.width) * (y1 - y0) / f64::from(film.height);
         let area = pixel.abs() * f64::from(region.width) * f64::from(region.height);
         if self.scene.camera.projection == Projection::Orthographic {
@@ -339,7 +342,8 @@ pub(super) fn is_disputed(v: &Vertex, wo: V, wi: V) -> bool {
     reflects(v.ng) != reflects(v.ns)
 }
 
-/// The direction that has the same density where the normals disagree ([`sides`](crate::transport::sides)); all in the shading frame.
+/// The direction that has the same density where the normals disagree
+/// ([`sides`](crate::transport::sides)); all in the shading frame.
 pub(super) fn twin(w: V, ng: V) -> V {
     let mirrored = [w[0], w[1], -w[2]];
     if dot(mirrored, ng) * dot(w, ng) < 0.0 {
@@ -349,7 +353,8 @@ pub(super) fn twin(w: V, ng: V) -> V {
     }
 }
 
-/// Reflection stays on the side it came from, transmission leaves it, for the true and for the shading surface.
+/// Reflection stays on the side it came from, transmission leaves it, for the true and for the
+/// shading surface.
 pub(super) fn sides_agree(wo: V, wi: V, v: &Vertex) -> bool {
     let agree = |w: V| dot(w, v.ng) * dot(w, v.ns) > 0.0;
     agree(wo) && agree(wi)

@@ -4,7 +4,8 @@ use super::vector::V;
 use crate::scene::spectrum::{FIRST, LAST, spectral_white};
 use std::sync::OnceLock;
 
-/// The positive lobes of the linear sRGB of white light's nanometres, at the wavelengths from [`FIRST`] to [`LAST`], and their integrals.
+/// The positive lobes of the linear sRGB of white light's nanometres, at the wavelengths from
+/// [`FIRST`] to [`LAST`], and their integrals.
 fn lobes() -> &'static (Vec<V>, V) {
     static LOBES: OnceLock<(Vec<V>, V)> = OnceLock::new();
     LOBES.get_or_init(|| {

@@ -1,7 +1,7 @@
 //! Images in `f64`: densities that are constant over their texels, and look-ups between them.
 //!
-//! The probability of a texel is by definition what the renderer's tables say, cells of the primary samples' grid. The tables are made once
-//! more here.
+//! The probability of a texel is by definition what the renderer's tables say, cells of the primary
+//! samples' grid. The tables are made once more here.
 
 use super::vector::V;
 use crate::light::distribution::intervals;

@@ -1,6 +1,6 @@
 //! Primary samples to directions and points, in `f64`: the definitions of the renderer's maps.
 
-use super::vector::V;
+use super::vector::{V, add, scale};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// Square to unit disk, concentric (Shirley and Chiu 1997).
@@ -33,7 +33,8 @@ pub fn sphere(u: f64, v: f64) -> V {
     [r * cos, r * sin, z]
 }
 
-/// Axes around unit `n` as the renderer has them, which say where a sampled azimuth starts (Duff et al. 2017).
+/// Axes around unit `n` as the renderer has them, which say where a sampled azimuth starts (Duff et
+/// al. 2017).
 pub fn frame(n: V) -> [V; 3] {
     let sign = 1f64.copysign(n[2]);
     let a = -1.0 / (sign + n[2]);
@@ -43,4 +44,18 @@ pub fn frame(n: V) -> [V; 3] {
         [b, sign + n[1] * n[1] * a, -n[1]],
         n,
     ]
+}
+
+/// From the axes around `n`.
+pub fn around(n: V, local: V) -> V {
+    let [s, t, n] = frame(n);
+    from_axes([s, t, n], local)
+}
+
+/// The vector of these coordinates.
+pub fn from_axes([s, t, n]: [V; 3], local: V) -> V {
+    add(
+        scale(s, local[0]),
+        add(scale(t, local[1]), scale(n, local[2])),
+    )
 }
