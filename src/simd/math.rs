@@ -68,9 +68,10 @@ pub fn exp<L: Lanes>(x: L) -> L {
         .floor();
     let r = n.mul_add(L::splat(-0.693_359_4), x);
     let r = n.mul_add(L::splat(2.121_944_4e-4), r);
+    let y = L::exp_of_rest(r);
     // 2^n by its bits; n + 127 is in [1, 254].
     let scale = L::from_bits(float_to_uint(n + L::splat(127.0)).shl::<23>());
-    L::exp_of_rest(r) * scale
+    y * scale
 }
 
 /// Arc tangent of `y / x` in `(-pi, pi]`; `atan2(0, 0)` is 0.
