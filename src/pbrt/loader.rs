@@ -18,7 +18,7 @@ use super::error::{Report, SceneError, Site};
 use super::folder::Folder;
 use super::geometry::Geometry;
 use super::lexer::{Token, TokenKind};
-use super::lights::{self, WorldLight};
+use super::lights::WorldLight;
 use super::params::ParamSet;
 use super::state::{MaterialDef, StateStack};
 use super::stream::TokenStream;

@@ -168,7 +168,7 @@ pub const MAX_NESTING: usize = 8;
 /// A part of a [`MaterialKind::Mixture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Index of an earlier entry of [`Scene::materials`], so that the table has no cycles.
+    /// Index of an earlier entry of [`Scene::materials`](super::Scene::materials), so that the table has no cycles.
     pub material: u32,
     /// What its BSDF is multiplied by.
     pub weight: Weight,

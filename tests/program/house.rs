@@ -22,13 +22,14 @@ use tree::Tree;
 
 /// Rooms from the lowest to the highest, as in the map. Rooms of one row do not use each other.
 const ROOMS: &[&[&str]] = &[
+    &["switches"],
     &["simd", "memory", "brief", "files"],
-    &["switches", "formats"],
+    &["formats"],
     &["scene"],
-    &["pbrt"],
     &["trace"],
     &["geometry"],
     &["surface", "light", "camera"],
+    &["pbrt"],
     &["plan"],
     &["film"],
     &["transport"],

@@ -9,11 +9,10 @@ use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::materials::{Built, PartMaterial};
 use crate::pbrt::params::ParamSet;
-use crate::pbrt::shape::{self};
 use crate::pbrt::state::{CurrentMaterial, MaterialDef};
 use crate::pbrt::textures::{self, Class, NAME_BYTES};
 use crate::pbrt::tolerance::{knows_material, makes_texture};
-use crate::pbrt::{coats, materials, transform};
+use crate::pbrt::{coats, materials};
 use crate::scene::{Bump, Component, Material, MaterialKind};
 
 /// Memory of a material in the scene's table, which grows by doubling, with the parts that a mixture has.

@@ -8,7 +8,6 @@ use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::geometry::Geometry;
 use crate::pbrt::state::Block;
 use crate::pbrt::textures::NAME_BYTES;
-use crate::pbrt::transform;
 
 impl Loader {
     pub(super) fn begin_object(&mut self, site: &Site) -> Result<(), SceneError> {

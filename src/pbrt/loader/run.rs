@@ -1,14 +1,10 @@
 //! From directive to directive.
 
 use super::{Loader, Section};
-use crate::pbrt::color::ColorSpace;
 use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::lexer::{Token, TokenKind};
-use crate::pbrt::shape::{self};
 use crate::pbrt::state::Block;
 use crate::pbrt::stream::Item;
-use crate::pbrt::transform;
-use crate::scene::Material;
 
 /// Instances are copies; beyond this many bytes that is worth a word.
 const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;

@@ -5,11 +5,10 @@ use std::rc::Rc;
 use glam::DAffine3;
 
 use super::{Loader, Pending};
-use crate::pbrt::color::ColorSpace;
+use crate::pbrt::color_space::ColorSpace;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::lexer::TokenKind;
-use crate::pbrt::shape::{self};
 use crate::pbrt::transform::Place;
 use crate::pbrt::{options, transform};
 

@@ -8,9 +8,7 @@ use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::geometry::{Geometry, Setting};
 use crate::pbrt::lights::{self, AreaLight};
 use crate::pbrt::shape::{self, Cut};
-use crate::pbrt::textures::{self};
 use crate::pbrt::tolerance::{knows_light, knows_shape};
-use crate::pbrt::{materials, transform};
 use crate::scene::{Alpha, MaterialKind, NONE, Param};
 
 impl Loader {
