@@ -18,21 +18,24 @@
 //! | `files` | files written whole or not at all | what they hold |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
-//! | [`pbrt`] | pbrt text (v3, v4), meshes, images, spectra to the tables of `scene` | behaviour |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
+//! | [`pbrt`] | pbrt text (v3, v4), meshes, images, spectra to the tables of `scene` | behaviour |
 //! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
+//! | [`film`] | exact sums, filters, output | strategies |
 //! | [`transport`] | subpaths walked in waves, joined, weighed; the hosts that chains march over | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
-//! | [`film`] | exact sums, filters, output | strategies |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over all of it: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt`; how fast they are: `measure` | how they were asked for |
-//! | [`converge`] | error against time: which integrator and settings win, and a report of it | how they were asked for |
-//! | [`cli`] | the command line | - |
+//! | [`converge`] | the program's: error against time, which integrator and settings win, and a report of it | how they were asked for |
+//! | [`cli`] | the program's: the command line | - |
+//!
+//! The last two rooms are the program's. They come with the feature `cli`, which is on by default; the
+//! library alone is built by `--no-default-features`.
 //!
 //! [`integrate::render`] is the whole renderer in one call:
 //!
@@ -63,28 +66,51 @@
 //! them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains, film, errors, mixing; `integrate/mmlt.rs` and
 //! `integrate/pssmlt.rs` name their hosts ([`transport::Host`]) and no more.
 
+#![deny(unsafe_code)]
+// Rooms whose items are not all described yet are named below.
+#![warn(missing_docs)]
+
 mod brief;
+#[allow(missing_docs)]
 pub mod camera;
+#[allow(missing_docs)]
 pub mod chain;
+#[cfg(feature = "cli")]
+#[allow(missing_docs)]
 pub mod cli;
+#[cfg(feature = "cli")]
+#[allow(missing_docs)]
 pub mod converge;
+// The program writes more kinds of files than the library.
+#[cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 mod files;
+#[allow(missing_docs)]
 pub mod film;
 pub mod formats;
+#[allow(missing_docs)]
 pub mod geometry;
+#[allow(missing_docs)]
 pub mod integrate;
+#[allow(missing_docs)]
 pub mod light;
 mod memory;
+#[allow(missing_docs)]
 pub mod metrics;
 pub mod pbrt;
+#[allow(missing_docs)]
 pub mod plan;
 #[cfg(test)]
 mod property;
+#[allow(missing_docs)]
 pub mod replay;
 pub mod scene;
+#[allow(missing_docs)]
 pub mod simd;
+#[allow(missing_docs)]
 pub mod surface;
+#[allow(missing_docs)]
 pub mod trace;
+#[allow(missing_docs)]
 pub mod transport;
 
 pub(crate) use surface::table::for_kind;

@@ -1,65 +1,24 @@
-//! The command line, declared once: flags, their documentation, and what values they take. A flag left out is `None`, and the
-//! scene file decides.
+//! Flags and their meaning.
 
-use std::fmt;
+pub(super) mod parse;
+pub(super) mod values;
+
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::builder::PossibleValue;
-use clap::{Args, ColorChoice, Parser, Subcommand, ValueEnum, value_parser};
+use clap::{Args, value_parser};
 
-use super::Failure;
-pub use super::compare::args::CompareArgs;
-pub use super::replay::args::ReplayArgs;
+use self::parse::{
+    batch, bench_seconds, crop, exposure, probability, resolution, seconds, sigma, size,
+    target_error,
+};
+use self::values::{ChoiceName, Host, Lanes, Tuned};
+use super::failure::Failure;
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
-use crate::integrate::{Settings, StrategyChoice, Width, worker_threads};
+use crate::integrate::{Settings, Width, worker_threads};
 use crate::plan::Forced;
-use crate::scene::{Film, HostKind, IntegratorKind, Scene};
-
-/// Phalanx renders pbrt scenes by Metropolis light transport.
-///
-/// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
-/// pbrt-v4.
-///
-/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`, `converge` and
-/// `replay` print.
-///
-/// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
-/// picture that cannot be used; 129, 130 and 143 stopped by SIGHUP, SIGINT and SIGTERM, with the picture so far written.
-#[derive(Debug, Parser)]
-#[command(
-    name = "phalanx",
-    version,
-    arg_required_else_help = true,
-    args_override_self = true
-)]
-pub struct Cli {
-    /// When to colour messages
-    ///
-    /// `auto` colours where stderr is a terminal, unless the environment variable NO_COLOR is set.
-    #[arg(
-        long,
-        global = true,
-        value_name = "WHEN",
-        default_value = "auto",
-        help_heading = "Messages"
-    )]
-    pub color: ColorChoice,
-
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    Render(Box<RenderArgs>),
-    Inspect(InspectArgs),
-    Bench(BenchArgs),
-    Compare(CompareArgs),
-    Converge(Box<super::converge::args::ConvergeArgs>),
-    Replay(Box<ReplayArgs>),
-}
+use crate::scene::{IntegratorKind, Scene};
 
 /// Render a scene into picture files
 ///
@@ -404,138 +363,14 @@ pub struct BenchArgs {
     pub quiet: bool,
 }
 
-impl ValueEnum for Forced {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.name()))
-    }
-}
-
-impl ValueEnum for IntegratorKind {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        // As a sentence begins.
-        let mut title = self.title().to_owned();
-        title[..1].make_ascii_uppercase();
-        let value = PossibleValue::new(self.name()).help(title);
-        Some(match self {
-            Self::Pssmlt(Host::DEFAULT) => value.alias("pssmlt"),
-            _ => value,
-        })
-    }
-}
-
-/// Whose samples are mutated, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Host {
-    /// Bidirectional path tracing
-    Bdpt,
-    /// Path tracing
-    Pt,
-}
-
-impl Host {
-    const DEFAULT: HostKind = HostKind::Bdpt;
-
-    pub fn kind(self) -> HostKind {
-        match self {
-            Host::Bdpt => HostKind::Bdpt,
-            Host::Pt => HostKind::Pt,
-        }
-    }
-}
-
-impl ValueEnum for Mutation {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let help = match self {
-            Self::Gaussian => "Normally distributed",
-            Self::Kelemen => {
-                "All orders of magnitude between two bounds alike (Kelemen et al. 2002)"
-            }
-            Self::Cauchy => "Mostly short, now and then very long",
-        };
-        Some(PossibleValue::new(self.name()).help(help))
-    }
-}
-
-/// A number, or none: it is tuned.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tuned {
-    Auto,
-    Is(f32),
-}
-
-impl Tuned {
-    /// Sigma. Where it is tuned, the search begins at what the settings have.
-    pub fn set_sigma(self, s: &mut Settings) {
-        s.tune.sigma = self == Tuned::Auto;
-        if let Tuned::Is(value) = self {
-            s.sigma = value;
-        }
-    }
-
-    /// The probability of large steps.
-    pub fn set_large_step(self, s: &mut Settings) {
-        s.tune.large_step = self == Tuned::Auto;
-        if let Tuned::Is(value) = self {
-            s.large_step_probability = value;
-        }
-    }
-}
-
-impl fmt::Display for Tuned {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Tuned::Auto => write!(f, "auto"),
-            Tuned::Is(value) => write!(f, "{value}"),
-        }
-    }
-}
-
-/// How chains choose strategies, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ChoiceName {
-    /// Each strategy of a depth as often as any other
-    Uniform,
-    /// More often those that the bootstrap has seen carry light, none less than half as often as uniformly
-    Learned,
-}
-
-impl ChoiceName {
-    /// The setting of that name.
-    pub fn setting(self) -> StrategyChoice {
-        match self {
-            ChoiceName::Uniform => StrategyChoice::Uniform,
-            ChoiceName::Learned => StrategyChoice::Learned,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Lanes {
-    #[value(name = "1")]
-    One,
-    #[value(name = "8")]
-    Eight,
-}
-
 /// Every bootstrap path leaves a number in memory.
 pub(super) const MAX_BOOTSTRAP: u64 = 1 << 32;
+
 const MAX_MUTATIONS: u64 = 1 << 40;
+
 /// Mutations or samples per pixel where only the error counts: nobody waits for more, and the film keeps its precision.
 const ENDLESS: u64 = 1 << 20;
-/// Thirty years.
-const MAX_SECONDS: f64 = 1e9;
+
 /// Mutations or samples a second that no machine reaches per thread: the effort where only time counts.
 const UNREACHABLE_RATE: f64 = 2e8;
 
@@ -642,180 +477,5 @@ impl ChainArgs {
             ("--strategy-choice", self.strategy_choice.is_some()),
         ];
         flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
-    }
-}
-
-fn number(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(v) if v.is_finite() => Ok(v),
-        Ok(_) => Err("it is not finite".into()),
-        Err(_) => Err("it is not a number".into()),
-    }
-}
-
-pub(super) fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let value = number(text)?;
-    if (least..=most).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("{text} is not in {least}..={most}"))
-    }
-}
-
-pub(super) fn probability(text: &str) -> Result<Tuned, String> {
-    tuned(text, 1.0)
-}
-
-pub(super) fn sigma(text: &str) -> Result<Tuned, String> {
-    tuned(text, 1e6)
-}
-
-fn tuned(text: &str, most: f64) -> Result<Tuned, String> {
-    match text.trim() {
-        "auto" => Ok(Tuned::Auto),
-        text => match number_in(text, 0.0, most) {
-            Ok(value) => Ok(Tuned::Is(value as f32)),
-            Err(e) => Err(format!("{e}, nor auto")),
-        },
-    }
-}
-
-pub(super) fn exposure(text: &str) -> Result<f32, String> {
-    number_in(text, -100.0, 100.0).map(|v| v as f32)
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let time = Duration::from_secs_f64(number_in(text, 0.0, MAX_SECONDS)?);
-    if time.is_zero() {
-        // Or less than a nanosecond.
-        return Err("it must be more than 0".into());
-    }
-    Ok(time)
-}
-
-fn target_error(text: &str) -> Result<f64, String> {
-    let value = number(text)?;
-    if value > 0.0 {
-        Ok(value)
-    } else {
-        Err("it must be more than 0".into())
-    }
-}
-
-/// An hour at most: the film must not overflow.
-fn bench_seconds(text: &str) -> Result<Duration, String> {
-    number_in(text, 0.001, 3600.0).map(Duration::from_secs_f64)
-}
-
-fn batch(text: &str) -> Result<usize, String> {
-    number_in(text, 1.0, MAX_CHAINS_PER_DEPTH as f64)?;
-    text.trim()
-        .parse()
-        .map_err(|_| "it is not a whole number".into())
-}
-
-/// Bytes, with a unit: kB, MB, GB are powers of 1000, KiB, MiB, GiB of 1024.
-fn size(text: &str) -> Result<u64, String> {
-    match text.trim().parse::<bytesize::ByteSize>() {
-        Ok(size) if size.0 > 0 => Ok(size.0),
-        Ok(_) => Err("it must be more than nothing".into()),
-        Err(_) => Err("expected a size like 8GiB or 500MB".into()),
-    }
-}
-
-pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
-    let expected = || "expected width and height in pixels, like 640x480".to_string();
-    let (w, h) = text.split_once(['x', 'X']).ok_or_else(expected)?;
-    let side = |t: &str| t.trim().parse::<u64>().map_err(|_| expected());
-    let size = (side(w)?, side(h)?);
-    Film::check_size(size.0, size.1).map_err(|e| e.to_string())
-}
-
-fn crop(text: &str) -> Result<[f32; 4], String> {
-    let values: Result<Vec<f64>, String> = text.split(',').map(number).collect();
-    let [x0, x1, y0, y1] = values?[..] else {
-        return Err("expected four fractions x0,x1,y0,y1, like 0.25,0.75,0,1".into());
-    };
-    if ![x0, x1, y0, y1].iter().all(|v| (0.0..=1.0).contains(v)) {
-        return Err("fractions lie between 0 and 1".into());
-    }
-    if x0 >= x1 || y0 >= y1 {
-        return Err("it is empty: x0 must be less than x1, and y0 less than y1".into());
-    }
-    Ok([x0, x1, y0, y1].map(|v| v as f32))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-    use proptest::prelude::*;
-
-    #[test]
-    fn declarations_are_consistent() {
-        Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn values() {
-        assert_eq!(resolution("640x480"), Ok((640, 480)));
-        for bad in ["640", "0x5", "x", "-1x5", "99999999x1", "131072x131072"] {
-            assert!(resolution(bad).is_err(), "{bad}");
-        }
-        assert_eq!(crop("0,1,0.25,.5"), Ok([0.0, 1.0, 0.25, 0.5]));
-        for bad in ["0,1,0", "0,1,0,2", "1,0,0,1", "0,1,0,nan", "", "0,1,0,1,1"] {
-            assert!(crop(bad).is_err(), "{bad}");
-        }
-        for bad in ["nan", "inf", "1.01", "-0.1", "x", ""] {
-            assert!(probability(bad).is_err(), "{bad}");
-        }
-        assert_eq!(probability("auto"), Ok(Tuned::Auto));
-        assert_eq!(sigma("0.5"), Ok(Tuned::Is(0.5)));
-        for bad in ["nan", "inf", "0", "-1", "1e300", "1e-300"] {
-            assert!(seconds(bad).is_err(), "{bad}");
-        }
-        assert_eq!(size("8GiB"), Ok(8 << 30));
-        assert_eq!(size("1.5 MB"), Ok(1_500_000));
-        for bad in ["0", "-1", "x", "", "5 furlongs", "nan"] {
-            assert!(size(bad).is_err(), "{bad}");
-        }
-    }
-
-    proptest! {
-        #![proptest_config(crate::property::cases(1000))]
-
-        /// Numbers, and what people may take for them: a value in its range, or a message.
-        #[test]
-        fn values_are_in_range_or_refused(
-            text in "[-+ ]?([0-9]{0,12}[.]?[0-9]{0,4}(e[-+]?[0-9]{1,4})?|nan|inf|\\PC{0,8})",
-            separator in "[xX, ]",
-        ) {
-            let within = |value: Result<f32, String>, least: f32, most: f32| {
-                value.map_or(true, |v| (least..=most).contains(&v))
-            };
-            let tuned = |value: Result<Tuned, String>| value.map(|v| match v {
-                Tuned::Auto => 0.0,
-                Tuned::Is(v) => v,
-            });
-            prop_assert!(within(tuned(probability(&text)), 0.0, 1.0));
-            prop_assert!(within(tuned(sigma(&text)), 0.0, 1e6));
-            prop_assert!(within(exposure(&text), -100.0, 100.0));
-            prop_assert!(seconds(&text).map_or(true, |t| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS));
-            prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));
-            prop_assert!(bench_seconds(&text).map_or(true, |t| !t.is_zero()));
-            prop_assert!(batch(&text).map_or(true, |n| n >= 1));
-            let list = [text.as_str(); 4].join(&separator);
-            prop_assert!(resolution(&list).is_err());
-            prop_assert!(crop(&list).is_err());
-            let pair = format!("{text}{separator}{text}");
-            prop_assert!(resolution(&pair).map_or(true, |(w, h)| w >= 1 && h >= 1));
-        }
-
-        /// Sizes and windows are what they say.
-        #[test]
-        fn sizes_are_as_written(w in 1..20_000u32, h in 1..20_000u32, x in 0f32..1.0, y in 0f32..1.0) {
-            prop_assert_eq!(resolution(&format!(" {w} x{h}")), Ok((w, h)));
-            prop_assert_eq!(crop(&format!("{x},1, {y} ,1")), Ok([x, 1.0, y, 1.0]));
-        }
     }
 }

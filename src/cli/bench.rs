@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::Failure;
 use super::args::BenchArgs;
+use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;
 use super::messages::Messages;

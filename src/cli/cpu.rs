@@ -62,6 +62,7 @@ mod x86 {
         None
     }
 
+    #[allow(unsafe_code)]
     #[allow(unused_unsafe)] // Safe functions since Rust 1.94.
     fn read() -> Features {
         // SAFETY: every x86-64 processor has the CPUID instruction; leaves it does not know are not asked for.
@@ -88,6 +89,7 @@ mod x86 {
 
     /// # Safety
     /// The processor must report OSXSAVE.
+    #[allow(unsafe_code)]
     #[target_feature(enable = "xsave")]
     unsafe fn xcr0() -> u64 {
         // SAFETY: OSXSAVE is reported, so XGETBV exists and register 0 is readable.

@@ -5,8 +5,8 @@ mod json;
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
 
-use super::Failure;
 use super::args::InspectArgs;
+use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;
 use super::messages::Messages;

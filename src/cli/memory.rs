@@ -1,6 +1,6 @@
 //! How much memory a command may take, and the refusal of what would take more: better than being killed for it halfway.
 
-use super::Failure;
+use super::failure::Failure;
 use crate::integrate::{Needs, Settings};
 use crate::memory::Bytes;
 use crate::scene::Scene;

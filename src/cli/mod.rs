@@ -6,9 +6,11 @@
 
 pub mod args;
 mod bench;
+mod command;
 mod compare;
 mod converge;
 mod cpu;
+mod failure;
 mod input;
 mod inspect;
 mod memory;
@@ -28,18 +30,10 @@ use std::process::ExitCode;
 
 use clap::{ColorChoice, CommandFactory, FromArgMatches, ValueEnum};
 
-use self::args::{Cli, Command};
+use self::command::{Cli, Command};
+use self::failure::Failure;
 use self::messages::Messages;
 use crate::brief::brief;
-
-/// Why a command failed: the message, and which exit code it means.
-#[derive(Debug)]
-enum Failure {
-    /// Bad arguments, or a scene that cannot be used: exit code 2.
-    Input(String),
-    /// The system would not: exit code 1.
-    Io(String),
-}
 
 /// Runs the program on the arguments of this process.
 pub fn main() -> ExitCode {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use super::Failure;
 use super::args::RenderArgs;
+use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;
 use super::messages::Messages;

@@ -11,6 +11,7 @@ use std::path::Path;
 pub struct Picture {
     /// Size of the crop window, which is all that is stored.
     pub width: u32,
+    /// In pixels.
     pub height: u32,
     /// Left and top of the crop window in the full picture.
     pub offset: [u32; 2],

@@ -12,6 +12,7 @@ mod brightness;
 mod budget;
 mod coats;
 mod color;
+mod color_space;
 mod dialect;
 mod error;
 mod extent;

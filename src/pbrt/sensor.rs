@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::color::ColorSpace;
+use super::color_space::ColorSpace;
 use super::spectrum;
 
 /// pbrt-v4's cameras.

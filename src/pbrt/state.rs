@@ -7,7 +7,7 @@ use std::rc::Rc;
 use glam::DMat4;
 use rpds::HashTrieMap;
 
-use super::color::ColorSpace;
+use super::color_space::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
 use super::lights::AreaLight;

@@ -3,6 +3,7 @@
 /// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed), unit length internal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
+    /// How directions become places on the film.
     pub projection: Projection,
     /// Camera to internal space: three rows of a 3x4 matrix; the linear part is orthonormal (perhaps mirrored).
     pub to_world: [[f32; 4]; 3],
@@ -16,9 +17,12 @@ pub struct Camera {
     pub focal_distance: f32,
 }
 
+/// How a camera maps directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
+    /// Straight lines through the eye.
     Perspective,
+    /// All rays along `z`.
     Orthographic,
     /// Every direction around a point; there is neither a screen nor a lens.
     Sphere(SphereMap),

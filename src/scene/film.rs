@@ -4,14 +4,18 @@ use glam::Vec2;
 
 use super::{Rgb, spectrum};
 
+/// What a picture is rendered onto.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     /// Full resolution.
     pub width: u32,
+    /// In pixels.
     pub height: u32,
     /// `[x0, x1, y0, y1]`: the pixels rendered are `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
     pub crop: [u32; 4],
+    /// What the scene calls its picture.
     pub filename: Option<String>,
+    /// How samples are spread over pixels.
     pub filter: Filter,
     /// Factor on all values written (v3 `scale`; v4 imaging ratio, the time the shutter is open times `iso / 100`, 1 by default).
     pub scale: f32,
@@ -63,24 +67,34 @@ impl Clamp {
 /// Reconstruction filter; radii in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Filter {
+    /// Half its width and half its height; it is 0 beyond.
     pub radius: Vec2,
+    /// Its shape within the radius.
     pub kind: FilterKind,
 }
 
+/// Shapes of reconstruction filters; `x` is the distance to the pixel, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FilterKind {
+    /// The same everywhere.
     Box,
+    /// Linear, 0 at the radius.
     Triangle,
     /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2 sigma^2)`.
     Gaussian {
+        /// Per square pixel.
         alpha: f32,
     },
+    /// Mitchell and Netravali: a piecewise cubic.
     Mitchell {
+        /// How smooth: 1 is the B-spline.
         b: f32,
+        /// How sharp: 0.5 with `b = 0` is Catmull-Rom.
         c: f32,
     },
     /// Lanczos-windowed sinc.
     Sinc {
+        /// Lobes of the window within the radius.
         tau: f32,
     },
 }
@@ -88,10 +102,23 @@ pub enum FilterKind {
 /// Why a film cannot have a size or a crop window.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
+    /// A side that no film has.
     #[error("{width} x {height}: a side has 1 to {most} pixels", most = Film::MAX_SIDE)]
-    Side { width: u64, height: u64 },
+    Side {
+        /// In pixels.
+        width: u64,
+        /// In pixels.
+        height: u64,
+    },
+    /// Too many of them.
     #[error("{width} x {height} pixels are more than 2^31")]
-    Pixels { width: u64, height: u64 },
+    Pixels {
+        /// In pixels.
+        width: u64,
+        /// In pixels.
+        height: u64,
+    },
+    /// The window (`x0 x1 y0 y1`), and the film it is on.
     #[error("the crop window {0:?} holds no pixel of {1} x {2}")]
     EmptyCrop([f32; 4], u32, u32),
 }

@@ -7,7 +7,9 @@ use super::Rgb;
 pub struct Image {
     /// Where it was read from, for reports.
     pub name: String,
+    /// In texels.
     pub width: u32,
+    /// In texels.
     pub height: u32,
     /// `width * height` texels, row by row from the top, linear sRGB.
     pub texels: Vec<Rgb>,

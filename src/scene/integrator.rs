@@ -3,14 +3,21 @@
 /// The `Integrator` directive, reduced to what Phalanx can do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegratorSettings {
+    /// Which integrator.
     pub kind: IntegratorKind,
+    /// Bounces of a path, at most.
     pub max_depth: u32,
     /// From `Sampler "integer pixelsamples"` (integrators of independent samples).
     pub pixel_samples: u32,
+    /// Of all chains together.
     pub mutations_per_pixel: u64,
+    /// Markov chains over all depths.
     pub chains: u64,
+    /// Independent paths that start the chains: per depth (`mmlt`), or in all (`pssmlt`).
     pub bootstrap_samples: u64,
+    /// Of a mutation that forgets where the chain was, 0 to 1.
     pub large_step_probability: f32,
+    /// Standard deviation of a small step of a primary sample, which lies in [0, 1].
     pub sigma: f32,
     /// A picture of each bidirectional strategy is wanted, too (`bdpt`).
     pub strategies: bool,
@@ -18,17 +25,23 @@ pub struct IntegratorSettings {
     pub seed: u64,
 }
 
+/// The integrators; [`Self::title`] has their names in full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
+    /// Multiplexed Metropolis light transport.
     Mmlt,
+    /// Path tracing.
     Pt,
+    /// Light tracing.
     Lt,
+    /// Bidirectional path tracing.
     Bdpt,
     /// Over a host.
     Pssmlt(HostKind),
 }
 
 impl IntegratorKind {
+    /// Every one, in the order of reports.
     pub const ALL: [Self; 6] = [
         Self::Mmlt,
         Self::Pt,
@@ -75,11 +88,14 @@ impl IntegratorKind {
 /// Whose samples are mutated ([`IntegratorKind::Pssmlt`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HostKind {
+    /// The bidirectional one.
     Bdpt,
+    /// The path tracer.
     Pt,
 }
 
 impl HostKind {
+    /// Both.
     pub const ALL: [Self; 2] = [Self::Bdpt, Self::Pt];
 }
 

@@ -54,21 +54,26 @@ pub struct LargeSphere {
     pub sphere: u32,
     /// Unit sphere to internal space, and back.
     pub to_world: DAffine3,
+    /// Internal space to the unit sphere.
     pub to_unit: DAffine3,
 }
 
 /// The large surfaces of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Large {
+    /// In the order of [`Scene::triangles`](super::Scene::triangles).
     pub triangles: Vec<LargeTriangle>,
+    /// In the order of [`Scene::spheres`](super::Scene::spheres).
     pub spheres: Vec<LargeSphere>,
 }
 
 impl Large {
+    /// True of most scenes.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty() && self.spheres.is_empty()
     }
 
+    /// Triangles and spheres.
     pub fn len(&self) -> usize {
         self.triangles.len() + self.spheres.len()
     }

@@ -9,9 +9,13 @@ use super::Rgb;
 pub struct Light {
     /// Where it was made (`scene.pbrt:42`), for reports.
     pub origin: String,
+    /// What shines, and how.
     pub kind: LightKind,
 }
 
+/// Kinds of lights; all places and directions in internal space.
+// What the fields mean stands at each kind.
+#[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
     /// Lambertian emission of one triangle, radiance `l` from its front (both sides if `two_sided`).
@@ -105,6 +109,7 @@ pub enum SpotFalloff {
     V4,
 }
 
+/// How an image is laid over all directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnvLayout {
     /// v3: `u = phi / 2 pi`, `v = theta / pi`, `z` up, row 0 at `theta = 0`.

@@ -11,7 +11,9 @@ use super::texture::Param;
 /// pbrt-v3 or pbrt-v4. The two write alike but mean different things.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dialect {
+    /// pbrt-v3.
     V3,
+    /// pbrt-v4.
     V4,
 }
 
@@ -20,6 +22,7 @@ pub trait Parameters {
     /// A message with its place in the file.
     type Error;
 
+    /// Of the file it is in.
     fn dialect(&self) -> Dialect;
 
     /// Whether it is given.
@@ -37,6 +40,7 @@ pub trait Parameters {
     /// A constant, within `[low, high]`.
     fn constant(&self, name: &str, default: f64, low: f64, high: f64) -> Result<f64, Self::Error>;
 
+    /// A boolean.
     fn flag(&self, name: &str, default: bool) -> Result<bool, Self::Error>;
 
     /// An index of refraction or of absorption that may be a texture, channel by channel.
@@ -51,10 +55,12 @@ pub trait Parameters {
     /// A spectrum that the dialect knows by this name, as an index.
     fn known_index(&self, name: &str) -> Option<Rgb>;
 
+    /// [`Self::albedo`], or grey if it is not given.
     fn albedo_or(&self, name: &str, default: f32) -> Result<Param, Self::Error> {
         Ok(self.albedo(name)?.unwrap_or(Param::Constant([default; 3])))
     }
 
+    /// [`Self::float`], or a constant if it is not given.
     fn float_or(&self, name: &str, default: f32) -> Result<Param, Self::Error> {
         Ok(self.float(name)?.unwrap_or(Param::Constant([default; 3])))
     }

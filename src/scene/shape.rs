@@ -21,9 +21,9 @@ record! {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub struct Triangle {
-    /// Indices into [`Scene::vertices`].
+    /// Indices into [`Scene::vertices`](super::Scene::vertices).
     pub v: [u32; 3],
-    /// Index into [`Scene::shapes`].
+    /// Index into [`Scene::shapes`](super::Scene::shapes).
     pub shape: u32,
 }
 
@@ -36,21 +36,21 @@ pub struct Sphere {
     pub to_unit: [[f32; 4]; 3],
     /// +1 if the outside is the front, -1 if the inside is (`ReverseOrientation`).
     pub facing: f32,
-    /// Index into [`Scene::shapes`].
+    /// Index into [`Scene::shapes`](super::Scene::shapes).
     pub shape: u32,
 }
 
 /// What all primitives of one `Shape` directive share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
-    /// Index into [`Scene::materials`].
+    /// Index into [`Scene::materials`](super::Scene::materials).
     pub material: u32,
-    /// Index into [`Scene::lights`] of the light of this shape's first primitive, or [`NONE`](super::NONE). Primitive `i` of an emissive
+    /// Index into [`Scene::lights`](super::Scene::lights) of the light of this shape's first primitive, or [`NONE`](super::NONE). Primitive `i` of an emissive
     /// shape has light `light + i`.
     pub light: u32,
     /// First primitive of this shape in its table (triangles or spheres).
     pub first: u32,
-    /// Index into [`Scene::alphas`], or [`NONE`](super::NONE): nothing is cut out of it.
+    /// Index into [`Scene::alphas`](super::Scene::alphas), or [`NONE`](super::NONE): nothing is cut out of it.
     pub alpha: u32,
 }
 
@@ -59,9 +59,11 @@ pub struct Shape {
 pub struct Alpha {
     /// A number.
     pub value: Param,
+    /// What the number means.
     pub test: AlphaTest,
 }
 
+/// How a number says whether the surface is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlphaTest {
     /// pbrt-v3: the surface is there wherever the value is not 0.

@@ -6,6 +6,7 @@ use super::Rgb;
 /// A material parameter: a constant or a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Param {
+    /// The same everywhere.
     Constant(Rgb),
     /// Index into [`Scene::textures`](super::Scene::textures).
     Texture(u32),
@@ -17,6 +18,8 @@ pub enum Param {
 ///
 /// pbrt filters procedures by the footprint of camera rays. These are what its filters converge to
 /// as the footprint shrinks.
+// What the fields mean stands at each kind.
+#[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
     Constant(Rgb),
@@ -109,13 +112,16 @@ pub type ToTexture = [[f32; 4]; 3];
 /// `(s, t)` of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mapping {
+    /// Of the texture coordinates of the surface.
     Uv(UvMapping),
     /// Of the point in texture space: `s` its angle from `+z` over pi, `t` its azimuth over 2 pi.
     Spherical(ToTexture),
     /// `s` is half a turn plus the azimuth, in turns, `t` is `z`: that of the point, or of the
     /// direction to it if `unit` (v3).
     Cylindrical {
+        /// Internal to texture space.
         to_texture: ToTexture,
+        /// Whether `z` is that of the direction.
         unit: bool,
     },
     /// `x` and `y`; the vectors and offsets of the mapping are in the matrix.
@@ -125,9 +131,13 @@ pub enum Mapping {
 /// `(s, t) = (su * u + du, sv * v + dv)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
+    /// Factor on `u`.
     pub su: f32,
+    /// Factor on `v`.
     pub sv: f32,
+    /// Added to `u`.
     pub du: f32,
+    /// Added to `v`.
     pub dv: f32,
 }
 
@@ -135,7 +145,9 @@ pub struct UvMapping {
 /// one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octaves {
+    /// How many.
     pub count: u32,
+    /// Amplitude of an octave over that of the one before.
     pub roughness: f32,
 }
 
@@ -149,10 +161,14 @@ pub enum MarbleSpline {
     V4,
 }
 
+/// What is beyond the border of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
+    /// The image again.
     Repeat,
+    /// Nothing.
     Black,
+    /// Its border.
     Clamp,
     /// An equal-area octahedral map: beyond an edge lies the same edge, turned round.
     Octahedral,
@@ -192,6 +208,7 @@ impl Texture {
         list.into_iter().flatten()
     }
 
+    /// How it is laid on surfaces, if it is over `(s, t)`.
     pub fn mapping(&self) -> Option<&Mapping> {
         match self {
             Self::Checkerboard { mapping, .. }

@@ -17,7 +17,9 @@ use super::texture::Texture;
 /// The map from the file's world to internal space: `x_internal = (x_world - centre) * scale`, `scale` a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
+    /// World space of the file.
     pub centre: DVec3,
+    /// A power of two, internal lengths per length of the file.
     pub scale: f64,
 }
 
@@ -33,18 +35,31 @@ pub enum Sides {
 /// Everything a scene file says.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Of all meshes.
     pub vertices: Vec<Vertex>,
+    /// Of all meshes, shape by shape.
     pub triangles: Vec<Triangle>,
+    /// Analytic ones, shape by shape.
     pub spheres: Vec<Sphere>,
+    /// One for each `Shape` directive that has primitives.
     pub shapes: Vec<Shape>,
+    /// What is cut out of shapes.
     pub alphas: Vec<Alpha>,
+    /// Components of mixtures come before them.
     pub materials: Vec<Material>,
+    /// Children come before their parents.
     pub textures: Vec<Texture>,
+    /// Of textures and of lights.
     pub images: Vec<Image>,
+    /// Those of emissive primitives among them, one a primitive.
     pub lights: Vec<Light>,
+    /// The only one.
     pub camera: Camera,
+    /// What it looks onto.
     pub film: Film,
+    /// What the file asks for.
     pub integrator: IntegratorSettings,
+    /// Where internal space lies in that of the file.
     pub space: Space,
     /// Of surfaces with shading normals.
     pub sides: Sides,

@@ -5,6 +5,7 @@
 ///
 /// For trees larger than the caches this makes interleaved single rays about a third faster (`benches/rays`).
 #[inline(always)]
+#[allow(unsafe_code)]
 pub fn prefetch<const BYTES: usize, T>(table: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {

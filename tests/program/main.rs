@@ -8,4 +8,5 @@ mod command;
 mod compare;
 mod converge;
 mod converge_page;
+mod house;
 mod limits;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, value_parser};
 
-use crate::cli::args::number_in;
+use crate::cli::args::parse::number_in;
 use crate::metrics::{Figures, Map, flip};
 
 /// Tell how far a picture is from a reference

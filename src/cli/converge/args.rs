@@ -6,9 +6,9 @@ use clap::{Args, value_parser};
 
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
-use crate::cli::args::{
-    ChoiceName, Lanes, MAX_BOOTSTRAP, Tuned, exposure, number_in, probability, resolution, sigma,
-};
+use crate::cli::args::MAX_BOOTSTRAP;
+use crate::cli::args::parse::{exposure, number_in, probability, resolution, sigma};
+use crate::cli::args::values::{ChoiceName, Lanes, Tuned};
 use crate::converge::plan::{Axis, MAX_EFFORT};
 use crate::integrate::Width;
 use crate::scene::IntegratorKind;

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use self::args::ConvergeArgs;
 use self::progress::Progress;
-use super::Failure;
+use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;
 use super::messages::Messages;

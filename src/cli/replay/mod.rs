@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use self::args::ReplayArgs;
-use super::Failure;
+use super::failure::Failure;
 use super::input;
 use super::memory::MemoryLimit;
 use super::messages::Messages;

@@ -18,7 +18,9 @@ pub enum Encoding {
     /// sRGB. pbrt decodes 16-bit PNG like 8-bit files.
     #[default]
     Auto,
+    /// The curve of IEC 61966-2-1, whatever the file says of itself.
     Srgb,
+    /// Values are proportional to light.
     Linear,
     /// `value^gamma`
     Gamma(f32),

@@ -26,11 +26,13 @@ pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
+    /// Object space.
     pub positions: Vec<[f32; 3]>,
     /// One a vertex, of any length; zero where the mesh has none.
     pub normals: Option<Vec<[f32; 3]>>,
     /// One a vertex.
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Indices of vertices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// Things dropped or replaced, each a line without the name of the shape or file.
     pub warnings: Vec<String>,

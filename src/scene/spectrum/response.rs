@@ -6,6 +6,7 @@ use super::rgb::xyz_to_rgb;
 
 /// First and last wavelength of [`responses`], in nanometres; they are a nanometre apart.
 pub const FIRST: usize = CIE_FIRST;
+/// See [`FIRST`].
 pub const LAST: usize = CIE_FIRST + CIE_1931.len() - 1;
 
 /// Linear sRGB of a nanometre of white light (D65), at each wavelength from [`FIRST`] to [`LAST`]; the sum is white, `(1, 1, 1)`. Channels

@@ -2,7 +2,8 @@
 //! once, in all directions alike, and is weakened on its way in and out.
 
 use crate::integrate::{self, Settings, Silent};
-use crate::scene::{self, Description, Dialect, Param, Parameters};
+use crate::pbrt;
+use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Vec3};
 use crate::surface::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
 use crate::surface::diffuse::{cosine_sample, same_side};

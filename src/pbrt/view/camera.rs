@@ -1,0 +1,203 @@
+//! `Camera`, in world space until the internal space is known.
+
+use glam::{DAffine3, DVec3};
+
+use crate::pbrt::dialect::Dialect;
+use crate::pbrt::error::{Report, SceneError};
+use crate::pbrt::params::ParamSet;
+use crate::pbrt::transform::{Similarity, inverse, narrow_point, rows, similarity};
+use crate::scene::{Camera, Film, Projection, Space, SphereMap};
+
+/// A camera in world space: internal lengths follow once the space is known.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::pbrt) struct WorldCamera {
+    placed: Similarity,
+    projection: Projection,
+    /// World lengths for an orthographic camera.
+    screen: [f64; 4],
+    lens_radius: f64,
+    focal_distance: f64,
+}
+
+/// Builds the camera; `ctm` is the transform at the directive, world to camera.
+pub(in crate::pbrt) fn camera(
+    kind: &str,
+    set: &ParamSet,
+    ctm: &DAffine3,
+    film: &Film,
+    report: &mut Report,
+) -> Result<WorldCamera, SceneError> {
+    let mut projection = match kind {
+        "perspective" => Projection::Perspective,
+        "orthographic" => Projection::Orthographic,
+        "environment" => Projection::Sphere(SphereMap::Equirectangular),
+        "spherical" => Projection::Sphere(match set.string("mapping")? {
+            None | Some("equalarea") => SphereMap::EqualArea,
+            Some("equirectangular") => SphereMap::Equirectangular,
+            Some(other) => {
+                return Err(set.error(format_args!(
+                    "mapping \"{other}\" is unknown; use equalarea or equirectangular"
+                )));
+            }
+        }),
+        "realistic" => {
+            return Err(set.error(
+                "this camera is not supported; use perspective with lensradius and focaldistance",
+            ));
+        }
+        _ => {
+            return Err(set.error(
+                "this camera is unknown; use perspective, orthographic, spherical or environment",
+            ));
+        }
+    };
+    let placed = inverse(ctm).and_then(|t| similarity(&t)).ok_or_else(|| {
+        set.error("its transform shears or stretches space; use rotations, translations, mirrors and uniform scales")
+    })?;
+    set.accept(&["shutteropen", "shutterclose"]);
+    if let Projection::Sphere(_) = projection {
+        for name in [
+            "lensradius",
+            "focaldistance",
+            "frameaspectratio",
+            "screenwindow",
+        ] {
+            if let Some(param) = set.find(name) {
+                report.warn_at(
+                    &set.site_of(param),
+                    format_args!("\"{name}\" has no effect on a camera that sees every direction"),
+                );
+            }
+        }
+        set.finish(report);
+        return Ok(WorldCamera {
+            placed,
+            projection,
+            screen: [-1.0, 1.0, -1.0, 1.0],
+            lens_radius: 0.0,
+            focal_distance: 1.0,
+        });
+    }
+    let aspect = set.float_in(
+        "frameaspectratio",
+        f64::from(film.width) / f64::from(film.height),
+        1e-6,
+        1e6,
+    )?;
+    // [-1, 1] along the shorter side.
+    let mut screen = if aspect > 1.0 {
+        [-aspect, aspect, -1.0, 1.0]
+    } else {
+        [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+    };
+    if let Some(window) = set.floats("screenwindow")? {
+        match *window {
+            [x0, x1, y0, y1] => screen = [x0, x1, y0, y1],
+            _ => set.note("\"screenwindow\" is ignored: it needs 4 values, x0 x1 y0 y1"),
+        }
+    }
+    let lens_radius = set.float_in("lensradius", 0.0, 0.0, f64::INFINITY)?;
+    let focal_distance = set.float_or("focaldistance", 1e6)?;
+    if lens_radius > 0.0 && focal_distance <= 0.0 {
+        return Err(set.error(format_args!(
+            "focal distance {focal_distance} is not positive"
+        )));
+    }
+    let window_scale = match projection {
+        Projection::Perspective => {
+            let mut fov = set.float_or("fov", 90.0)?;
+            if set.dialect == Dialect::V3
+                && let Some(half) = set.float("halffov")?
+            {
+                fov = 2.0 * half;
+            }
+            if !(fov > 0.0 && fov < 180.0) {
+                return Err(set.error(format_args!(
+                    "field of view {fov} is not between 0 and 180 degrees"
+                )));
+            }
+            (fov.to_radians() / 2.0).tan()
+        }
+        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave its disk for points of the window
+        // in the plane in focus. That is a perspective camera, whose window lies at distance 1.
+        Projection::Orthographic if lens_radius > 0.0 => {
+            report.warn_at(
+                &set.site,
+                "with a lens, its rays start at the lens and not at the film, as in pbrt: a perspective view of its window in the plane in focus",
+            );
+            projection = Projection::Perspective;
+            1.0 / focal_distance
+        }
+        Projection::Orthographic | Projection::Sphere(_) => placed.scale,
+    };
+    let screen = screen.map(|x| x * window_scale);
+    if screen[0] == screen[1]
+        || screen[2] == screen[3]
+        || !screen.iter().all(|x| (*x as f32).is_finite())
+    {
+        return Err(set.error("its screen window is empty"));
+    }
+    set.finish(report);
+    Ok(WorldCamera {
+        placed,
+        projection,
+        screen,
+        lens_radius: lens_radius * placed.scale,
+        focal_distance: focal_distance * placed.scale,
+    })
+}
+
+/// The camera without a `Camera` directive: pbrt's default at the origin, looking along `+z`.
+pub(in crate::pbrt) fn default_camera(film: &Film) -> WorldCamera {
+    let aspect = f64::from(film.width) / f64::from(film.height);
+    let screen = if aspect > 1.0 {
+        [-aspect, aspect, -1.0, 1.0]
+    } else {
+        [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+    };
+    WorldCamera {
+        placed: Similarity {
+            frame: glam::DMat3::IDENTITY,
+            scale: 1.0,
+            translation: DVec3::ZERO,
+        },
+        projection: Projection::Perspective,
+        screen,
+        lens_radius: 0.0,
+        focal_distance: 1e6,
+    }
+}
+
+impl WorldCamera {
+    pub fn position(&self) -> DVec3 {
+        self.placed.translation
+    }
+
+    /// `None` if the screen window is so much larger or smaller than the scene that `f32` does not hold its area, or that of a pixel.
+    pub fn to_internal(self, space: &Space) -> Option<Camera> {
+        const LARGEST: f64 = 1e15;
+        let translation =
+            narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
+        let screen = match self.projection {
+            Projection::Perspective | Projection::Sphere(_) => self.screen,
+            Projection::Orthographic => self.screen.map(|x| x * space.scale),
+        };
+        let [x0, x1, y0, y1] = screen;
+        let sides = [x1 - x0, y1 - y0];
+        if !screen.iter().all(|x| x.abs() <= LARGEST)
+            || !sides.iter().all(|x| x.abs() >= 1.0 / LARGEST)
+        {
+            return None;
+        }
+        Some(Camera {
+            projection: self.projection,
+            to_world: rows(&DAffine3 {
+                matrix3: self.placed.frame,
+                translation,
+            }),
+            screen: screen.map(|x| x as f32),
+            lens_radius: ((self.lens_radius * space.scale) as f32).min(f32::MAX),
+            focal_distance: ((self.focal_distance * space.scale) as f32).min(f32::MAX),
+        })
+    }
+}
