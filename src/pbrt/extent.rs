@@ -1,4 +1,5 @@
-//! How large things are, and where the small ones are: what decides on the origin of internal space, and on what is kept in `f64`.
+//! How large things are, and where the small ones are: what decides on the origin of internal
+//! space, and on what is kept in `f64`.
 
 use std::collections::HashSet;
 
@@ -13,15 +14,18 @@ use crate::scene::{NONE, Scene, Space};
 const SHAPES: f64 = 4096.0;
 /// ... or of the smallest primitives, ...
 const PRIMITIVES: f64 = 8192.0;
-/// ... or if the camera, or a light at a point, is next to it: nearer than this part of its size. `f32` then errs by a hundredth of the smallest at most.
+/// ... or if the camera, or a light at a point, is next to it: nearer than this part of its size.
+/// `f32` then errs by a hundredth of the smallest at most.
 const NEAR: f64 = 1.0 / 1024.0;
 /// Small shapes whose places are looked at, at most; of more, some are next to any large surface.
 const MOST_SHAPES: usize = 4096;
 /// Most surfaces that are kept in `f64` for their size.
 const MOST: usize = 4096;
-/// Part of the primitives that may be smaller than what counts as small: slivers of a mesh say nothing about its scale.
+/// Part of the primitives that may be smaller than what counts as small: slivers of a mesh say
+/// nothing about its scale.
 const SLIVERS: f64 = 0.01;
-/// The bounds' centre is the origin unless small things are this far from it, in units of their size.
+/// The bounds' centre is the origin unless small things are this far from it, in units of their
+/// size.
 const OFF_CENTRE: f64 = 4096.0;
 
 /// The camera's place and those of some lights.
@@ -116,14 +120,15 @@ fn axes(m: &DMat3) -> DVec3 {
     DVec3::new(row_length(0), row_length(1), row_length(2))
 }
 
-/// The space whose origin is the centre of the geometry's bounds, or where the small things are if that is far from it; scaled so that
-/// everything lies within a radius in `(0.5, 1]`.
+/// The space whose origin is the centre of the geometry's bounds, or where the small things are if
+/// that is far from it; scaled so that everything lies within a radius in `(0.5, 1]`.
 pub(super) fn space_of(geometry: &Geometry, eyes: &Eyes) -> Space {
     let mut bounds = Bounds::NONE;
     for triangle in &geometry.triangles {
         bounds = bounds.with(Bounds::of(corners(geometry, triangle.v)));
     }
-    // So far out that their size is lost in the rounding of their place, spheres have it all the same.
+    // So far out that their size is lost in the rounding of their place, spheres have it all the
+    // same.
     let mut least = DVec3::ZERO;
     for sphere in &geometry.spheres {
         let centre = sphere.to_world.translation;
@@ -162,8 +167,9 @@ pub(super) fn space_of(geometry: &Geometry, eyes: &Eyes) -> Space {
     }
 }
 
-/// The origin from which the squares of all places, in units of the sizes there, add up to the least: what `f32` loses of a place grows with
-/// its distance from the origin. `None` if the `middle` does as well.
+/// The origin from which the squares of all places, in units of the sizes there, add up to the
+/// least: what `f32` loses of a place grows with its distance from the origin. `None` if the
+/// `middle` does as well.
 fn centre_of_detail(geometry: &Geometry, eyes: &Eyes, middle: DVec3) -> Option<DVec3> {
     let mut sizes = Sizes::new();
     let mut near: Vec<f64> = vec![f64::INFINITY; eyes.0.len()];
@@ -220,7 +226,8 @@ fn corners(geometry: &Geometry, v: [u32; 3]) -> [DVec3; 3] {
     v.map(|i| geometry.vertices[i as usize].p)
 }
 
-/// The large surfaces of a scene whose other tables are filled; `spheres` are its spheres in internal space.
+/// The large surfaces of a scene whose other tables are filled; `spheres` are its spheres in
+/// internal space.
 pub(super) fn large_of(
     scene: &Scene,
     geometry: &Geometry,

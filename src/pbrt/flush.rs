@@ -1,11 +1,13 @@
 //! Lamps that lie in other surfaces.
 //!
-//! Where two surfaces lie in one place, the rounding of each ray would decide which one it meets, and a lamp in a ceiling would be seen by
-//! some rays and not by others. One rule holds for all rays, strategies and integrators: **a lamp that lies in another surface lies just
-//! in front of it**, on the side to which it shines (of a lamp that shines to both sides, the side of the camera). Of lamps in one place that
-//! shine to one side, the brighter lies in front, then the one that comes first in the file. The distance is a hundred-thousandth of the
-//! scene, and no more than a small part of the lamp: enough for any ray to tell the two apart. What lies within half of it counts as in
-//! one place.
+//! Where two surfaces lie in one place, the rounding of each ray would decide which one it meets,
+//! and a lamp in a ceiling would be seen by some rays and not by others. One rule holds for all
+//! rays, strategies and integrators: **a lamp that lies in another surface lies just in front of
+//! it**, on the side to which it shines (of a lamp that shines to both sides, the side of the
+//! camera). Of lamps in one place that shine to one side, the brighter lies in front, then the one
+//! that comes first in the file. The distance is a hundred-thousandth of the scene, and no more
+//! than a small part of the lamp: enough for any ray to tell the two apart. What lies within half
+//! of it counts as in one place.
 //!
 //! Lamps are moved before anything else sees them, so there is nothing to agree on later.
 
@@ -161,7 +163,8 @@ fn collect(geometry: &Geometry, materials: &[Material], space: &Space) -> (Vec<L
 /// Facets of one leaf of the tree.
 const LEAF: usize = 4;
 
-/// Sorts the facets into a tree whose halves are halves of the list; `tree` gets the boxes in the order of [`visit`].
+/// Sorts the facets into a tree whose halves are halves of the list; `tree` gets the boxes in the
+/// order of [`visit`].
 fn arrange(facets: &mut [Facet], tree: &mut Vec<[DVec3; 2]>) {
     let low = (facets.iter()).fold(DVec3::INFINITY, |low, f| low.min(f.low));
     let high = (facets.iter()).fold(DVec3::NEG_INFINITY, |high, f| high.max(f.high));

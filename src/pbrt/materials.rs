@@ -1,4 +1,5 @@
-//! Materials of both dialects, reduced to the kinds of [`MaterialKind`]. Defaults are those of the dialect.
+//! Materials of both dialects, reduced to the kinds of [`MaterialKind`]. Defaults are those of the
+//! dialect.
 
 use super::coats;
 use super::color::Use;
@@ -20,7 +21,8 @@ use crate::scene::{
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
+/// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
+/// may find there.
 const OVERRIDABLE: [&str; 17] = [
     "Kd",
     "Ks",
@@ -364,10 +366,12 @@ pub(super) fn glass_index(set: &ParamSet, names: &TextureNames) -> Result<Param,
     positive(set, eta)
 }
 
-/// The wavelength that an index of refraction is given for where it is one number (helium d), in nanometres.
+/// The wavelength that an index of refraction is given for where it is one number (helium d), in
+/// nanometres.
 const D_LINE: f32 = 587.56;
 
-/// v4's index of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it does.
+/// v4's index of a dielectric, a number or a spectrum, and how it depends on the wavelength, if it
+/// does.
 pub(super) fn index(
     set: &ParamSet,
     names: &TextureNames,
@@ -409,8 +413,8 @@ fn positive(set: &ParamSet, eta: Param) -> Result<Param, SceneError> {
     }
 }
 
-/// Whether evaluating a material depends on texture coordinates (or the tangents derived from them). `below` says it of the materials that
-/// this one is made of.
+/// Whether evaluating a material depends on texture coordinates (or the tangents derived from
+/// them). `below` says it of the materials that this one is made of.
 pub(super) fn needs_uv(
     kind: &MaterialKind,
     textures: &[Texture],
@@ -485,8 +489,8 @@ pub(super) fn needs_uv(
     }
 }
 
-/// Whether turning the tangents of a surface around its normal changes what it looks like. `below` says it of the materials that this one
-/// is made of.
+/// Whether turning the tangents of a surface around its normal changes what it looks like. `below`
+/// says it of the materials that this one is made of.
 pub(super) fn sees_tangents(kind: &MaterialKind, below: &dyn Fn(u32) -> bool) -> bool {
     let uneven = |alphas: [f32; 2]| alphas[0] != alphas[1];
     match kind {

@@ -1,7 +1,8 @@
 //! What the surfaces of a scene can do to light at all: facts that rule strategies out.
 //!
-//! Two of them. A black surface ends every path that meets it. And points of one plane do not see each other but along the plane, where
-//! cosines are zero: light that leaves it does not come back to it.
+//! Two of them. A black surface ends every path that meets it. And points of one plane do not see
+//! each other but along the plane, where cosines are zero: light that leaves it does not come back
+//! to it.
 
 use crate::scene::{MaterialKind, Param, Scene};
 use crate::surface::MaterialTable;
@@ -11,13 +12,15 @@ use crate::surface::MaterialTable;
 pub(super) struct Surfaces {
     /// There are some, and not all are black.
     pub scatter: bool,
-    /// Points of those that are not black can see each other: they do not all lie in one plane. Only planes across an axis of the scene are
-    /// recognised, of which that is certain to the last bit.
+    /// Points of those that are not black can see each other: they do not all lie in one plane.
+    /// Only planes across an axis of the scene are recognised, of which that is certain to the
+    /// last bit.
     pub face: bool,
 }
 
 impl Surfaces {
-    /// Of the surfaces whose material `belongs`; of mixtures, those of which some component belongs that is not black.
+    /// Of the surfaces whose material `belongs`; of mixtures, those of which some component belongs
+    /// that is not black.
     pub fn of(scene: &Scene, materials: &MaterialTable, belongs: impl Fn(usize) -> bool) -> Self {
         let bright: Vec<bool> = (0..scene.materials.len())
             .map(|i| {

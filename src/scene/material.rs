@@ -21,7 +21,8 @@ pub struct Material {
 pub enum Bump {
     /// v3 `bumpmap`, v4 `displacement`: a height along the normal, in lengths of the scene file.
     Height { height: Param, tangents: Tangents },
-    /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z` along the normal.
+    /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z`
+    /// along the normal.
     Normal { image: u32 },
 }
 
@@ -36,7 +37,8 @@ pub enum Tangents {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum MaterialKind {
-    /// v3 `matte`, v4 `diffuse`. `sigma` is Oren-Nayar's roughness in degrees (v3 only; 0 is Lambertian).
+    /// v3 `matte`, v4 `diffuse`. `sigma` is Oren-Nayar's roughness in degrees (v3 only; 0 is
+    /// Lambertian).
     Diffuse { reflectance: Param, sigma: Param },
     /// v3 `mirror`: perfect specular reflection without Fresnel.
     Mirror { reflectance: Param },
@@ -45,8 +47,8 @@ pub enum MaterialKind {
         fresnel: ConductorFresnel,
         roughness: Roughness,
     },
-    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is inside over outside, RGB equal; with
-    /// `dispersion` it is that of the helium d line.
+    /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction. `eta` is
+    /// inside over outside, RGB equal; with `dispersion` it is that of the helium d line.
     Dielectric {
         reflectance: Param,
         transmittance: Param,
@@ -60,13 +62,15 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
-    /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without bending.
+    /// v4 `thindielectric`: a sheet of glass without thickness, that reflects and transmits without
+    /// bending.
     ThinDielectric {
         eta: Param,
         dispersion: Option<Arc<IndexCurve>>,
     },
-    /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes: Lambertian on both sides. Each colour is the product of two
-    /// (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
+    /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes: Lambertian on both
+    /// sides. Each colour is the product of two (v3: `Kd` with `reflect` or `transmit`) and of
+    /// `scale`, clamped to [0, 1].
     DiffuseTransmission {
         reflectance: [Param; 2],
         transmittance: [Param; 2],
@@ -78,18 +82,21 @@ pub enum MaterialKind {
         specular: Param,
         roughness: Roughness,
     },
-    /// v4 `coateddiffuse`: Lambertian under a dielectric coat. Of a smooth coat the base alone: its reflection is [`MaterialKind::Coat`].
+    /// v4 `coateddiffuse`: Lambertian under a dielectric coat. Of a smooth coat the base alone: its
+    /// reflection is [`MaterialKind::Coat`].
     CoatedDiffuse { reflectance: Param, coat: Coat },
-    /// v4 `coatedconductor`. `eta` and `k` are relative to the coat, `alphas` those of the conductor. If only the coat is smooth, the conductor
-    /// alone, as of [`MaterialKind::CoatedDiffuse`].
+    /// v4 `coatedconductor`. `eta` and `k` are relative to the coat, `alphas` those of the
+    /// conductor. If only the coat is smooth, the conductor alone, as of
+    /// [`MaterialKind::CoatedDiffuse`].
     CoatedConductor {
         eta: [f32; 3],
         k: [f32; 3],
         alphas: [f32; 2],
         coat: Coat,
     },
-    /// Either of the two where a roughness or the conductor is looked up in textures. `interface` is the roughness of the coat; if that varies, the
-    /// alphas in `coat` mean nothing, and it counts as rough. If the coat is smooth, the base alone.
+    /// Either of the two where a roughness or the conductor is looked up in textures. `interface`
+    /// is the roughness of the coat; if that varies, the alphas in `coat` mean nothing, and it
+    /// counts as rough. If the coat is smooth, the base alone.
     TexturedCoat {
         base: CoatedBase,
         interface: Roughness,
@@ -97,8 +104,9 @@ pub enum MaterialKind {
     },
     /// What a smooth coat reflects; `eta` is inside over outside.
     Coat { eta: f32 },
-    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none
-    /// of them an interface; nested at most [`MAX_NESTING`] deep.
+    /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both
+    /// dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none of them an
+    /// interface; nested at most [`MAX_NESTING`] deep.
     Mixture { components: Vec<Component> },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
@@ -162,18 +170,21 @@ impl MaterialKind {
 /// Components of one mixture, at most.
 pub const MAX_COMPONENTS: usize = 4;
 
-/// Mixtures within mixtures, at most, the outermost included: every one spends digits of one primary sample.
+/// Mixtures within mixtures, at most, the outermost included: every one spends digits of one
+/// primary sample.
 pub const MAX_NESTING: usize = 8;
 
 /// A part of a [`MaterialKind::Mixture`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
-    /// Index of an earlier entry of [`Scene::materials`](super::Scene::materials), so that the table has no cycles.
+    /// Index of an earlier entry of [`Scene::materials`](super::Scene::materials), so that the
+    /// table has no cycles.
     pub material: u32,
     /// What its BSDF is multiplied by.
     pub weight: Weight,
-    /// The component is chosen in proportion to the mean of its weight times the sum of the means of these (1 if there are none): what can be
-    /// said of its albedo without knowing directions.
+    /// The component is chosen in proportion to the mean of its weight times the sum of the means
+    /// of these (1 if there are none): what can be said of its albedo without knowing
+    /// directions.
     pub albedo: Vec<Param>,
 }
 
@@ -202,8 +213,8 @@ pub enum ConductorFresnel {
     Reflectance(Param),
 }
 
-/// Microfacet roughness. With `remap` the value goes through the dialect's own `RoughnessToAlpha`; without it, it is the
-/// Trowbridge-Reitz alpha.
+/// Microfacet roughness. With `remap` the value goes through the dialect's own `RoughnessToAlpha`;
+/// without it, it is the Trowbridge-Reitz alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
     pub u: Param,

@@ -1,4 +1,5 @@
-//! Textures as the file means them: trees of constants, images and procedures, and the mappings that lay them on surfaces.
+//! Textures as the file means them: trees of constants, images and procedures, and the mappings
+//! that lay them on surfaces.
 
 use super::Rgb;
 
@@ -11,10 +12,12 @@ pub enum Param {
     Texture(u32),
 }
 
-/// A texture; children are indices of earlier entries of [`Scene::textures`](super::Scene::textures) or constants, so the table
-/// has no cycles. What is a number is one in all three channels.
+/// A texture; children are indices of earlier entries of
+/// [`Scene::textures`](super::Scene::textures) or constants, so the table has no cycles. What is a
+/// number is one in all three channels.
 ///
-/// pbrt filters procedures by the footprint of camera rays. These are what its filters converge to as the footprint shrinks.
+/// pbrt filters procedures by the footprint of camera rays. These are what its filters converge to
+/// as the footprint shrinks.
 // What the fields mean stands at each kind.
 #[allow(missing_docs)]
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +34,8 @@ pub enum Texture {
         b: Param,
         amount: Param,
     },
-    /// v4 `directionmix`: `w * a + (1 - w) * b` with `w = |n . direction|`, `n` the geometric normal.
+    /// v4 `directionmix`: `w * a + (1 - w) * b` with `w = |n . direction|`, `n` the geometric
+    /// normal.
     DirectionMix {
         a: Param,
         b: Param,
@@ -50,7 +54,8 @@ pub enum Texture {
         b: Param,
         to_texture: ToTexture,
     },
-    /// `dots`: disks of radius 0.35, shifted at random, in about half of the unit cells of `mapping`.
+    /// `dots`: disks of radius 0.35, shifted at random, in about half of the unit cells of
+    /// `mapping`.
     Dots {
         dot: Param,
         ground: Param,
@@ -90,8 +95,8 @@ pub enum Texture {
         spline: MarbleSpline,
         to_texture: ToTexture,
     },
-    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this order, as pbrt-v4). Image
-    /// row 0 is the top: `t = 1`.
+    /// Bilinear look-up; values are `x = scale * texel`, or `max(0, 1 - x)` if `invert` (in this
+    /// order, as pbrt-v4). Image row 0 is the top: `t = 1`.
     Image {
         image: u32,
         mapping: Mapping,
@@ -111,7 +116,8 @@ pub enum Mapping {
     Uv(UvMapping),
     /// Of the point in texture space: `s` its angle from `+z` over pi, `t` its azimuth over 2 pi.
     Spherical(ToTexture),
-    /// `s` is half a turn plus the azimuth, in turns, `t` is `z`: that of the point, or of the direction to it if `unit` (v3).
+    /// `s` is half a turn plus the azimuth, in turns, `t` is `z`: that of the point, or of the
+    /// direction to it if `unit` (v3).
     Cylindrical {
         /// Internal to texture space.
         to_texture: ToTexture,
@@ -135,7 +141,8 @@ pub struct UvMapping {
     pub dv: f32,
 }
 
-/// Octaves of noise, each of 1.99 times the frequency and `roughness` times the amplitude of the one before.
+/// Octaves of noise, each of 1.99 times the frequency and `roughness` times the amplitude of the
+/// one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Octaves {
     /// How many.
@@ -147,7 +154,8 @@ pub struct Octaves {
 /// Which segment of the spline of marble's colours a value between 0 and 1 is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarbleSpline {
-    /// pbrt-v3 never goes beyond the second of six, which it extrapolates (`std::min(1, ...)` in `MarbleTexture::Evaluate`).
+    /// pbrt-v3 never goes beyond the second of six, which it extrapolates (`std::min(1, ...)` in
+    /// `MarbleTexture::Evaluate`).
     V3,
     /// All six.
     V4,
