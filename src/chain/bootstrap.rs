@@ -2,7 +2,7 @@
 //! systematic resampling).
 //!
 //! The dimensions that decide where on the film a path starts and which strategy it takes are not drawn independently: they follow
-//! additive recurrences (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), [`REPLICAS`] of them, each with a random
+//! additive recurrences (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), `REPLICAS` of them, each with a random
 //! offset. A small bright light in view is then counted by area and not by luck: most of the variance of `b` in common scenes. The replicas
 //! are independent, so their scatter is an honest standard error.
 

@@ -70,9 +70,10 @@ pub struct Render {
     pub warnings: Vec<String>,
     /// Standard error of each value of `pixels`, from one difference of two halves: a single one
     /// is a rough estimate, but their mean square is right. `None` unless
-    /// [`Settings::error_layers`] asks for them.
+    /// [`Settings::error_layers`](super::Settings::error_layers) asks for them.
     pub deviation: Option<Vec<[f32; 3]>>,
-    /// By depth, then by light vertices; none unless [`Settings::strategies`] asks for them.
+    /// By depth, then by light vertices; none unless
+    /// [`Settings::strategies`](super::Settings::strategies) asks for them.
     pub strategies: Vec<StrategyPictures>,
     pub ended_by: EndedBy,
 }
@@ -84,16 +85,4 @@ pub struct StrategyPictures {
     pub weighted: Vec<[f32; 3]>,
     /// As if there were no other: all light that it can find, as noisy as it finds it.
     pub unweighted: Vec<[f32; 3]>,
-}
-
-/// Why a render cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    #[error("{0}")]
-    Settings(String),
-    #[error("cannot start {threads} threads: {source}")]
-    Threads {
-        threads: usize,
-        source: rayon::ThreadPoolBuildError,
-    },
 }

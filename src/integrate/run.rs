@@ -18,13 +18,14 @@ pub enum Phase {
 }
 
 /// Told how a render goes, and asked whether to go on. Called from the thread that called
-/// [`render`], except [`Observer::stop`], which any worker may call.
+/// [`render`](super::render()), except [`Observer::stop`], which any worker may call.
 pub trait Observer: Sync {
     /// `done` of `total` mutations, samples or bootstrap paths.
     fn progress(&self, phase: Phase, done: u64, total: u64) {
         let _ = (phase, done, total);
     }
-    /// The picture's estimated relative error ([`Stats::relative_error`]); told now and then, as
+    /// The picture's estimated relative error
+    /// ([`Stats::relative_error`](super::Stats::relative_error)); told now and then, as
     /// often as costs next to nothing.
     fn error(&self, relative: f64) {
         let _ = relative;
@@ -61,9 +62,6 @@ pub(super) fn black_reason(run: &Run, searched: &str) -> String {
 
 /// Mean radiance below which the epsilon of relative errors rules the picture.
 pub(super) const DARK: f64 = 0.02;
-
-/// Largest depth of which strategies have pictures: nobody looks at more than the 502 of depth 20.
-pub(super) const MAX_STRATEGIES: u32 = 20;
 
 /// Length of a round of work: progress and stops are prompt, the barrier costs little.
 pub(super) const ROUND: Duration = Duration::from_millis(250);

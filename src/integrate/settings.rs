@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use super::result::RenderError;
-use super::run::MAX_STRATEGIES;
+use super::failure::RenderError;
 use crate::chain::mutate::{Kernel, Mutation};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
@@ -40,7 +39,8 @@ pub struct Settings {
     pub tune: Tune,
     /// Stop after this long, bootstrap included.
     pub time: Option<Duration>,
-    /// Stop when the estimated [`Stats::relative_error`] is at most this, and chains have mixed.
+    /// Stop when the estimated [`Stats::relative_error`](super::Stats::relative_error) is at most
+    /// this, and chains have mixed.
     pub target_error: Option<f64>,
     /// Estimate the picture's error. It costs a few per cent of time and memory.
     pub estimate_error: bool,
@@ -136,7 +136,7 @@ impl StrategyChoice {
 pub(super) const FEW_THREADS: usize = 64;
 
 /// Worker threads for so many asked for; 0 means one per core. No more than two per core beyond
-/// [`FEW_THREADS`]: one without work asks every other for some, again and again, and on few cores a
+/// `FEW_THREADS`: one without work asks every other for some, again and again, and on few cores a
 /// thousand of them take minutes of that for a second of work.
 pub fn worker_threads(asked: usize) -> usize {
     let cores = std::thread::available_parallelism().map_or(1, |n| n.get());
@@ -145,6 +145,9 @@ pub fn worker_threads(asked: usize) -> usize {
         n => n.min(FEW_THREADS.max(2 * cores)),
     }
 }
+
+/// Largest depth of which strategies have pictures: nobody looks at more than the 502 of depth 20.
+const MAX_STRATEGIES: u32 = 20;
 
 /// Whether a render can start with these settings, in enough memory.
 ///

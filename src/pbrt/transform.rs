@@ -307,9 +307,15 @@ mod tests {
             prop_assert_eq!(swaps_handedness(&t), mirrored);
         }
 
-        /// Views of any sort, up vectors along them nearly: a frame that keeps lengths, with the target ahead, or none.
+        /// Views of any sort, up vectors along them nearly: a frame that keeps lengths, with the
+        /// target ahead, or none.
         #[test]
-        fn views_keep_lengths(eye in vector(1e6), look in vector(1e6), up in vector(1.0), p in vector(1e6)) {
+        fn views_keep_lengths(
+            eye in vector(1e6),
+            look in vector(1e6),
+            up in vector(1.0),
+            p in vector(1e6),
+        ) {
             if let Some(t) = look_at(eye, look, up) {
                 let seen = t.transform_point3(look);
                 let distance = (look - eye).length();
@@ -321,7 +327,10 @@ mod tests {
 
         /// Sixteen numbers of any bits: no inverse, or a finite one.
         #[test]
-        fn inverses_are_finite(m in prop::array::uniform16(prop::num::f64::ANY), affine in any::<bool>()) {
+        fn inverses_are_finite(
+            m in prop::array::uniform16(prop::num::f64::ANY),
+            affine in any::<bool>(),
+        ) {
             let mut m = m;
             if affine {
                 (m[3], m[7], m[11], m[15]) = (0.0, 0.0, 0.0, 1.0);

@@ -172,7 +172,12 @@ mod tests {
 
         /// Sizes and windows are what they say.
         #[test]
-        fn sizes_are_as_written(w in 1..20_000u32, h in 1..20_000u32, x in 0f32..1.0, y in 0f32..1.0) {
+        fn sizes_are_as_written(
+            w in 1..20_000u32,
+            h in 1..20_000u32,
+            x in 0f32..1.0,
+            y in 0f32..1.0,
+        ) {
             prop_assert_eq!(resolution(&format!(" {w} x{h}")), Ok((w, h)));
             prop_assert_eq!(crop(&format!("{x},1, {y} ,1")), Ok([x, 1.0, y, 1.0]));
         }

@@ -2,7 +2,7 @@
 //! what threads buy, what each stage of a step takes, and how full the lanes are.
 //!
 //! What is measured is the step that renders are made of: batches of chains of every host
-//! ([`work`]), visited in proportion to the light each host carries. Whatever is compared takes
+//! (`work`), visited in proportion to the light each host carries. Whatever is compared takes
 //! turns in short rounds, so that a machine whose speed drifts is equally fast for both sides;
 //! figures are medians over the rounds. The stage clock runs only where stages are measured.
 

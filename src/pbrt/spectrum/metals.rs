@@ -157,7 +157,8 @@ pub const CU_K: [Sample; 55] = [
     (826.56116, 5.26), (855.06329, 5.485625), (885.60126, 5.717),
 ];
 
-/// Magnesium oxide: index of refraction (luxpop.com, after Palik, Handbook of Optical Constants of Solids).
+/// Magnesium oxide: index of refraction (luxpop.com, after Palik, Handbook of Optical Constants of
+/// Solids).
 #[rustfmt::skip]
 pub const MGO_ETA: [Sample; 30] = [
     (309.95001, 1.798), (330.61301, 1.785), (351.11899, 1.7768), (355.54901, 1.7755),
@@ -182,7 +183,8 @@ pub const MGO_K: [Sample; 30] = [
     (767.67798, 0.0),
 ];
 
-/// Titanium dioxide, ordinary ray: index of refraction (luxpop.com, after Palik, Handbook of Optical Constants of Solids).
+/// Titanium dioxide, ordinary ray: index of refraction (luxpop.com, after Palik, Handbook of
+/// Optical Constants of Solids).
 #[rustfmt::skip]
 pub const TIO2_ETA: [Sample; 34] = [
     (305.97201, 3.84), (317.979, 5.38), (334.991, 4.22), (344.00702, 4.36), (359.98801, 3.87),

@@ -240,10 +240,13 @@ proptest! {
         if let Some(s) = loads_or_tells(&text) {
             prop_assert!(s.vertices.iter().all(|v| Vec3::from(v.p).is_finite()));
             prop_assert!(s.bounds.iter().all(|b| b.is_finite() && b.length() <= 1.001));
-            prop_assert!(s.camera.to_world.iter().flatten().chain(&s.camera.screen).all(|x| x.is_finite()));
+            let camera = s.camera.to_world.iter().flatten().chain(&s.camera.screen);
+            prop_assert!(camera.into_iter().all(|x| x.is_finite()));
             prop_assert!(s.film.scale.is_finite());
             for light in &s.lights {
-                let (LightKind::Point { p, i } | LightKind::Spot { p, i, .. }) = light.kind else { continue };
+                let (LightKind::Point { p, i } | LightKind::Spot { p, i, .. }) = light.kind else {
+                    continue;
+                };
                 prop_assert!(p.is_finite() && i.iter().all(|c| c.is_finite()));
             }
         }
