@@ -1,12 +1,13 @@
-//! Messages that repeat what a user or a file wrote: on one line, no longer than can be read, and without what a terminal would obey.
+//! Messages that repeat what a user or a file wrote: on one line, no longer than can be read, and
+//! without what a terminal would obey.
 
 /// Longest name or word that is repeated whole, in characters.
 const MAX_NAME: usize = 120;
 /// Longest message, in characters.
 const MAX_MESSAGE: usize = 600;
 
-/// The message with its control characters escaped, long names (words, or what is between quotes) shortened in their middle, and the whole of
-/// it if it still is too long.
+/// The message with its control characters escaped, long names (words, or what is between quotes)
+/// shortened in their middle, and the whole of it if it still is too long.
 pub(crate) fn brief(message: &str) -> String {
     let escaped = escaped(message);
     let mut out = String::new();
@@ -43,7 +44,8 @@ fn escaped(message: &str) -> String {
     out
 }
 
-/// Control characters, and those that break a line or change the direction of writing without being seen.
+/// Control characters, and those that break a line or change the direction of writing without being
+/// seen.
 fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')

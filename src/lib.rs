@@ -1,8 +1,9 @@
 //! Phalanx: Metropolis light transport with thousands of Markov chains in lockstep.
 //!
-//! Multiplexed Metropolis light transport fixes a chain's path depth `k` and lets a primary sample choose the bidirectional strategy
-//! `(s, t)`, `s + t = k + 2`. A proposal then costs `k + 1` rays whatever its strategy, so chains of one depth never diverge in length:
-//! they march together, a ray a wave, eight to a SIMD register. Everything here follows from that.
+//! Multiplexed Metropolis light transport fixes a chain's path depth `k` and lets a primary sample
+//! choose the bidirectional strategy `(s, t)`, `s + t = k + 2`. A proposal then costs `k + 1` rays
+//! whatever its strategy, so chains of one depth never diverge in length: they march together, a
+//! ray a wave, eight to a SIMD register. Everything here follows from that.
 //!
 //! ```text
 //! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
@@ -12,7 +13,7 @@
 //!
 //! | room | what it does | what it does not know |
 //! |---|---|---|
-//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, counter-based random numbers | anything below |
+//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, random numbers | anything below |
 //! | `memory` | tables in huge pages | what they hold |
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
@@ -23,19 +24,19 @@
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
-//! | [`pbrt`] | pbrt text (v3, v4), meshes, images, spectra to the tables of `scene` | behaviour |
-//! | [`plan`] | strategies that can carry light, primary samples that exist | how they are used |
+//! | [`pbrt`] | scene text (v3, v4), meshes, images, spectra to tables | what tables are for |
+//! | [`plan`] | strategies that carry light, primary samples that exist | how they are used |
 //! | [`film`] | exact sums, filters, output | strategies |
-//! | [`transport`] | subpaths walked in waves, joined, weighed; the hosts that chains march over | chains |
+//! | [`transport`] | subpaths in waves, joined and weighed; hosts of chains | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over all of it: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt`; how fast they are: `measure` | how they were asked for |
-//! | [`converge`] | the program's: error against time, which integrator and settings win, and a report of it | how they were asked for |
+//! | [`integrate`] | schedules over it all: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
+//! | [`converge`] | the program's: error against time, and a report of it | who asks for it |
 //! | [`cli`] | the program's: the command line | - |
 //!
-//! The last two rooms are the program's. They come with the feature `cli`, which is on by default; the
-//! library alone is built by `--no-default-features`.
+//! The last two rooms are the program's. They come with the feature `cli`, which is on by default;
+//! the library alone is built by `--no-default-features`.
 //!
 //! [`integrate::render`] is the whole renderer in one call:
 //!
@@ -59,12 +60,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`]. An integrator is a schedule over shared stages:
-//! a file in [`integrate`], a line in its function `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
-//! [`converge`] know it. If its samples are independent, all but what a sample is comes from `integrate/sampled.rs`: passes over the picture, film,
-//! errors, progress and stops; `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat. If it mutates
-//! them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains, film, errors, mixing; `integrate/mmlt.rs` and
-//! `integrate/pssmlt.rs` name their hosts ([`transport::Host`]) and no more.
+//! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`].
+//! An integrator is a schedule over shared stages: a file in [`integrate`], a line in its function
+//! `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
+//! [`converge`] know it. If its samples are independent, all but what a sample is comes from
+//! `integrate/sampled.rs`: passes over the picture, film, errors, progress and stops;
+//! `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
+//! If it mutates them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains,
+//! film, errors, mixing; `integrate/mmlt.rs` and `integrate/pssmlt.rs` name their hosts
+//! ([`transport::Host`]) and no more.
 
 #![deny(unsafe_code)]
 // Rooms whose items are not all described yet are named below.

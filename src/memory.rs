@@ -1,8 +1,9 @@
 //! Large tables in huge pages, where the system has them; sizes of memory for people.
 //!
-//! A ray through a large scene touches some fifty cache lines in as many pages of 4 KiB, and a splat falls anywhere in a film: far
-//! more pages than the address translation can remember. Pages of 2 MiB spare it most of the misses. Linux gives them to memory that
-//! asks (`madvise`, in its default setting), which no allocator does by itself.
+//! A ray through a large scene touches some fifty cache lines in as many pages of 4 KiB, and a
+//! splat falls anywhere in a film: far more pages than the address translation can remember. Pages
+//! of 2 MiB spare it most of the misses. Linux gives them to memory that asks (`madvise`, in its
+//! default setting), which no allocator does by itself.
 
 use bytemuck::Pod;
 use std::fmt;

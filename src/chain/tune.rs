@@ -21,7 +21,7 @@
 //!
 //! and `p` the minimum of its mean over chains, each with its own `a` and `c`. Of a chain of `n` mutations, pairs `k` apart count with weight
 //! `1 - k / n` only: each mutation also ends it with the probability `2 / n`, which gives the same sum. Chains that are short start independently often
-//! enough. `c` is counted up to [`LAGS`]; beyond, it falls from each octave of `j` to the next as in the last two (small steps diffuse: a
+//! enough. `c` is counted up to `LAGS`; beyond, it falls from each octave of `j` to the next as in the last two (small steps diffuse: a
 //! power law, by a half an octave over a plane, by nothing for chains in a corner that they cannot leave). `a` is exact for the targets that the bootstrap has seen: the mean of
 //! `min(1, f / f(x))` over its paths `f`, along the states `x`. (Where strategies are chosen as learned it is that of uniform choice.)
 

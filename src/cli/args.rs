@@ -1,5 +1,7 @@
-//! Flags and their meaning.
+//! The command line, declared once: flags, their documentation, and what values they take. A flag
+//! left out is `None`, and the scene file decides.
 
+pub(super) mod look;
 pub(super) mod parse;
 pub(super) mod values;
 
@@ -8,10 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
-use self::parse::{
-    batch, bench_seconds, crop, exposure, probability, resolution, seconds, sigma, size,
-    target_error,
-};
+use self::parse::{crop, exposure, probability, resolution, seconds, sigma, size, target_error};
 use self::values::{ChoiceName, Host, Lanes, Tuned};
 use super::failure::Failure;
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
@@ -24,29 +23,32 @@ use crate::scene::{IntegratorKind, Scene};
 ///
 /// Flags beat what the scene file says; what neither says is as in pbrt.
 ///
-/// The same scene, seed and settings give the same picture, bit for bit, with any number of threads and lanes, unless --time or a
-/// signal ends the render.
+/// The same scene, seed and settings give the same picture, bit for bit, with any number of threads
+/// and lanes, unless --time or a signal ends the render.
 ///
-/// Ctrl-C (SIGINT), SIGTERM or a closed terminal (SIGHUP; not under `nohup`) ends the render and writes the picture so far, correctly
-/// normalised; a second signal quits at once.
+/// Ctrl-C (SIGINT), SIGTERM or a closed terminal (SIGHUP; not under `nohup`) ends the render and
+/// writes the picture so far, correctly normalised; a second signal quits at once.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct RenderArgs {
     /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
     ///
-    /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the current folder.
+    /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the
+    /// current folder.
     pub scene: Option<PathBuf>,
 
     /// Write the picture to FILE: .exr, .pfm or .png; may be repeated
     ///
-    /// .exr holds linear RGB as 32-bit floats, with the settings and figures of the render as attributes; .pfm the same
-    /// without attributes; .png 8-bit sRGB (see --exposure). Equal renders are equal files, byte for byte: times and rates, threads, lanes and
-    /// memory are in --stats alone.
+    /// .exr holds linear RGB as 32-bit floats, with the settings and figures of the render as
+    /// attributes; .pfm the same without attributes; .png 8-bit sRGB (see --exposure). Equal
+    /// renders are equal files, byte for byte: times and rates, threads, lanes and memory are
+    /// in --stats alone.
     ///
-    /// The file is replaced in one step, and keeps its permissions. A pipe or a device is written into; one without an extension gets
-    /// what an .exr holds.
+    /// The file is replaced in one step, and keeps its permissions. A pipe or a device is written
+    /// into; one without an extension gets what an .exr holds.
     ///
-    /// Without -o, the picture is named as the scene's Film "filename" says, or else after SCENE, in the current folder.
+    /// Without -o, the picture is named as the scene's Film "filename" says, or else after SCENE,
+    /// in the current folder.
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Vec<PathBuf>,
 
@@ -56,10 +58,12 @@ pub struct RenderArgs {
 
     /// Write the figures of the render to FILE, as a JSON object
     ///
-    /// Times are in seconds; rates are per second of bootstrap and render; `b` is the mean radiance of the picture as the
-    /// chains' normalisation has it, and `b_stderr` its standard error. `relmse` and `relative_error` are the picture's estimated relative mean
-    /// squared error and its root; `depths` holds, for each path depth and strategy, acceptance, split R-hat and effective sample sizes;
-    /// `tiles` the means and standard errors of tiles of 16 x 16 pixels.
+    /// Times are in seconds; rates are per second of bootstrap and render; `b` is the mean
+    /// radiance of the picture as the chains' normalisation has it, and `b_stderr` its
+    /// standard error. `relmse` and `relative_error` are the picture's estimated relative mean
+    /// squared error and its root; `depths` holds, for each path depth and strategy, acceptance,
+    /// split R-hat and effective sample sizes; `tiles` the means and standard errors of tiles
+    /// of 16 x 16 pixels.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
 
@@ -71,8 +75,9 @@ pub struct RenderArgs {
 
     /// Write two pictures of each strategy beside every picture (bdpt)
     ///
-    /// Beside a.exr, a.s1.t3.weighted.exr has what paths of 1 vertex from a light and 3 from the camera add to the picture; all weighted ones add
-    /// up to it. a.s1.t3.unweighted.exr has what they find if there is no other strategy.
+    /// Beside a.exr, a.s1.t3.weighted.exr has what paths of 1 vertex from a light and 3 from the
+    /// camera add to the picture; all weighted ones add up to it. a.s1.t3.unweighted.exr has
+    /// what they find if there is no other strategy.
     #[arg(long, help_heading = "Output")]
     pub strategies: bool,
 
@@ -106,19 +111,23 @@ pub struct RenderArgs {
 
     /// Render for SECONDS, bootstrap included
     ///
-    /// They count from when the scene is loaded; neither loading nor the building of its tree is cut short, but Ctrl-C ends both at once.
+    /// They count from when the scene is loaded; neither loading nor the building of its tree is
+    /// cut short, but Ctrl-C ends both at once.
     ///
-    /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as well, whichever ends first
-    /// ends the render.
+    /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as
+    /// well, whichever ends first ends the render.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
     pub time: Option<Duration>,
 
-    /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own estimate
+    /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own
+    /// estimate
     ///
-    /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or --spp as well, whichever ends first ends the
-    /// render. Never reached while Markov chains that matter have not mixed (split R-hat above 1.1).
+    /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or
+    /// --spp as well, whichever ends first ends the render. Never reached while Markov chains
+    /// that matter have not mixed (split R-hat above 1.1).
     ///
-    /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 / (truth^2 + 0.01).
+    /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 /
+    /// (truth^2 + 0.01).
     #[arg(long, value_name = "E", value_parser = target_error, help_heading = "Effort")]
     pub target_error: Option<f64>,
 
@@ -148,9 +157,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value = "8", help_heading = "Effort")]
     pub lanes: Lanes,
 
-    /// Refuse to render what needs more memory than SIZE, like 8GiB or 500MB [default: three quarters of what there is]
+    /// Refuse to render what needs more memory than SIZE, like 8GiB or 500MB [default: three
+    /// quarters of what there is]
     ///
-    /// The scene is measured while it is read, and the rest of the render before it starts; the message says what needs how much.
+    /// The scene is measured while it is read, and the rest of the render before it starts; the
+    /// message says what needs how much.
     #[arg(long, value_name = "SIZE", value_parser = size, help_heading = "Effort")]
     pub max_memory: Option<u64>,
 
@@ -166,14 +177,15 @@ pub struct RenderArgs {
 pub struct PictureArgs {
     /// Size of the full picture in pixels
     ///
-    /// The framing stays as it is: where the shape of the picture changes, the shorter side shows what it showed before. A
-    /// crop window keeps its proportions.
+    /// The framing stays as it is: where the shape of the picture changes, the shorter side shows
+    /// what it showed before. A crop window keeps its proportions.
     #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = "Picture")]
     pub resolution: Option<(u32, u32)>,
 
     /// Render part of the picture, in fractions of its size from the left and top
     ///
-    /// Pixels ceil(x0 * W) to ceil(x1 * W), as pbrt does it: adjacent windows tile without overlap.
+    /// Pixels ceil(x0 * W) to ceil(x1 * W), as pbrt does it: adjacent windows tile without
+    /// overlap.
     #[arg(
         long,
         value_name = "X0,X1,Y0,Y1",
@@ -207,7 +219,8 @@ pub struct ChainArgs {
     )]
     pub chains: Option<u64>,
 
-    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's brightness and start the chains
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's
+    /// brightness and start the chains
     #[arg(
         long,
         value_name = "N",
@@ -218,8 +231,9 @@ pub struct ChainArgs {
 
     /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt, pssmlt)
     ///
-    /// `auto` chooses it for each path depth (mmlt) or for all of them (pssmlt) before the render starts, from what some chains do meanwhile: so that pixels get the most
-    /// independent samples.
+    /// `auto` chooses it for each path depth (mmlt) or for all of them (pssmlt) before the render
+    /// starts, from what some chains do meanwhile: so that pixels get the most independent
+    /// samples.
     #[arg(
         long,
         alias = "large-step-probability",
@@ -235,13 +249,15 @@ pub struct ChainArgs {
 
     /// Scale of small mutations, in primary sample space; or auto (mmlt, pssmlt)
     ///
-    /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them move less); those of kelemen move by S / 10 to 1.6 S, by
-    /// 1/1024 to 1/64 if S is 0.01. `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the render starts,
-    /// what has half of all small mutations accepted.
+    /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them
+    /// move less); those of kelemen move by S / 10 to 1.6 S, by 1/1024 to 1/64 if S is 0.01.
+    /// `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the
+    /// render starts, what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,
 
-    /// How chains choose among the bidirectional strategies of their depth (mmlt) [default: uniform]
+    /// How chains choose among the bidirectional strategies of their depth (mmlt) [default:
+    /// uniform]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub strategy_choice: Option<ChoiceName>,
 
@@ -266,7 +282,8 @@ pub struct ChainArgs {
 pub struct EffectArgs {
     /// Turn on effects that the scene does not call for: all, or some of them, separated by commas
     ///
-    /// To see what they cost, and that they change nothing: the picture stays the same but for noise.
+    /// To see what they cost, and that they change nothing: the picture stays the same but for
+    /// noise.
     #[arg(
         long,
         value_name = "EFFECTS",
@@ -277,101 +294,17 @@ pub struct EffectArgs {
     pub force_effects: Vec<Forced>,
 }
 
-/// Print what a scene holds and how it would be rendered
-///
-/// Counts, bounds, camera, film and settings; the tree rays are traced through; and the plan: which kernels and
-/// bidirectional strategies the scene calls for, and why. To stdout.
-#[derive(Debug, Args)]
-#[command(allow_negative_numbers = true, args_override_self = true)]
-pub struct InspectArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
-    pub scene: Option<PathBuf>,
-
-    /// Most scattering events on a path [default: as the scene says]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
-    pub max_depth: Option<u32>,
-
-    #[command(flatten)]
-    pub effects: EffectArgs,
-
-    /// Print a JSON object in place of tables
-    ///
-    /// Lengths are those of the scene file; sizes are in bytes, times in seconds.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Measure how fast this machine renders a scene, and where the time goes
-///
-/// What eight SIMD lanes buy over one, what threads buy, what each stage of a mutation takes, and how full the lanes are; for
-/// Markov chains, whatever the scene file asks for. To stdout, as tables or as JSON.
-///
-/// What is compared takes turns in seven short rounds; figures are medians. No picture is written.
-#[derive(Debug, Args)]
-#[command(allow_negative_numbers = true, args_override_self = true)]
-pub struct BenchArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
-    pub scene: Option<PathBuf>,
-
-    /// Time for each side of each comparison
-    ///
-    /// There are four for lanes, two for the error estimate, and one for each number of threads. In less than a second the rounds scatter: long paths carry
-    /// little light, and not every round has their turn.
-    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = bench_seconds)]
-    pub seconds: Duration,
-
-    /// Write all figures to FILE, as JSON; `-` is stdout, and takes the place of the tables
-    ///
-    /// Names end in their units; `median`, `min` and `max` are over the rounds.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    /// Most threads to measure; 0 is one per core
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 0,
-        value_parser = value_parser!(u32).range(0..=1024)
-    )]
-    pub threads: u32,
-
-    /// Algorithm: mmlt, or one of pssmlt [default: mmlt]
-    #[arg(long, value_name = "NAME")]
-    pub integrator: Option<IntegratorKind>,
-
-    /// Markov chains that march together, of each depth [default: as renders do]
-    #[arg(long, value_name = "N", value_parser = batch)]
-    pub batch: Option<usize>,
-
-    /// Most scattering events on a path [default: as the scene says]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..i64::from(MAX_DEPTHS)))]
-    pub max_depth: Option<u32>,
-
-    #[command(flatten)]
-    pub effects: EffectArgs,
-
-    /// Independent paths per depth that start the chains [default: as the scene says]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u64).range(1..=MAX_BOOTSTRAP))]
-    pub bootstrap: Option<u64>,
-
-    /// Random seed
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-
-    /// Print nothing but the figures, warnings and errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
 /// Every bootstrap path leaves a number in memory.
 pub(super) const MAX_BOOTSTRAP: u64 = 1 << 32;
 
 const MAX_MUTATIONS: u64 = 1 << 40;
 
-/// Mutations or samples per pixel where only the error counts: nobody waits for more, and the film keeps its precision.
+/// Mutations or samples per pixel where only the error counts: nobody waits for more, and the film
+/// keeps its precision.
 const ENDLESS: u64 = 1 << 20;
 
-/// Mutations or samples a second that no machine reaches per thread: the effort where only time counts.
+/// Mutations or samples a second that no machine reaches per thread: the effort where only time
+/// counts.
 const UNREACHABLE_RATE: f64 = 2e8;
 
 impl RenderArgs {

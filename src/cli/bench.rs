@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::args::BenchArgs;
+use super::args::look::BenchArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;

@@ -2,21 +2,23 @@
 
 use clap::{ColorChoice, Parser, Subcommand};
 
-use super::args::{BenchArgs, InspectArgs, RenderArgs};
+use super::args::RenderArgs;
+use super::args::look::{BenchArgs, InspectArgs};
 use super::compare::args::CompareArgs;
 use super::converge::args::ConvergeArgs;
 use super::replay::args::ReplayArgs;
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
 ///
-/// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the text formats of pbrt-v3 and
-/// pbrt-v4.
+/// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the
+/// text formats of pbrt-v3 and pbrt-v4.
 ///
-/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`, `converge` and
-/// `replay` print.
+/// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`,
+/// `converge` and `replay` print.
 ///
-/// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2 bad arguments, or a scene or
-/// picture that cannot be used; 129, 130 and 143 stopped by SIGHUP, SIGINT and SIGTERM, with the picture so far written.
+/// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2
+/// bad arguments, or a scene or picture that cannot be used; 129, 130 and 143 stopped by SIGHUP,
+/// SIGINT and SIGTERM, with the picture so far written.
 #[derive(Debug, Parser)]
 #[command(
     name = "phalanx",

@@ -1,7 +1,8 @@
 //! Says why this processor cannot run this binary, before it dies of an illegal instruction.
 //!
-//! The instructions are chosen when Phalanx is built (`.cargo/config.toml`). `std::is_x86_feature_detected!` is of no use here: it
-//! answers yes at compile time for whatever the binary was built with.
+//! The instructions are chosen when Phalanx is built (`.cargo/config.toml`).
+//! `std::is_x86_feature_detected!` is of no use here: it answers yes at compile time for whatever
+//! the binary was built with.
 
 use std::io::Write;
 
@@ -65,7 +66,8 @@ mod x86 {
     #[allow(unsafe_code)]
     #[allow(unused_unsafe)] // Safe functions since Rust 1.94.
     fn read() -> Features {
-        // SAFETY: every x86-64 processor has the CPUID instruction; leaves it does not know are not asked for.
+        // SAFETY: every x86-64 processor has the CPUID instruction; leaves it does not know are not
+        // asked for.
         unsafe {
             let highest = __cpuid(0).eax;
             let highest_extended = __cpuid(0x8000_0000).eax;
@@ -98,7 +100,8 @@ mod x86 {
 
     const OSXSAVE: u32 = 1 << 27;
 
-    /// x86-64-v3: AVX, AVX2, FMA, F16C, MOVBE, BMI1, BMI2, LZCNT, and an operating system that saves the registers.
+    /// x86-64-v3: AVX, AVX2, FMA, F16C, MOVBE, BMI1, BMI2, LZCNT, and an operating system that
+    /// saves the registers.
     fn avx2(f: &Features) -> bool {
         let leaf1 = 1 << 12 | 1 << 22 | OSXSAVE | 1 << 28 | 1 << 29;
         let leaf7 = 1 << 3 | 1 << 5 | 1 << 8;

@@ -5,7 +5,7 @@ mod json;
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
 
-use super::args::InspectArgs;
+use super::args::look::InspectArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
 use super::memory::MemoryLimit;

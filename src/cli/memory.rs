@@ -1,4 +1,5 @@
-//! How much memory a command may take, and the refusal of what would take more: better than being killed for it halfway.
+//! How much memory a command may take, and the refusal of what would take more: better than being
+//! killed for it halfway.
 
 use super::failure::Failure;
 use crate::integrate::{Needs, Settings};
@@ -13,7 +14,8 @@ pub struct MemoryLimit {
 }
 
 impl MemoryLimit {
-    /// What the user says, or three quarters of the memory that this machine, or the container the program runs in, has.
+    /// What the user says, or three quarters of the memory that this machine, or the container the
+    /// program runs in, has.
     pub fn new(flag: Option<u64>) -> Self {
         if let Some(bytes) = flag {
             return Self {

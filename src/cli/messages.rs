@@ -1,5 +1,5 @@
-//! What Phalanx says on stderr, each message on one line of a bounded length ([`brief`]). Nothing here fails: a closed stderr loses messages,
-//! never a render.
+//! What Phalanx says on stderr, each message on one line of a bounded length ([`brief`]). Nothing
+//! here fails: a closed stderr loses messages, never a render.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};

@@ -1,8 +1,10 @@
 //! The command line: one file a subcommand, flags in [`args`].
 //!
-//! Everything here is a thin layer over [`pbrt::load`](crate::pbrt::load), [`integrate::render`](crate::integrate::render),
-//! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics), [`converge::run`](crate::converge::run) and
-//! [`replay`](crate::replay); what it adds is messages, signals and files.
+//! Everything here is a thin layer over [`pbrt::load`](crate::pbrt::load),
+//! [`integrate::render`](crate::integrate::render),
+//! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics),
+//! [`converge::run`](crate::converge::run) and [`replay`](crate::replay); what it adds is messages,
+//! signals and files.
 
 pub mod args;
 mod bench;
@@ -84,7 +86,8 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Prints what is wrong with the arguments; help and version, too, come this way. A reader that has gone away is no concern.
+/// Prints what is wrong with the arguments; help and version, too, come this way. A reader that has
+/// gone away is no concern.
 fn print_parsed(error: &clap::Error) {
     let plain = error.render().to_string();
     let mut brief = plain.split_inclusive('\n').map(|line| {

@@ -1,4 +1,5 @@
-//! Which files a render writes, and how nothing rendered is lost when they cannot be written; and what goes to stdout.
+//! Which files a render writes, and how nothing rendered is lost when they cannot be written; and
+//! what goes to stdout.
 
 use std::collections::HashMap;
 use std::ffi::OsStr;
@@ -14,8 +15,9 @@ use crate::memory::Bytes;
 /// Files the built-in scene is written to.
 const DEFAULT_FILES: [&str; 2] = ["cornell.exr", "cornell.png"];
 
-/// The files to write when none is named: in the current folder, called as the scene's film says (`film_name`), or after the scene file.
-/// With a remark if the film asks for a format that is not written.
+/// The files to write when none is named: in the current folder, called as the scene's film says
+/// (`film_name`), or after the scene file. With a remark if the film asks for a format that is not
+/// written.
 pub fn default_files(
     scene: Option<&Path>,
     film_name: Option<&str>,
@@ -65,8 +67,8 @@ pub fn check_pictures(paths: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Fails now where the disk has no room for pictures of so many pixels, even uncompressed; `layers` of three channels in EXR files. Disks fill up
-/// later, too: see [`save`].
+/// Fails now where the disk has no room for pictures of so many pixels, even uncompressed; `layers`
+/// of three channels in EXR files. Disks fill up later, too: see [`save`].
 pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Failure> {
     let mut wanted: Vec<(PathBuf, u64)> = Vec::new();
     for path in paths.iter().filter(|path| !files::is_special(path)) {
@@ -98,8 +100,8 @@ pub fn check_room(paths: &[PathBuf], pixels: u64, layers: u64) -> Result<(), Fai
     Ok(())
 }
 
-/// Fails if what is going to be written would overwrite what has been read (`inputs`), or would be overwritten itself by what is written after
-/// it.
+/// Fails if what is going to be written would overwrite what has been read (`inputs`), or would be
+/// overwritten itself by what is written after it.
 pub fn check_distinct<'a>(
     outputs: impl IntoIterator<Item = &'a Path>,
     inputs: impl IntoIterator<Item = &'a Path>,
@@ -131,7 +133,8 @@ pub fn check_distinct<'a>(
     Ok(())
 }
 
-/// Writes a file, or, if that fails, writes it where there may be room: the folders for temporary files and of the user, the current one.
+/// Writes a file, or, if that fails, writes it where there may be room: the folders for temporary
+/// files and of the user, the current one.
 ///
 /// # Errors
 /// The file is not where it was asked for; the message says where it is.

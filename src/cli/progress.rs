@@ -78,8 +78,8 @@ pub(super) fn bar(steps: u64, template: &str, messages: Messages) -> Option<Prog
 const SPINNER: &str = "{prefix:9} {spinner} {msg}, {elapsed}";
 const TICK: Duration = Duration::from_millis(100);
 
-/// Does `work`, and shows how the scene comes in meanwhile: on a terminal all the time, elsewhere in a line after one second, after two, after
-/// four ...
+/// Does `work`, and shows how the scene comes in meanwhile: on a terminal all the time, elsewhere
+/// in a line after one second, after two, after four ...
 pub(super) fn while_loading<T>(
     loading: &Loading,
     messages: Messages,
@@ -201,7 +201,8 @@ impl<'a> Progress<'a> {
             }
         };
         let by_count = part(done as f64, total as f64);
-        // The square of the error falls with the work. A render that is accurate enough, and goes on, waits for its chains to mix.
+        // The square of the error falls with the work. A render that is accurate enough, and goes
+        // on, waits for its chains to mix.
         let by_error = match (self.target, error) {
             (Some(target), Some(error)) if phase == Phase::Render => {
                 part(target * target, error * error).min(0.99)
@@ -238,7 +239,8 @@ impl Observer for Progress<'_> {
         let now = Instant::now();
         if phase != state.phase {
             state.phase = phase;
-            // This call comes after the phase's first round of work; the phase began where the one before it ended.
+            // This call comes after the phase's first round of work; the phase began where the one
+            // before it ended.
             state.since = state.last_call;
             state.tenths = 0;
         }

@@ -1,5 +1,6 @@
-//! SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal): while there is something to lose, the first asks for the picture so far and the
-//! second ends the process at once; before that the first does. And SIGXFSZ, which is only worth an error where it comes from.
+//! SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal): while there is something to lose, the
+//! first asks for the picture so far and the second ends the process at once; before that the first
+//! does. And SIGXFSZ, which is only worth an error where it comes from.
 
 use std::io;
 use std::process::ExitCode;
@@ -51,7 +52,8 @@ impl Signals {
     #[cfg(not(unix))]
     fn end_at_the_second(&self, watched: &[i32]) -> io::Result<()> {
         for &signal in watched {
-            // Handlers of one signal run in this order: the first time after `hold`, `deadly` is still false when it is asked for.
+            // Handlers of one signal run in this order: the first time after `hold`, `deadly` is
+            // still false when it is asked for.
             let status = i32::from(status(signal as usize));
             flag::register_conditional_shutdown(signal, status, Arc::clone(&self.deadly))?;
             flag::register(signal, Arc::clone(&self.deadly))?;
@@ -59,7 +61,8 @@ impl Signals {
         Ok(())
     }
 
-    /// From now on there is something to lose: the next signal is remembered, and only one after it ends the process.
+    /// From now on there is something to lose: the next signal is remembered, and only one after it
+    /// ends the process.
     pub fn hold(&self) {
         self.deadly.store(false, Ordering::Relaxed);
     }
@@ -77,7 +80,8 @@ impl Signals {
     }
 }
 
-/// What is written to a file beyond the limit on the size of files becomes an error of that write; left alone, the signal ends the process.
+/// What is written to a file beyond the limit on the size of files becomes an error of that write;
+/// left alone, the signal ends the process.
 pub fn survive_file_limits() {
     // Where this fails, all is as it was.
     #[cfg(unix)]
@@ -93,7 +97,8 @@ fn watched() -> Vec<i32> {
     vec![SIGINT, SIGTERM]
 }
 
-/// Whether the process was started not to mind that its terminal is closed, as by `nohup`. Only Linux says so.
+/// Whether the process was started not to mind that its terminal is closed, as by `nohup`. Only
+/// Linux says so.
 #[cfg(unix)]
 fn hangup_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

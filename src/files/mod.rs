@@ -1,7 +1,8 @@
 //! Files as they are written: whole or not at all, without harm to what was there.
 //!
-//! A file is written beside its target, without a name where the system can do that ([`replacement`]), and takes the target's place in one
-//! step at the end. Symbolic links are followed; what cannot be replaced (a device, a pipe, a file of another user) is written
+//! A file is written beside its target, without a name where the system can do that
+//! ([`replacement`]), and takes the target's place in one step at the end. Symbolic links are
+//! followed; what cannot be replaced (a device, a pipe, a file of another user) is written
 //! into ([`place`]).
 
 mod place;

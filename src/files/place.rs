@@ -12,7 +12,8 @@ const MAX_LINKS: usize = 40;
 pub(super) enum Place {
     /// A new file takes the place of what is there, if anything is.
     Replaced(PathBuf, Option<Metadata>),
-    /// What is there is overwritten: a device, a pipe, or a file that a new one could not stand in for.
+    /// What is there is overwritten: a device, a pipe, or a file that a new one could not stand in
+    /// for.
     Overwritten(PathBuf),
     /// One of the files that the process was started with, by its number.
     Descriptor(u32, PathBuf),
@@ -78,7 +79,8 @@ pub(crate) fn target(path: &Path) -> PathBuf {
     resolve(path).map_or_else(|_| path.to_owned(), |(path, _)| path)
 }
 
-/// Follows symbolic links, also to where nothing is yet. With the number of an open file if the path stands for one.
+/// Follows symbolic links, also to where nothing is yet. With the number of an open file if the
+/// path stands for one.
 fn resolve(path: &Path) -> io::Result<(PathBuf, Option<u32>)> {
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
@@ -145,7 +147,8 @@ fn cause(error: &io::Error) -> String {
     )
 }
 
-/// Whether this user may write what is there. A file that is read-only for everyone stays, even if root could write it.
+/// Whether this user may write what is there. A file that is read-only for everyone stays, even if
+/// root could write it.
 fn check_permission(path: &Path, metadata: &Metadata) -> io::Result<()> {
     if metadata.is_file() && metadata.permissions().readonly() {
         return Err(io::Error::new(ErrorKind::PermissionDenied, "is read-only"));
@@ -186,7 +189,8 @@ pub(crate) enum Identity {
 }
 
 impl Identity {
-    /// `None` of devices and pipes, which nothing written into them is lost by, and of what cannot be found out.
+    /// `None` of devices and pipes, which nothing written into them is lost by, and of what cannot
+    /// be found out.
     pub fn of(path: &Path) -> Option<Self> {
         if let Ok(metadata) = fs::metadata(path) {
             if !metadata.is_file() {

@@ -13,7 +13,8 @@ use super::place::{Place, folder};
 /// Names of temporary files begin with this.
 const PREFIX: &str = ".phalanx-";
 
-/// Temporary files that have a name. A process that ends without running destructors removes them first ([`abandon`]).
+/// Temporary files that have a name. A process that ends without running destructors removes them
+/// first ([`abandon`]).
 static NAMED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn named() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -28,7 +29,8 @@ pub(crate) fn abandon() {
     }
 }
 
-/// Content on its way to a path: nothing of it is there before [`Replacement::finish`], and nothing is left of it without.
+/// Content on its way to a path: nothing of it is there before [`Replacement::finish`], and nothing
+/// is left of it without.
 #[derive(Debug)]
 pub(crate) struct Replacement {
     place: Place,
@@ -103,8 +105,9 @@ impl Seek for Replacement {
     }
 }
 
-/// A file that the process was started with: where the last one to write it left off. Numbers that are not those of the standard
-/// streams are opened again; at the end, so that what others wrote through them stays.
+/// A file that the process was started with: where the last one to write it left off. Numbers that
+/// are not those of the standard streams are opened again; at the end, so that what others wrote
+/// through them stays.
 fn open(number: u32, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     {
@@ -209,7 +212,8 @@ impl Temporary {
 
 #[cfg(target_os = "linux")]
 mod unnamed {
-    //! Files without a name (`O_TMPFILE`): a process killed while it writes one leaves nothing behind.
+    //! Files without a name (`O_TMPFILE`): a process killed while it writes one leaves nothing
+    //! behind.
 
     use std::os::fd::AsRawFd;
 
@@ -240,7 +244,8 @@ mod unnamed {
         )?)
     }
 
-    /// Gives the file its name. Where that is taken, the file needs another one for a moment: a link cannot replace.
+    /// Gives the file its name. Where that is taken, the file needs another one for a moment: a
+    /// link cannot replace.
     pub fn link(file: &File, path: &Path) -> io::Result<()> {
         match link_to(file, path) {
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}

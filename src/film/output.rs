@@ -74,12 +74,12 @@ fn format_error(path: &Path) -> impl FnOnce(String) -> OutputError {
     }
 }
 
-/// True if [`write`] knows the format of the extension.
+/// True if [`write()`] knows the format of the extension.
 pub fn is_supported(path: &Path) -> bool {
     format(path).is_ok()
 }
 
-/// The name of a file of its own that takes what [`write`] cannot bring to `path`.
+/// The name of a file of its own that takes what [`write()`] cannot bring to `path`.
 pub fn file_name(path: &Path) -> OsString {
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     if path.extension().is_none() {
@@ -88,12 +88,12 @@ pub fn file_name(path: &Path) -> OsString {
     name
 }
 
-/// True if [`write`] will make it an EXR file.
+/// True if [`write()`] will make it an EXR file.
 pub fn is_exr(path: &Path) -> bool {
     matches!(format(path), Ok(Format::Exr))
 }
 
-/// Fails now where [`write`] would fail after the render: unknown extension, missing or read-only folder, read-only file.
+/// Fails now where [`write()`] would fail after the render: unknown extension, missing or read-only folder, read-only file.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     format(path)?;
     files::check(path).map_err(io_error(path))

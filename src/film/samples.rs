@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard};
 
-/// Film for radiance samples of any size that `f32` has ([`super::sum`]).
+/// Film for radiance samples of any size that `f32` has (`film::sum`).
 ///
 /// A film whose samples were placed, in each cell as many, divides what a pixel's filter has seen by what it has weighed, so that a picture of
 /// one value is flat, however few samples there are. That is a ratio of two sums, as pbrt-v3 has it: right in the limit of many samples, and

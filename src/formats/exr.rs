@@ -1,4 +1,5 @@
-//! OpenEXR: `f32` R, G, B, the crop window as data window inside the display window, attributes in the header.
+//! OpenEXR: `f32` R, G, B, the crop window as data window inside the display window, attributes in
+//! the header.
 
 use std::fs::File;
 use std::io::{Cursor, Read, Write};
@@ -10,8 +11,9 @@ use exr::prelude::*;
 
 use super::{Picture, check_size, file_bytes};
 
-/// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as many pixels, `name.R`, `name.G` and
-/// `name.B`. Names of attributes that EXR cannot hold are skipped.
+/// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as
+/// many pixels, `name.R`, `name.G` and `name.B`. Names of attributes that EXR cannot hold are
+/// skipped.
 pub fn write(
     mut out: impl Write,
     picture: &Picture,
@@ -127,8 +129,8 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
     Some(bytes.len() - size.len() + 4 + value)
 }
 
-/// Whether the header ends in these first bytes of a file. An attribute is a name, a type, a length and as many bytes; a layer without any
-/// ends them all if there may be several.
+/// Whether the header ends in these first bytes of a file. An attribute is a name, a type, a length
+/// and as many bytes; a layer without any ends them all if there may be several.
 fn ends_within(bytes: &[u8]) -> bool {
     const MULTIPART: u32 = 1 << 12;
     let version = bytes.get(4..8).and_then(|b| b.try_into().ok());
@@ -169,7 +171,8 @@ pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
     Ok(most)
 }
 
-/// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or integer, its largest level.
+/// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or
+/// integer, its largest level.
 pub fn read(path: &Path) -> std::result::Result<Picture, String> {
     let file_bytes = file_bytes(path)?;
     check_header(path)?;
@@ -211,7 +214,8 @@ pub fn read(path: &Path) -> std::result::Result<Picture, String> {
                 pixel[i] = value;
             }
         }
-        // A data window left of or above the display window has no place in a crop: it counts from 0 then.
+        // A data window left of or above the display window has no place in a crop: it counts from
+        // 0 then.
         let display = image.attributes.display_window;
         let start = layer.attributes.layer_position - display.position;
         let offset = [start.0, start.1].map(|v| u32::try_from(v).unwrap_or(0));

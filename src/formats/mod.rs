@@ -1,4 +1,5 @@
-//! Picture files with floating-point pixels, and the sRGB curve: what textures read and the film writes.
+//! Picture files with floating-point pixels, and the sRGB curve: what textures read and the film
+//! writes.
 
 pub mod exr;
 pub mod pfm;
@@ -21,13 +22,16 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// More pixels than any texture or film has (a cap on what a hostile header can ask for: 3 GiB as `f32` RGB).
+/// More pixels than any texture or film has (a cap on what a hostile header can ask for: 3 GiB as
+/// `f32` RGB).
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Pixels one byte of a compressed file can stand for: deflate expands up to 1032 times, one-bit greyscale has 8 a byte.
+/// Pixels one byte of a compressed file can stand for: deflate expands up to 1032 times, one-bit
+/// greyscale has 8 a byte.
 const MAX_PIXELS_PER_BYTE: u64 = 8 * 1032;
 
-/// Bytes of a file. Devices never end and pipes may never begin, so that they are refused before they are opened.
+/// Bytes of a file. Devices never end and pipes may never begin, so that they are refused before
+/// they are opened.
 pub fn file_bytes(path: &Path) -> Result<u64, String> {
     let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
     if metadata.is_file() {
@@ -37,7 +41,8 @@ pub fn file_bytes(path: &Path) -> Result<u64, String> {
     }
 }
 
-/// Rejects dimensions that cannot come from a file of this length, before anything of that size is allocated.
+/// Rejects dimensions that cannot come from a file of this length, before anything of that size is
+/// allocated.
 pub fn check_size(width: u64, height: u64, file_bytes: u64) -> Result<(), String> {
     let pixels = width.checked_mul(height).filter(|&n| n <= MAX_PIXELS);
     match pixels {

@@ -1,4 +1,5 @@
-//! Portable float map: a text header, then `f32` rows from the bottom up; the sign of the scale is the byte order.
+//! Portable float map: a text header, then `f32` rows from the bottom up; the sign of the scale is
+//! the byte order.
 
 use std::io::{self, Write};
 
@@ -18,7 +19,8 @@ pub fn write(out: &mut impl Write, picture: &Picture) -> io::Result<()> {
     Ok(())
 }
 
-/// Reads `PF` (RGB) and `Pf` (grey, copied to all channels), values times the magnitude of the header's scale.
+/// Reads `PF` (RGB) and `Pf` (grey, copied to all channels), values times the magnitude of the
+/// header's scale.
 pub fn read(file: &[u8]) -> Result<Picture, String> {
     let mut rest = file;
     let magic = word(&mut rest)?;

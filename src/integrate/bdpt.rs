@@ -1,4 +1,5 @@
-//! Bidirectional path tracing: all strategies of all depths, weighed against each other. Independent samples, a fixed number per pixel.
+//! Bidirectional path tracing: all strategies of all depths, weighed against each other.
+//! Independent samples, a fixed number per pixel.
 
 use super::sampled::{self, Method, PartFilm};
 use super::{Render, Run, StrategyPictures};

@@ -1,5 +1,5 @@
-//! The bootstrap of all hosts, in rounds: however early it is stopped, every host has had about as many paths as the others, and the
-//! picture has all its light.
+//! The bootstrap of all hosts, in rounds: however early it is stopped, every host has had about as
+//! many paths as the others, and the picture has all its light.
 
 use super::{EndedBy, ROUND, Settings};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// What the first round still gets after a stop: without all of it there is no picture to write. It mostly takes a few milliseconds.
+/// What the first round still gets after a stop: without all of it there is no picture to write. It
+/// mostly takes a few milliseconds.
 const GRACE: Duration = Duration::from_secs(2);
 /// Shortest round aimed at: its end is a barrier.
 const SHORTEST: Duration = Duration::from_millis(50);
@@ -36,7 +37,8 @@ impl Bootstraps {
     }
 }
 
-/// Runs the bootstraps. `ended` is asked whether to stop, and by whom; `progress` is told paths done and wanted.
+/// Runs the bootstraps. `ended` is asked whether to stop, and by whom; `progress` is told paths
+/// done and wanted.
 pub(super) fn bootstraps<L: Lanes>(
     world: &World,
     hosts: &[Host],

@@ -1,41 +1,22 @@
-//! What all Metropolis integrators share: bootstrap, chains in lockstep, and their splats made a picture.
+//! What all Metropolis integrators share: bootstrap, chains in lockstep, and their splats made a
+//! picture.
 //!
-//! A [`Method`] is a list of hosts. Every host has its own integral, its own chains, and (up to [`LAYERS`]) its own layer of the film. Mutations
-//! are allotted to hosts in proportion to the bootstrap's integrals ([`super::schedule`]); [`super::light`] makes sums of splats radiance.
+//! A [`Method`] is a list of hosts. Every host has its own integral, its own chains, and (up to
+//! [`LAYERS`]) its own layer of the film. Mutations are allotted to hosts in proportion to the
+//! bootstrap's integrals ([`super::schedule`]); [`super::light`] makes sums of splats radiance.
 
 use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};
 use super::light::{Chains, Light};
-use super::schedule::{Allotment, LAYERS, March, Start, allot, density};
+use super::method::Method;
+use super::schedule::{Allotment, March, Start, allot, density};
 use super::tuning::{self, Tuned};
 use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixed, per_second};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::Counts;
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
-use crate::transport::Host;
 use std::time::{Duration, Instant};
-
-/// A Metropolis integrator.
-pub(super) struct Method {
-    pub name: &'static str,
-    /// An integral each; ascending by depth.
-    pub hosts: Vec<Host>,
-    /// Large steps are splatted as independent samples, too.
-    pub combined: bool,
-}
-
-impl Method {
-    /// Layers of the film for so many hosts.
-    pub fn layers(hosts: usize, combined: bool) -> usize {
-        hosts.clamp(1, LAYERS) + usize::from(combined)
-    }
-
-    /// The layer for large steps.
-    pub fn independent(&self) -> Option<usize> {
-        self.combined.then(|| self.hosts.len().clamp(1, LAYERS))
-    }
-}
 
 pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     let settings = run.settings;

@@ -15,7 +15,8 @@ pub(super) struct Grid {
     /// Of the region.
     origin: [f64; 2],
     size: [f64; 2],
-    /// Sides of the part of each cell that samples lie in, about its centre: [`FilterTable::cell`].
+    /// Sides of the part of each cell that samples lie in, about its centre:
+    /// [`FilterTable::cell`].
     part: [f64; 2],
 }
 
@@ -42,7 +43,8 @@ impl Grid {
         self.columns * self.rows
     }
 
-    /// Area of the region over that of all cells: paths that are not placed are normalised to the region.
+    /// Area of the region over that of all cells: paths that are not placed are normalised to the
+    /// region.
     pub fn cover(&self) -> f64 {
         self.size[0] * self.size[1] / self.cells() as f64
     }
@@ -65,8 +67,9 @@ impl Grid {
         }
     }
 
-    /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of cells, and within it uniformly where its
-    /// pixel's filter reaches. The raster position is that of the first two rows.
+    /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of
+    /// cells, and within it uniformly where its pixel's filter reaches. The raster position is
+    /// that of the first two rows.
     pub fn fill<L: Lanes>(&self, stream: &Stream, samples: &mut Samples, begin: u64, n: usize) {
         samples.fill::<L>(stream, n, |i| {
             let path = begin + i as u64;

@@ -4,25 +4,26 @@
 //! sum over k of  b_k * A / N_k * sum of splats of host k
 //! ```
 //!
-//! with `b_k` the integral of host `k`, `A` the sampled raster area in pixels and `N_k` the mutations made by chains of that host, whatever their
-//! number: rounding and early stops cost no energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every large
-//! step's ([`Estimate`]; pbrt-v3, section 16.4.3, uses the first alone).
+//! with `b_k` the integral of host `k`, `A` the sampled raster area in pixels and `N_k` the
+//! mutations made by chains of that host, whatever their number: rounding and early stops cost no
+//! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every
+//! large step's ([`Estimate`]; pbrt-v3, section 16.4.3, uses the first alone).
 //!
-//! If the method combines them, large steps are splatted as independent samples, too ([`Batch::combine`]), to one more layer of the film, which
-//! adds
+//! If the method combines them, large steps are splatted as independent samples, too
+//! ([`Batch::combine`]), to one more layer of the film, which adds
 //!
 //! ```text
 //! c * A / (p N) * sum of splats of large steps
 //! ```
 //!
-//! with `p` their probability and `c = p b` of the bootstrap. Not divided by their number but by its expectation: that is unbiased also where
-//! there are few of them, or none.
+//! with `p` their probability and `c = p b` of the bootstrap. Not divided by their number but by
+//! its expectation: that is unbiased also where there are few of them, or none.
 
 use super::Run;
-use super::mixed;
 use super::schedule::{Allotment, density, layer_of};
 use crate::chain::batch::Batch;
 use crate::chain::bootstrap::Estimate;
+use crate::chain::monitor::{GroupTiles, UNITS};
 use crate::film::Scales;
 
 /// Batches of chains that have made the same number of iterations as others of their layer.
@@ -32,7 +33,8 @@ pub(super) type Chains<'a> = Vec<(&'a Allotment, &'a Batch)>;
 pub(super) struct Light {
     /// By host: the integrals `b_k`.
     pub estimates: Vec<Estimate>,
-    /// By layer of the film: what turns its sums into radiance, and the squared relative standard error of that.
+    /// By layer of the film: what turns its sums into radiance, and the squared relative standard
+    /// error of that.
     pub scales: Vec<f64>,
     pub relative_variance: Vec<f64>,
     /// What all splats of each layer weigh; 0 if errors are not estimated.
@@ -58,12 +60,13 @@ impl Light {
         Self {
             scales: (0..layers).map(scale).collect(),
             relative_variance: (0..layers).map(relative).collect(),
-            weights: mixed::weights(chains, layers),
+            weights: weights(chains, layers),
             estimates,
         }
     }
 
-    /// Part of the picture's light that the states of chains have brought; the rest is that of large steps as independent samples.
+    /// Part of the picture's light that the states of chains have brought; the rest is that of
+    /// large steps as independent samples.
     pub fn of_chains(&self) -> f64 {
         let light = |(weight, scale): (&f64, &f64)| weight * scale;
         let layers = || self.weights.iter().zip(&self.scales);
@@ -123,7 +126,8 @@ fn layer_scale(chains: &Chains, estimates: &[Estimate], layer: usize) -> f64 {
     }
 }
 
-/// Factor of a layer of large steps: the constant they are weighed with over their expected number; 0 for others.
+/// Factor of a layer of large steps: the constant they are weighed with over their expected number;
+/// 0 for others.
 fn independent_scale(chains: &Chains, layer: usize) -> f64 {
     let members = || (chains.iter()).filter(|(a, _)| a.independent == Some(layer));
     let Some((a, _)) = members().next() else {
@@ -137,5 +141,27 @@ fn independent_scale(chains: &Chains, layer: usize) -> f64 {
         f64::from(a.constant()) / expected
     } else {
         0.0
+    }
+}
+
+/// What all splats of each layer weigh.
+fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
+    let mut weights = vec![0.0; layers];
+    for (a, batch) in chains {
+        let groups = batch.monitor().map_or(&[][..], |m| m.groups());
+        for layer in std::iter::once(a.layer).chain(a.independent) {
+            let sum: u64 = groups.iter().flat_map(|g| sums_of(a, g, layer)).sum();
+            weights[layer] += sum as f64 / UNITS * a.share;
+        }
+    }
+    weights
+}
+
+/// What a group of chains has left in each tile of a layer.
+pub(super) fn sums_of<'a>(a: &Allotment, group: &'a GroupTiles, layer: usize) -> &'a [u64] {
+    match layer {
+        _ if a.layer == layer => &group.sums,
+        _ if a.independent == Some(layer) => &group.independent,
+        _ => &[],
     }
 }

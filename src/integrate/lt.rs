@@ -1,5 +1,6 @@
-//! Light tracing (Arvo 1986; Dutre, Lafortune and Willems 1993): light subpaths, each vertex of which is joined to the camera, and lights
-//! that the camera sees directly. What specular surfaces show the camera is out of its reach.
+//! Light tracing (Arvo 1986; Dutre, Lafortune and Willems 1993): light subpaths, each vertex of
+//! which is joined to the camera, and lights that the camera sees directly. What specular surfaces
+//! show the camera is out of its reach.
 
 use super::sampled::{self, Method};
 use super::{Render, Run};

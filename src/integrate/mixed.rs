@@ -1,21 +1,22 @@
 //! Whether the chains have seen all of the light, and what the user is told if they have not.
 //!
-//! Three things can go wrong in a picture that looks smooth: chains disagree with each other (split R-hat), a chain stays where it is (stuck
-//! chains), or no chain has been where there is light. The last is what large steps find out: they are independent samples of the whole
-//! picture, so tile by tile their mean must be that of the chains.
+//! Three things can go wrong in a picture that looks smooth: chains disagree with each other (split
+//! R-hat), a chain stays where it is (stuck chains), or no chain has been where there is light. The
+//! last is what large steps find out: they are independent samples of the whole picture, so tile by
+//! tile their mean must be that of the chains.
 
 use super::error::{Groups, Tiles};
-use super::light::{Chains, Light};
-use super::schedule::Allotment;
+use super::light::{Chains, Light, sums_of};
 use super::{Run, Stats};
 use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
-use crate::chain::monitor::{GroupTiles, Monitor, TileMoments, UNITS};
+use crate::chain::monitor::{Monitor, TileMoments, UNITS};
 use crate::film::{GROUPS, Tiling};
 use serde::{Serialize, Serializer};
 
 /// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
 const MIXED: f64 = 1.1;
-/// Part of all light below which a depth or a strategy is not worth a warning: its own error is in the estimate.
+/// Part of all light below which a depth or a strategy is not worth a warning: its own error is in
+/// the estimate.
 const MATTERS: f64 = 0.05;
 
 /// Figures of one depth, or of all depths at once.
@@ -51,7 +52,8 @@ fn named(depth: Option<u32>) -> String {
 }
 
 impl DepthStats {
-    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree, or are too short to tell.
+    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree, or
+    /// are too short to tell.
     pub fn mixed(&self) -> bool {
         let told = self.share < MATTERS || self.mixing.rhat.is_some();
         told && self.apart().is_none()
@@ -86,7 +88,8 @@ impl DepthStats {
 /// Agreement of chains and large steps, tile by tile and depth by depth.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CrossCheck {
-    /// Pairs of tiles and depths in which large steps have found light at all often enough to tell.
+    /// Pairs of tiles and depths in which large steps have found light at all often enough to
+    /// tell.
     pub compared: u64,
     /// Those in which they have found more than the chains, beyond chance.
     pub missed: u64,
@@ -102,7 +105,8 @@ pub struct Missed {
     pub depth: Option<u32>,
     /// Pixels `[x0, x1, y0, y1]` of the tile.
     pub tile: [u32; 4],
-    /// Mean radiance of the tile at this depth, as it is in the picture and as large steps have it, and the difference in standard errors.
+    /// Mean radiance of the tile at this depth, as it is in the picture and as large steps have
+    /// it, and the difference in standard errors.
     pub chains: f64,
     pub large_steps: f64,
     pub deviation: f64,
@@ -215,8 +219,9 @@ pub(super) fn judge(
     stats.cross_check = Some(check);
 }
 
-/// What each group of chains has left in each tile, as states and as large steps, in radiance times pixels; `None` if large steps are not
-/// splatted. Both come from the same chains: added up group by group, their scatter is that of the sum.
+/// What each group of chains has left in each tile, as states and as large steps, in radiance times
+/// pixels; `None` if large steps are not splatted. Both come from the same chains: added up group
+/// by group, their scatter is that of the sum.
 fn with_large_steps(
     chains: &Chains,
     light: &Light,
@@ -243,15 +248,6 @@ fn thrown(chains: &Chains, layer: usize) -> [f64; GROUPS] {
     thrown
 }
 
-/// What a group of chains has left in each tile of a layer.
-fn sums_of<'a>(a: &Allotment, group: &'a GroupTiles, layer: usize) -> &'a [u64] {
-    match layer {
-        _ if a.layer == layer => &group.sums,
-        _ if a.independent == Some(layer) => &group.independent,
-        _ => &[],
-    }
-}
-
 /// Weight that each group of chains has left in each tile.
 fn tile_weights(chains: &Chains, layer: usize, tiling: &Tiling) -> Vec<[f64; GROUPS]> {
     let mut tiles = vec![[0.0; GROUPS]; tiling.len()];
@@ -265,21 +261,8 @@ fn tile_weights(chains: &Chains, layer: usize, tiling: &Tiling) -> Vec<[f64; GRO
     tiles
 }
 
-/// What all splats of each layer weigh.
-pub(super) fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
-    let mut weights = vec![0.0; layers];
-    for (a, batch) in chains {
-        let groups = batch.monitor().map_or(&[][..], |m| m.groups());
-        for layer in std::iter::once(a.layer).chain(a.independent) {
-            let sum: u64 = groups.iter().flat_map(|g| sums_of(a, g, layer)).sum();
-            weights[layer] += sum as f64 / UNITS * a.share;
-        }
-    }
-    weights
-}
-
-/// `whole` is the picture's tiles if it has large steps in it: they and the states are compared as they are weighed against each other, and told
-/// with what the former add.
+/// `whole` is the picture's tiles if it has large steps in it: they and the states are compared as
+/// they are weighed against each other, and told with what the former add.
 fn cross_check(
     run: &Run,
     tiling: &Tiling,
@@ -372,7 +355,8 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
     ))
 }
 
-/// Chains that stayed in one state for so long that it shows: a pixel gets more from it than from all else.
+/// Chains that stayed in one state for so long that it shows: a pixel gets more from it than from
+/// all else.
 fn stuck(
     tiling: &Tiling,
     chains: &Chains,

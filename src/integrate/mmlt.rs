@@ -1,7 +1,9 @@
-//! Multiplexed Metropolis light transport (Hachisuka, Kaplanyan and Dachsbacher 2014): every depth is an integral of its own, and a primary
-//! sample chooses among the bidirectional strategies of that depth.
+//! Multiplexed Metropolis light transport (Hachisuka, Kaplanyan and Dachsbacher 2014): every depth
+//! is an integral of its own, and a primary sample chooses among the bidirectional strategies of
+//! that depth.
 
-use super::chains::{self, Method};
+use super::chains;
+use super::method::Method;
 use super::{Render, Run};
 use crate::plan::Plan;
 use crate::simd::Lanes;

@@ -1,6 +1,6 @@
 //! What memory a render needs, before any of it is allocated.
 
-use super::chains::Method;
+use super::method::Method;
 use super::{Settings, sampled, worker_threads};
 use crate::chain::bootstrap::CHUNK;
 use crate::chain::splats::StateSplat;
@@ -11,8 +11,8 @@ use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::collections::HashSet;
 use std::fmt;
 
-/// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of 2 and 5 million triangles peaked at 245
-/// and ended at 72.
+/// Bytes a primitive takes while the tree is built, and afterwards: `phalanx inspect` of meshes of
+/// 2 and 5 million triangles peaked at 245 and ended at 72.
 const BUILDING: u64 = 250;
 const BUILT: u64 = 75;
 /// The program, and the workspace of a thread.
@@ -35,7 +35,8 @@ pub struct Need {
 pub struct Needs(pub Vec<Need>);
 
 impl Needs {
-    /// Of [`render`](super::render) with these settings, the scene included. Within some per cent for large scenes and films.
+    /// Of [`render`](super::render) with these settings, the scene included. Within some per cent
+    /// for large scenes and films.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
         let primitives = (scene.triangles.len() + scene.spheres.len()) as u64;
         let need = |part, bytes, why: String| Need { part, bytes, why };
@@ -103,8 +104,9 @@ impl fmt::Display for Needs {
     }
 }
 
-/// Tables of lights, if they are of any size: every light that shines through an image, or as one from all around, has a copy of it and a
-/// distribution over its texels; lamps with the same image share a copy.
+/// Tables of lights, if they are of any size: every light that shines through an image, or as one
+/// from all around, has a copy of it and a distribution over its texels; lamps with the same image
+/// share a copy.
 fn lights(scene: &Scene) -> Option<Need> {
     const LIGHT: u64 = 200;
     const COPY: u64 = size_of::<[f32; 3]>() as u64;
@@ -201,7 +203,8 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
         return whole_chains(scene, settings, host);
     }
     let chain = |depth: u64| {
-        // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission, connection.
+        // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission,
+        // connection.
         let samples = 16 + 6 * depth;
         let states = 2 * size_of::<StateSplat>() as u64 + 64;
         let recorded = if settings.estimate_error {
@@ -232,7 +235,8 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
 /// Chains of all depths at once.
 fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
     let depth = u64::from(settings.max_depth);
-    // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its connection included.
+    // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its
+    // connection included.
     let (samples, splats) = match host {
         HostKind::Pt => (5 + 7 * depth, 1),
         HostKind::Bdpt => (10 + 13 * depth, 1 + depth),

@@ -1,11 +1,14 @@
-//! Primary sample space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002): the primary samples of a whole sample of
-//! a host, a path tracer's or a bidirectional one's, are mutated together. All depths are one integral, and all that a sample contributes,
-//! wherever on the film, is one state: accepted or rejected at once, splatted with one weight.
+//! Primary sample space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002):
+//! the primary samples of a whole sample of a host, a path tracer's or a bidirectional one's, are
+//! mutated together. All depths are one integral, and all that a sample contributes, wherever on
+//! the film, is one state: accepted or rejected at once, splatted with one weight.
 //!
-//! Large steps count twice: as proposals of the chain, and as independent samples, by Kelemen's weights ([`chain::batch`](crate::chain::batch)
-//! has the equations). What is dim in the picture is then as certain as the host alone would make it.
+//! Large steps count twice: as proposals of the chain, and as independent samples, by Kelemen's
+//! weights ([`chain::batch`](crate::chain::batch) has the equations). What is dim in the picture is
+//! then as certain as the host alone would make it.
 
-use super::chains::{self, Method};
+use super::chains;
+use super::method::Method;
 use super::{Render, Run};
 use crate::scene::{HostKind, IntegratorKind};
 use crate::simd::Lanes;

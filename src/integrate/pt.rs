@@ -1,4 +1,5 @@
-//! Path tracing: the reference for everything else. Same kernels, independent samples, a fixed number per pixel.
+//! Path tracing: the reference for everything else. Same kernels, independent samples, a fixed
+//! number per pixel.
 
 use super::sampled::{self, Method};
 use super::{Render, Run};

@@ -1,4 +1,5 @@
-//! One chain of a render once more, by itself, up to one iteration: results do not depend on which chains march together.
+//! One chain of a render once more, by itself, up to one iteration: results do not depend on which
+//! chains march together.
 
 use super::bootstraps::bootstraps;
 use super::schedule::{Start, allot};
@@ -28,7 +29,8 @@ pub struct Whose {
 /// What a chain did in an iteration.
 #[derive(Clone, Debug)]
 pub struct Visit {
-    /// What the samples of the chain mean: the plan of its depth, with the choice of strategies that the chains make.
+    /// What the samples of the chain mean: the plan of its depth, with the choice of strategies
+    /// that the chains make.
     pub plan: DepthPlan,
     /// How chains of the depth mutate.
     pub kernel: Kernel,
@@ -42,11 +44,13 @@ pub struct Visit {
     pub step: Step,
 }
 
-/// Makes the bootstrap and marches one chain to an iteration of it, exactly as [`render`](super::render) does with these settings (of
-/// multiplexed Metropolis light transport, whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
+/// Makes the bootstrap and marches one chain to an iteration of it, exactly as
+/// [`render`](super::render) does with these settings (of multiplexed Metropolis light transport,
+/// whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
 ///
 /// # Errors
-/// Settings out of range, thread pools that cannot be had, and chains or iterations that the render does not have; the observer's stop.
+/// Settings out of range, thread pools that cannot be had, and chains or iterations that the render
+/// does not have; the observer's stop.
 pub fn revisit(
     scene: &Scene,
     world: &World,

@@ -1,4 +1,5 @@
-//! Integrators of independent samples, a fixed number per pixel: what they share is everything but what a sample is.
+//! Integrators of independent samples, a fixed number per pixel: what they share is everything but
+//! what a sample is.
 
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
@@ -277,7 +278,8 @@ fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
     (spread * count / (count - 1.0)).sqrt() / passes as f64
 }
 
-/// Samples after which a picture that is black stays black, where only a target error would end the render.
+/// Samples after which a picture that is black stays black, where only a target error would end the
+/// render.
 const MOST_BLACK: u64 = 1 << 24;
 
 /// Whether a picture that is still black will be so for as long as one may wait.

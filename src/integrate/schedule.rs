@@ -1,7 +1,8 @@
-//! Who marches when: chains and mutations per host (per depth, if paths are multiplexed), and the rounds in which threads march them.
+//! Who marches when: chains and mutations per host (per depth, if paths are multiplexed), and the
+//! rounds in which threads march them.
 
 use super::Run;
-use super::chains::Method;
+use super::method::{LAYERS, Method};
 use crate::chain::batch::{Batch, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
@@ -17,9 +18,6 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-/// Hosts with a film layer of their own; further ones share the last.
-pub(super) const LAYERS: usize = 16;
-
 /// The layer of a host.
 pub(super) fn layer_of(host: usize) -> usize {
     host.min(LAYERS - 1)
@@ -29,7 +27,8 @@ pub(super) fn layer_of(host: usize) -> usize {
 const FEWEST: usize = 512;
 /// The same for each host of a shared layer.
 const FEWEST_SHARED: usize = 64;
-/// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level cache (`benches/batch`).
+/// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level
+/// cache (`benches/batch`).
 pub(super) const LARGEST_BATCH: usize = 512;
 /// Fewest chains of a batch, however many threads want work.
 const SMALLEST_BATCH: usize = 64;
@@ -67,8 +66,9 @@ impl Allotment {
     }
 }
 
-/// Allots `mutations` to the hosts in proportion to `b_k`. Chains are allotted likewise, but at least as many as fill the lanes, with
-/// accordingly fewer iterations; hosts that share a layer of the film make the same number.
+/// Allots `mutations` to the hosts in proportion to `b_k`. Chains are allotted likewise, but at
+/// least as many as fill the lanes, with accordingly fewer iterations; hosts that share a layer of
+/// the film make the same number.
 pub(super) fn allot(
     run: &Run,
     method: &Method,
@@ -139,8 +139,9 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// Chains that start from one path are not independent while they remember it: they belong to one group, so that groups can differ in
-    /// size; and to one half, if their host has a layer of the film to itself.
+    /// Chains that start from one path are not independent while they remember it: they belong to
+    /// one group, so that groups can differ in size; and to one half, if their host has a layer
+    /// of the film to itself.
     pub fn new(run: &Run, a: &Allotment, bootstraps: &[Bootstrap]) -> Self {
         let seeds = bootstraps[a.index].seeds(run.settings.seed, a.host.id(), a.chains);
         let n = seeds.len();
@@ -265,8 +266,9 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Marches until every chain has made its iterations, in rounds; says what ended it. `enough` is asked between rounds whether the
-    /// picture is good enough. It takes at least `least`, if there is so much to do.
+    /// Marches until every chain has made its iterations, in rounds; says what ended it. `enough`
+    /// is asked between rounds whether the picture is good enough. It takes at least `least`,
+    /// if there is so much to do.
     pub fn march<L: Lanes>(
         &mut self,
         film: &SplatFilm,
@@ -345,7 +347,8 @@ impl<'a> March<'a> {
     }
 }
 
-/// Iterations that are a fraction of an allotment's; a pure function, so that all batches of a layer reach the same.
+/// Iterations that are a fraction of an allotment's; a pure function, so that all batches of a
+/// layer reach the same.
 fn part(a: &Allotment, fraction: f64) -> u32 {
     (f64::from(a.iterations) * fraction).ceil() as u32
 }

@@ -1,4 +1,5 @@
-//! Mutations that tune those that count, in rounds, after the bootstrap: progress and stops are prompt.
+//! Mutations that tune those that count, in rounds, after the bootstrap: progress and stops are
+//! prompt.
 
 use super::schedule::Allotment;
 use super::{EndedBy, Run};
@@ -26,8 +27,9 @@ pub(super) fn mutations(run: &Run, hosts: usize) -> u64 {
     each * hosts as u64
 }
 
-/// Tunes the kernels of all allotments, as the settings ask for. `ended` is asked whether to stop, and by whom; what is not known then stays as
-/// it was. `progress` is told the part of them that is done.
+/// Tunes the kernels of all allotments, as the settings ask for. `ended` is asked whether to stop,
+/// and by whom; what is not known then stays as it was. `progress` is told the part of them that is
+/// done.
 pub(super) fn tune<L: Lanes>(
     run: &Run,
     allotments: &mut [Allotment],

@@ -11,7 +11,7 @@ pub const CELLS: u32 = 1 << 24;
 
 /// A discrete distribution over lights.
 pub struct LightChoice {
-    /// Upper ends of the lights' intervals in cells, strictly ascending; the last is [`CELLS`].
+    /// Upper ends of the lights' intervals in cells, strictly ascending; the last is `CELLS`.
     ends: Vec<u32>,
     /// The light that holds the first cell of each part, and the last light.
     guide: Vec<u32>,
@@ -24,7 +24,7 @@ pub struct LightChoice {
 const FLOOR: f64 = 1e-3;
 
 impl LightChoice {
-    /// Up to [`CELLS`] lights; those beyond are never chosen.
+    /// Up to `CELLS` lights; those beyond are never chosen.
     pub fn new(powers: &[f64]) -> Self {
         let powers = &powers[..powers.len().min(CELLS as usize)];
         let n = powers.len();
@@ -76,7 +76,7 @@ impl LightChoice {
         }
     }
 
-    /// How many of all primary samples choose the light; 0 for a light beyond [`CELLS`].
+    /// How many of all primary samples choose the light; 0 for a light beyond `CELLS`.
     pub fn probability(&self, light: usize) -> f32 {
         let end = |i: usize| self.ends.get(i).copied().unwrap_or(CELLS);
         let start = light.checked_sub(1).map_or(0, end);

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use crate::scene::{LightKind, Rgb, Scene};
 
-/// Light beyond this power of two is scaled down to it: products with areas and solid angles stay numbers.
+/// Light beyond this power of two is scaled down to it: products with areas and solid angles stay
+/// numbers.
 const BRIGHT: i32 = 104;
 
 /// Scales all light down if some of it is so bright, and the picture up again, by a power of two.

@@ -40,8 +40,9 @@ pub(super) fn undispersed(kind: &str, set: &ParamSet) -> Result<Option<Site>, Sc
     Ok(disperses.then(|| set.site_of(eta)))
 }
 
-/// A surface that has its coat in it, unless that is smooth and reflects: then what it reflects, a delta distribution, and what it lets through are
-/// two components. `albedo` is about that of the surface without it.
+/// A surface that has its coat in it, unless that is smooth and reflects: then what it reflects, a
+/// delta distribution, and what it lets through are two components. `albedo` is about that of the
+/// surface without it.
 fn under(coat: CoatLayer, base: MaterialKind, albedo: Param) -> Built {
     if !coat.is_smooth() || coat.eta == 1.0 {
         return Built::One(base);
@@ -58,7 +59,8 @@ fn under(coat: CoatLayer, base: MaterialKind, albedo: Param) -> Built {
     ])
 }
 
-/// Of a smooth dielectric, over a white sky; fits for either side of 1 (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+/// Of a smooth dielectric, over a white sky; fits for either side of 1 (Kulla and Conty 2017,
+/// "Revisiting Physically Based Shading at Imageworks").
 fn mean_reflectance(eta: f32) -> f32 {
     let mean = if eta >= 1.0 {
         (eta - 1.0) / (4.08567 + 1.00071 * eta)
@@ -101,7 +103,8 @@ pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, S
     })
 }
 
-/// The coat of either, and the roughness of its interface; `prefix` is before the names of the interface's parameters.
+/// The coat of either, and the roughness of its interface; `prefix` is before the names of the
+/// interface's parameters.
 fn coat(
     set: &ParamSet,
     names: &TextureNames,

@@ -17,8 +17,8 @@ pub(super) enum Use {
     Unbounded,
     /// Index of refraction, absorption coefficient.
     Index,
-    /// Emission. v4 scales every light by the inverse of its spectrum's luminous efficacy, so a spectrum that is not `rgb`
-    /// has luminance 1 whatever its samples' magnitude.
+    /// Emission. v4 scales every light by the inverse of its spectrum's luminous efficacy, so a
+    /// spectrum that is not `rgb` has luminance 1 whatever its samples' magnitude.
     Emission,
 }
 
@@ -34,7 +34,8 @@ impl ParamSet {
         self.color_of(param, meaning).map(Some)
     }
 
-    /// v3: whether a parameter is a colour, or for materials and textures at least begins with one. If not, it is left out with a word.
+    /// v3: whether a parameter is a colour, or for materials and textures at least begins with one.
+    /// If not, it is left out with a word.
     fn is_color(&self, param: &Param, meaning: Use) -> Result<bool, SceneError> {
         let size = match (param.ty, &param.values) {
             (Type::Rgb | Type::Xyz, Values::Numbers(_)) => 3,
@@ -174,7 +175,8 @@ impl ParamSet {
         Some([0.0; 3])
     }
 
-    /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter is no spectrum, or the same everywhere.
+    /// The index of refraction that a spectrum means, over the wavelength; `None` if the parameter
+    /// is no spectrum, or the same everywhere.
     pub fn index_curve(&self, param: &Param) -> Result<Option<IndexCurve>, SceneError> {
         let fail = |what: String| self.error_at(param, what);
         let curve = match (param.ty, &param.values) {
@@ -207,8 +209,9 @@ impl ParamSet {
         }
     }
 
-    /// The colour of measured samples. v3 holds the ends, v4 has nothing beyond them; where an index of refraction ends, it is held all
-    /// the same, as pbrt-v4 has no use for one of 0 either.
+    /// The colour of measured samples. v3 holds the ends, v4 has nothing beyond them; where an
+    /// index of refraction ends, it is held all the same, as pbrt-v4 has no use for one of 0
+    /// either.
     fn reduced(&self, samples: &[Sample], of: Use, meaning: Meaning) -> Result<Rgb, String> {
         match (self.dialect, of) {
             (Dialect::V3, _) | (_, Use::Index) => spectrum::samples(samples, meaning),

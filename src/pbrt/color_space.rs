@@ -96,7 +96,8 @@ impl ColorSpace {
         primaries * DMat3::from_diagonal(primaries.inverse() * self.white())
     }
 
-    /// What a light of this colour sends, in linear sRGB: the colour times the space's own white, which need not be that of sRGB.
+    /// What a light of this colour sends, in linear sRGB: the colour times the space's own white,
+    /// which need not be that of sRGB.
     pub fn emission_to_srgb(self, c: [f64; 3]) -> [f64; 3] {
         match self {
             Self::Aces2065 => (matrix(&XYZ_TO_SRGB) * self.to_xyz() * DVec3::from(c)).to_array(),

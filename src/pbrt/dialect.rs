@@ -1,4 +1,5 @@
-//! pbrt-v3 or pbrt-v4? The two write alike but mean different things, so it is decided before anything is interpreted.
+//! pbrt-v3 or pbrt-v4? The two write alike but mean different things, so it is decided before
+//! anything is interpreted.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -12,11 +13,13 @@ use crate::surface::table;
 /// Different markers by which one dialect must lead before the rest of the text need not be read.
 const CERTAIN: usize = 4;
 
-/// Different markers after which the rest of the text is not read, either: the two are mixed at random.
+/// Different markers after which the rest of the text is not read, either: the two are mixed at
+/// random.
 const ENOUGH: usize = 4096;
 
-/// Counts the different things in the text that only one of the dialects writes. Includes are looked at if the main file
-/// says nothing either way; if they do not either, it is v4 unless there is a `WorldEnd`.
+/// Counts the different things in the text that only one of the dialects writes. Includes are
+/// looked at if the main file says nothing either way; if they do not either, it is v4 unless there
+/// is a `WorldEnd`.
 pub(super) fn detect(text: &Text, dir: &Path) -> Dialect {
     for with_includes in [false, true] {
         let mut tally = Tally::default();
@@ -94,7 +97,8 @@ fn directive_marker(word: &str) -> Option<Dialect> {
     }
 }
 
-/// `text` in quotes right after `last`, which is a directive, or the declaration of the parameter it is the value of.
+/// `text` in quotes right after `last`, which is a directive, or the declaration of the parameter
+/// it is the value of.
 fn quoted_marker(last: &str, text: &str) -> Option<Dialect> {
     use Dialect::{V3, V4};
     let known = |text: &str| [V3, V4].map(|dialect| table::names(dialect).any(|name| name == text));

@@ -63,7 +63,8 @@ impl Site {
     }
 }
 
-/// Warnings in the order they arose, bounded so that a broken file of millions of lines does not fill memory.
+/// Warnings in the order they arose, bounded so that a broken file of millions of lines does not
+/// fill memory.
 #[derive(Debug, Default)]
 pub(super) struct Report {
     warnings: Vec<String>,

@@ -18,8 +18,8 @@ use crate::scene::{
     Triangle, Vertex,
 };
 
-/// Twice the area (internal space) below which a triangle counts as having none: products of its inverse would leave `f32`. On a ground of 1e7 it
-/// is that of a triangle of a thousandth.
+/// Twice the area (internal space) below which a triangle counts as having none: products of its
+/// inverse would leave `f32`. On a ground of 1e7 it is that of a triangle of a thousandth.
 const MIN_CROSS: f64 = 1e-22;
 
 /// Lights at points whose neighbourhoods are looked at.
@@ -155,7 +155,8 @@ fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
     }
 }
 
-/// Adds the triangles that have an area, and their lights; returns how many have none, and how many of a lamp lie on others of it.
+/// Adds the triangles that have an area, and their lights; returns how many have none, and how many
+/// of a lamp lie on others of it.
 fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> [usize; 2] {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let world = &geometry.triangles[range];
@@ -228,7 +229,8 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
     [flat, repeated]
 }
 
-/// Where a triangle is, whatever its first corner; unless it shines to both sides, also which way round it goes.
+/// Where a triangle is, whatever its first corner; unless it shines to both sides, also which way
+/// round it goes.
 fn place(scene: &Scene, v: [u32; 3], both_sides: bool) -> [[u32; 3]; 3] {
     let mut corners = v.map(|v| scene.vertices[v as usize].p.map(|x| (x + 0.0).to_bits()));
     if both_sides {
@@ -257,7 +259,8 @@ fn add_spheres(
             matrix3: world.to_world.matrix3 * space.scale,
             translation: (world.to_world.translation - space.centre) * space.scale,
         };
-        // Checked to be invertible when it was added; scaling by a power of two changes nothing about that.
+        // Checked to be invertible when it was added; scaling by a power of two changes nothing
+        // about that.
         let to_unit = inverse(&to_world).unwrap_or(DAffine3::IDENTITY);
         placed.push(to_world);
         let index = scene.spheres.len() as u32;

@@ -1,4 +1,5 @@
-//! Geometry in world space, `f64`: meshes and spheres with their orientation folded in, and instances of them.
+//! Geometry in world space, `f64`: meshes and spheres with their orientation folded in, and
+//! instances of them.
 
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -45,7 +46,8 @@ pub(super) struct WorldSphere {
     pub facing: f32,
 }
 
-/// Primitives of one `Shape` directive: `count` of them from `first` on, in the table of their kind.
+/// Primitives of one `Shape` directive: `count` of them from `first` on, in the table of their
+/// kind.
 #[derive(Clone, Debug)]
 pub(super) struct WorldShape {
     pub site: Rc<Site>,
@@ -76,7 +78,8 @@ pub(super) struct Setting {
     pub light: Option<Rc<AreaLight>>,
 }
 
-/// A mesh in object space, checked: indices are in range, optional arrays are as long as `positions`.
+/// A mesh in object space, checked: indices are in range, optional arrays are as long as
+/// `positions`.
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub positions: Vec<DVec3>,
@@ -123,7 +126,8 @@ pub(super) struct Geometry {
     room: Charge,
 }
 
-/// Peak memory of a vertex, a triangle or a sphere while a scene is loaded: here, and in the table that is made of it.
+/// Peak memory of a vertex, a triangle or a sphere while a scene is loaded: here, and in the table
+/// that is made of it.
 const VERTEX_BYTES: usize = size_of::<WorldVertex>() + size_of::<scene::Vertex>();
 const TRIANGLE_BYTES: usize = size_of::<WorldTriangle>() + size_of::<scene::Triangle>();
 const SPHERE_BYTES: usize = size_of::<WorldSphere>() + size_of::<scene::Sphere>();
@@ -249,9 +253,10 @@ impl Geometry {
         });
     }
 
-    /// Adds a mesh, each triangle's vertices ordered by pbrt's rule: where there are vertex normals, the front is the side
-    /// they are on (`ReverseOrientation` turns them round, too); otherwise it is the image of the front in object space,
-    /// turned round by `ReverseOrientation`. Triangles with vertices that are not finite are dropped.
+    /// Adds a mesh, each triangle's vertices ordered by pbrt's rule: where there are vertex
+    /// normals, the front is the side they are on (`ReverseOrientation` turns them round, too);
+    /// otherwise it is the image of the front in object space, turned round by
+    /// `ReverseOrientation`. Triangles with vertices that are not finite are dropped.
     pub fn add_mesh(
         &mut self,
         setting: &Setting,
@@ -259,7 +264,8 @@ impl Geometry {
         power_of_whole: bool,
         report: &mut Report,
     ) -> Result<(), SceneError> {
-        // Without texture coordinates every triangle has its own, (0,0) (1,0) (1,1), and so its own vertices.
+        // Without texture coordinates every triangle has its own, (0,0) (1,0) (1,1), and so its own
+        // vertices.
         let unshared = mesh.uvs.is_none() && setting.needs_uv;
         let vertex_count = if unshared {
             mesh.triangles.len().saturating_mul(3)
@@ -419,8 +425,9 @@ impl WorldSphere {
     }
 }
 
-/// What vertex normals of a mesh are transformed by. Between vertices they are interpolated as long as they are, so that all
-/// keep their proportions; one factor brings them to where `f32` holds them.
+/// What vertex normals of a mesh are transformed by. Between vertices they are interpolated as long
+/// as they are, so that all keep their proportions; one factor brings them to where `f32` holds
+/// them.
 struct NormalMap {
     /// Largest entry about 1.
     by: DMat3,
@@ -450,7 +457,8 @@ impl NormalMap {
     }
 }
 
-/// The power of two that brings `x > 0` to about 1; exact, so that normals of length 1 keep their bits. 1 for 0.
+/// The power of two that brings `x > 0` to about 1; exact, so that normals of length 1 keep their
+/// bits. 1 for 0.
 fn to_about_one(x: f64) -> f64 {
     if x > 0.0 {
         (-x.log2().round()).clamp(-1000.0, 1000.0).exp2()

@@ -1,5 +1,5 @@
-//! Text to tokens. Both dialects share one lexical grammar: bare words (directives, numbers, `true`), quoted strings,
-//! brackets, and `#` comments to the end of the line.
+//! Text to tokens. Both dialects share one lexical grammar: bare words (directives, numbers,
+//! `true`), quoted strings, brackets, and `#` comments to the end of the line.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -43,8 +43,8 @@ impl Token {
         &self.block.text[self.range.clone()]
     }
 
-    /// With the escape sequences of quoted strings replaced. An unknown one stays as it is: it is rather a path with
-    /// backslashes.
+    /// With the escape sequences of quoted strings replaced. An unknown one stays as it is: it is
+    /// rather a path with backslashes.
     pub fn text(&self) -> Cow<'_, str> {
         let raw = self.raw();
         if self.kind != TokenKind::Quoted || !raw.contains('\\') {
@@ -123,7 +123,8 @@ pub(super) struct Lexer {
     ended: bool,
     block: Rc<Block>,
     at: usize,
-    /// Where the token that is being read begins in the block; the text before is not needed any more.
+    /// Where the token that is being read begins in the block; the text before is not needed any
+    /// more.
     start: usize,
     line: u32,
     column: u32,

@@ -1,8 +1,9 @@
 //! `LightSource` and `AreaLightSource`.
 //!
-//! v4 gives every light a photometric unit: its spectrum is divided by the luminous efficacy, then `power` (lumen) or
-//! `illuminance` (lux) replace that unit. In linear sRGB this comes to: `rgb` values stand as they are, other spectra have
-//! luminance 1 (`Use::Emission`), and `power` divides by the geometric factor alone, as pbrt does.
+//! v4 gives every light a photometric unit: its spectrum is divided by the luminous efficacy, then
+//! `power` (lumen) or `illuminance` (lux) replace that unit. In linear sRGB this comes to: `rgb`
+//! values stand as they are, other spectra have luminance 1 (`Use::Emission`), and `power` divides
+//! by the geometric factor alone, as pbrt does.
 
 mod area;
 mod images;
@@ -120,7 +121,8 @@ pub(super) fn build(
     }))
 }
 
-/// One minus the cosine below which a cone is empty: its density over solid angle would come near the ends of `f32`.
+/// One minus the cosine below which a cone is empty: its density over solid angle would come near
+/// the ends of `f32`.
 const MIN_VERSINE: f64 = 1e-30;
 
 /// One minus the cosine of an angle in degrees, with all its digits however small the angle.

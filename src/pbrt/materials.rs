@@ -19,7 +19,8 @@ use crate::surface::table;
 use std::fmt;
 use std::rc::Rc;
 
-/// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it may find there.
+/// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
+/// may find there.
 const OVERRIDABLE: [&str; 17] = [
     "Kd",
     "Ks",

@@ -12,7 +12,8 @@ use crate::surface::dielectric::read_v3_index;
 use crate::surface::{DielectricMaterial, DiffuseMaterial, DiffuseTransmissionMaterial};
 use std::rc::Rc;
 
-/// `mix` of two named materials. In v3 `amount`, a colour, is the weight of the first; in v4 a number, that of the second.
+/// `mix` of two named materials. In v3 `amount`, a colour, is the weight of the first; in v4 a
+/// number, that of the second.
 pub(super) fn mix(
     set: &ParamSet,
     names: &TextureNames,
@@ -57,8 +58,9 @@ const SMOOTH: Roughness = Roughness {
     remap: Remap::None,
 };
 
-/// v3's `uber`: what its `opacity` leaves passes straight through; of the rest, a Lambertian lobe, a glossy one, and a delta reflection and
-/// refraction, the last three under the Fresnel term of one index.
+/// v3's `uber`: what its `opacity` leaves passes straight through; of the rest, a Lambertian lobe,
+/// a glossy one, and a delta reflection and refraction, the last three under the Fresnel term of
+/// one index.
 pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
     let color = |name: &str, default: f32| color_param_or(set, names, name, default);
     let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
@@ -167,8 +169,8 @@ fn together(parts: Vec<Part>, nothing: MaterialKind) -> Built {
     }
 }
 
-/// What a colour under a Fresnel term counts for when a component is chosen: more than the few percent that are reflected on average, as
-/// what is reflected at grazing angles is bright.
+/// What a colour under a Fresnel term counts for when a component is chosen: more than the few
+/// percent that are reflected on average, as what is reflected at grazing angles is bright.
 fn reflected(color: Param) -> Param {
     const SHARE: f32 = 0.25;
     match color {
@@ -177,7 +179,8 @@ fn reflected(color: Param) -> Param {
     }
 }
 
-/// Of a lobe that no roughness makes smooth: as glass, 0 would be; v3 remaps it as it does 1e-3 (`RoughnessToAlpha`).
+/// Of a lobe that no roughness makes smooth: as glass, 0 would be; v3 remaps it as it does 1e-3
+/// (`RoughnessToAlpha`).
 fn glossy(roughness: Roughness) -> Roughness {
     let lift = |r: Param| match r {
         Param::Constant([x, ..]) if roughness.remap == Remap::V3 => {
@@ -200,7 +203,8 @@ fn is_white(param: Param) -> bool {
     matches!(param, Param::Constant(c) if c.iter().all(|x| *x >= 1.0))
 }
 
-/// v3: the material that one parameter names; if there is none, matte with the parameters of the mixture.
+/// v3: the material that one parameter names; if there is none, matte with the parameters of the
+/// mixture.
 fn component(
     set: &ParamSet,
     names: &TextureNames,

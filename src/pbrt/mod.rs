@@ -1,11 +1,13 @@
 //! The pbrt text format, v3 and v4, into a [`Scene`].
 //!
-//! 1. `text` reads files block by block, `lexer` and `stream` turn them into tokens, `Include` spliced in.
+//! 1. `text` reads files block by block, `lexer` and `stream` turn them into tokens, `Include`
+//!    spliced in.
 //! 2. `dialect` decides between v3 and v4 before anything is interpreted.
-//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters are a `params::ParamSet`. What pbrt
-//!    tolerates is tolerated, with a warning each: `tolerance` has what is of v3 as a whole.
-//! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for, geometry in world space and
-//!    `f64` (`geometry`).
+//! 3. `loader` runs the directives over a stack of states (`state`); each directive's parameters
+//!    are a `params::ParamSet`. What pbrt tolerates is tolerated, with a warning each: `tolerance`
+//!    has what is of v3 as a whole.
+//! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for,
+//!    geometry in world space and `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
 
 mod brightness;

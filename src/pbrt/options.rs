@@ -34,8 +34,8 @@ fn effect(name: &str) -> Option<Effect> {
     })
 }
 
-/// Takes an option; the seed if it is that one. As in pbrt, case, hyphens and underscores of names do not matter; a type before the name, as
-/// parameters have it, does not either.
+/// Takes an option; the seed if it is that one. As in pbrt, case, hyphens and underscores of names
+/// do not matter; a type before the name, as parameters have it, does not either.
 pub(super) fn set(
     name: &str,
     value: &Token,

@@ -1,5 +1,5 @@
-//! Parameter lists, `"type name" [ values ]`: typed access with defaults, and a record of what was asked for, so that
-//! what nobody asked for can be reported.
+//! Parameter lists, `"type name" [ values ]`: typed access with defaults, and a record of what was
+//! asked for, so that what nobody asked for can be reported.
 
 mod read;
 mod typed;
@@ -158,7 +158,8 @@ impl ParamSet {
         }
     }
 
-    /// These parameters, then `others` where these say nothing. Marks of use are shared with the originals.
+    /// These parameters, then `others` where these say nothing. Marks of use are shared with the
+    /// originals.
     pub fn over(&self, others: &Self) -> Self {
         let mut set = Self {
             site: others.site.clone(),

@@ -1,9 +1,11 @@
-//! What a v4 film makes of the colours it meets: white balance, and the colour space of the picture.
+//! What a v4 film makes of the colours it meets: white balance, and the colour space of the
+//! picture.
 //!
-//! pbrt-v4's default sensor sees CIE XYZ, so balance and space are one matrix from linear sRGB, exactly. Its cameras by name have measured
-//! responses to spectra, which an RGB render has not; pbrt fits each to XYZ over the patches of a colour chart under the light that
-//! `whitebalance` names, 6500 K unless the file says so. White and greys then come out as from the default sensor balanced for that
-//! light, other colours nearly, and that is what stands in for them here.
+//! pbrt-v4's default sensor sees CIE XYZ, so balance and space are one matrix from linear sRGB,
+//! exactly. Its cameras by name have measured responses to spectra, which an RGB render has not;
+//! pbrt fits each to XYZ over the patches of a colour chart under the light that `whitebalance`
+//! names, 6500 K unless the file says so. White and greys then come out as from the default sensor
+//! balanced for that light, other colours nearly, and that is what stands in for them here.
 
 use glam::{DMat3, DVec3};
 
@@ -41,7 +43,8 @@ pub fn is_camera(name: &str) -> bool {
     CAMERAS.contains(&name)
 }
 
-/// From linear sRGB to what is written, for a film in this colour space that is balanced for this temperature; `None` if nothing changes.
+/// From linear sRGB to what is written, for a film in this colour space that is balanced for this
+/// temperature; `None` if nothing changes.
 pub fn matrix(space: ColorSpace, balance: Option<f64>) -> Option<[[f32; 3]; 3]> {
     if space == ColorSpace::Srgb && balance.is_none() {
         return None;
@@ -57,7 +60,8 @@ pub fn matrix(space: ColorSpace, balance: Option<f64>) -> Option<[[f32; 3]; 3]> 
     Some(rows.map(|r| r.as_vec3().to_array()))
 }
 
-/// The transform of von Kries from one white to another, over Bradford's responses (the matrix as in pbrt-v4).
+/// The transform of von Kries from one white to another, over Bradford's responses (the matrix as
+/// in pbrt-v4).
 fn balanced(from: DVec3, to: DVec3) -> DMat3 {
     let lms = DMat3::from_cols_array(&[
         0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296,

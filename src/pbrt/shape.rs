@@ -11,11 +11,12 @@ use crate::pbrt::mesh::{self, MeshData, append_patches, bilinear_mesh_within};
 use crate::pbrt::ply::{self, PlyMesh};
 use crate::scene::{Alpha, AlphaTest, Param};
 
-/// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time of that many for a hang.
+/// Each level of subdivision makes four faces of one. Fuzzers get fewer: they would take the time
+/// of that many for a hang.
 const MAX_SUBDIVIDED_FACES: usize = if cfg!(fuzzing) { 1 << 12 } else { 1 << 26 };
 
-/// Memory that subdivision takes for each face it makes: the last level and the one before, and the mesh made of it, of twice as many faces
-/// as vertices.
+/// Memory that subdivision takes for each face it makes: the last level and the one before, and the
+/// mesh made of it, of twice as many faces as vertices.
 const SUBDIVIDED_BYTES: u64 = 64;
 
 pub(super) fn build(
@@ -100,7 +101,8 @@ pub(super) enum Cut {
     Everything,
 }
 
-/// What is cut out of a shape of type `kind`. A number in v3 cuts out all (0) or nothing, and only meshes have one.
+/// What is cut out of a shape of type `kind`. A number in v3 cuts out all (0) or nothing, and only
+/// meshes have one.
 pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<Cut, SceneError> {
     let test = match set.dialect {
         Dialect::V3 if !matches!(kind, "trianglemesh" | "plymesh") => return Ok(Cut::Nothing),
@@ -122,7 +124,8 @@ pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<
         )?;
         return Ok(cut);
     }
-    // v3's shadows are cut out by both textures, everything else by "alpha" alone: visible or not would depend on who asks.
+    // v3's shadows are cut out by both textures, everything else by "alpha" alone: visible or not
+    // would depend on who asks.
     let shadow = cut_of(float_param(set, names, "shadowalpha")?);
     if let Some(param) = set.find("shadowalpha")
         && cut != Cut::Everything
@@ -284,7 +287,8 @@ fn with_patches(
         mesh.drop_degenerate();
         return add_data(mesh, set, setting, geometry, false, report);
     }
-    // Each triangle by itself and each patch by itself have their texture coordinates, and the light's power.
+    // Each triangle by itself and each patch by itself have their texture coordinates, and the
+    // light's power.
     let (p, n, uv) = (
         &mesh.positions,
         mesh.normals.as_deref(),

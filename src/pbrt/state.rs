@@ -34,7 +34,8 @@ pub(super) struct MaterialDef {
     pub _room: Charge,
 }
 
-/// By name, as a mixture finds its components. Copies share what they have in common: every block saves one.
+/// By name, as a mixture finds its components. Copies share what they have in common: every block
+/// saves one.
 pub(super) type MaterialNames = HashTrieMap<String, Rc<MaterialDef>>;
 
 #[derive(Clone, Debug)]
@@ -100,7 +101,8 @@ impl State {
         Ok(Place::of(&self.ctm[0]))
     }
 
-    /// The current transform of something that does not move in pbrt either, which takes the one at the start of the shutter.
+    /// The current transform of something that does not move in pbrt either, which takes the one at
+    /// the start of the shutter.
     pub fn start_ctm(&self, site: &Site, report: &mut Report) -> Place {
         if self.ctm[0] != self.ctm[1] {
             report.warn_at(site, "does not move: the transform of StartTime is used");
@@ -149,8 +151,8 @@ struct SavedTransform {
 pub(super) struct StateStack {
     pub current: State,
     saved: Vec<Saved>,
-    /// Of v3, where each block saves the transform here, and all but transform blocks the state in `saved`. An end takes what is on top,
-    /// whichever block put it there: blocks may cross.
+    /// Of v3, where each block saves the transform here, and all but transform blocks the state in
+    /// `saved`. An end takes what is on top, whichever block put it there: blocks may cross.
     transforms: Vec<SavedTransform>,
 }
 

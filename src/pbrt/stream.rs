@@ -116,7 +116,8 @@ impl TokenStream {
         }
     }
 
-    /// Continues with the tokens of `path`, then with what follows here. Nothing may have been peeked at.
+    /// Continues with the tokens of `path`, then with what follows here. Nothing may have been
+    /// peeked at.
     pub fn include(&mut self, path: &Path, import: Option<Pos>) -> Result<(), String> {
         let canonical = path
             .canonicalize()
@@ -144,7 +145,8 @@ impl TokenStream {
 /// Files that a look ahead goes into, at most.
 const MAX_SCANNED: usize = 64;
 
-/// Every token of a text and, on request, of the files it includes, for a look ahead that must not fail. Returns whether any are included.
+/// Every token of a text and, on request, of the files it includes, for a look ahead that must not
+/// fail. Returns whether any are included.
 pub(super) fn scan(
     text: &Text,
     dir: &Path,

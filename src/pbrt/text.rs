@@ -1,4 +1,5 @@
-//! Where the text of a scene comes from, block by block: files of any length are read in little memory.
+//! Where the text of a scene comes from, block by block: files of any length are read in little
+//! memory.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -17,7 +18,8 @@ const MAX_TEXT: u64 = 4 << 30;
 /// Bytes that are read at once.
 const BLOCK: usize = 1 << 16;
 
-/// Memory that a file takes while it is read, roughly: a block as it is read and as text, and the state of inflation.
+/// Memory that a file takes while it is read, roughly: a block as it is read and as text, and the
+/// state of inflation.
 pub(super) const OPEN_FILE_BYTES: u64 = 5 * BLOCK as u64;
 
 /// A text that can be read from its beginning, as often as it takes.
@@ -80,7 +82,8 @@ fn open(path: &Path) -> Result<Box<dyn Read>, String> {
     })
 }
 
-/// A text as it is read: UTF-8 or UTF-16. Comments may be in any encoding; everything that matters is ASCII or UTF-8.
+/// A text as it is read: UTF-8 or UTF-16. Comments may be in any encoding; everything that matters
+/// is ASCII or UTF-8.
 pub(super) struct Blocks {
     pub name: Rc<str>,
     reader: Box<dyn Read>,
@@ -123,7 +126,8 @@ impl Blocks {
     }
 }
 
-/// For a text that begins with these bytes: by its byte order mark, or by the zeros that UTF-16 puts beside ASCII.
+/// For a text that begins with these bytes: by its byte order mark, or by the zeros that UTF-16
+/// puts beside ASCII.
 fn decoder(bytes: &[u8]) -> Decoder {
     match bytes {
         [0, b, ..] if b.is_ascii() && *b != 0 => UTF_16BE.new_decoder(),

@@ -1,4 +1,5 @@
-//! What pbrt-v3 says about a file and then goes on: directives in the wrong place, and things of unknown type.
+//! What pbrt-v3 says about a file and then goes on: directives in the wrong place, and things of
+//! unknown type.
 
 use super::dialect::Dialect;
 use super::error::{SceneError, Site};
@@ -6,7 +7,8 @@ use super::lexer::TokenKind;
 use super::loader::{Loader, Section};
 use crate::surface::table;
 
-/// Whether pbrt-v3 knows materials of this type. It makes `matte` of others, with the same parameters.
+/// Whether pbrt-v3 knows materials of this type. It makes `matte` of others, with the same
+/// parameters.
 pub(super) fn knows_material(kind: &str) -> bool {
     // What is made of several BSDFs, and what is not supported.
     let others = matches!(
@@ -52,7 +54,8 @@ pub(super) fn knows_light(kind: &str) -> bool {
     )
 }
 
-/// Whether pbrt-v3 makes a texture of this type, a number if not a colour. Of others the name stays undefined.
+/// Whether pbrt-v3 makes a texture of this type, a number if not a colour. Of others the name stays
+/// undefined.
 pub(super) fn makes_texture(kind: &str, number: bool) -> bool {
     match kind {
         "uv" | "marble" => !number,
@@ -87,7 +90,8 @@ fn belongs_to(directive: &str) -> Option<Section> {
 }
 
 impl Loader {
-    /// Steps over a v3 directive that stands on the wrong side of `WorldBegin`, as pbrt-v3 does; true if this is one.
+    /// Steps over a v3 directive that stands on the wrong side of `WorldBegin`, as pbrt-v3 does;
+    /// true if this is one.
     pub(super) fn skip_misplaced(
         &mut self,
         directive: &str,

@@ -1,4 +1,5 @@
-//! Transforms as pbrt defines them, in `f64`: scenes far from the origin lose what `f32` cannot hold.
+//! Transforms as pbrt defines them, in `f64`: scenes far from the origin lose what `f32` cannot
+//! hold.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec3};
 
@@ -67,7 +68,8 @@ impl Place {
         }
     }
 
-    /// What normals are multiplied by: see [`normal_matrix`]. As in pbrt it does not depend on where they are.
+    /// What normals are multiplied by: see [`normal_matrix`]. As in pbrt it does not depend on
+    /// where they are.
     pub fn normals(&self) -> DMat3 {
         match self {
             Self::Affine(t) => normal_matrix(t),
@@ -82,8 +84,8 @@ impl Place {
         }
     }
 
-    /// The affine map that puts the origin where this one does and turns directions as its inverse does, which is all that lights and
-    /// cameras see of it. `None` if it has no inverse.
+    /// The affine map that puts the origin where this one does and turns directions as its inverse
+    /// does, which is all that lights and cameras see of it. `None` if it has no inverse.
     pub fn frame(&self) -> Option<DAffine3> {
         match self {
             Self::Affine(t) => Some(*t),
@@ -117,8 +119,8 @@ pub(super) fn swaps_handedness(t: &DAffine3) -> bool {
     t.matrix3.determinant() < 0.0
 }
 
-/// What normals transform by: the inverse transpose up to a positive factor. As the matrix of cofactors it exists for
-/// singular transforms too.
+/// What normals transform by: the inverse transpose up to a positive factor. As the matrix of
+/// cofactors it exists for singular transforms too.
 pub(super) fn normal_matrix(t: &DAffine3) -> DMat3 {
     let m = t.matrix3;
     let cofactors = DMat3::from_cols(
@@ -172,8 +174,8 @@ pub(super) fn similarity(t: &DAffine3) -> Option<Similarity> {
     })
 }
 
-/// A point in internal space as `f32`. What lies further out than this is as good as infinitely far, yet its square
-/// must stay finite.
+/// A point in internal space as `f32`. What lies further out than this is as good as infinitely
+/// far, yet its square must stay finite.
 pub(super) fn narrow_point(p: DVec3) -> Vec3 {
     const FAR: f64 = 1e15;
     p.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)).as_vec3()
@@ -208,7 +210,8 @@ mod tests {
             t.transform_point3(DVec3::new(0.0, 1.0, 0.0)),
             DVec3::new(0.0, 0.0, 3.9),
         );
-        // Looking along -z with y up, the world's x is to the left: pbrt's camera space is left-handed.
+        // Looking along -z with y up, the world's x is to the left: pbrt's camera space is
+        // left-handed.
         close(t.transform_vector3(DVec3::X), DVec3::NEG_X);
         assert!(look_at(DVec3::ZERO, DVec3::Y, DVec3::Y).is_none());
         assert!(look_at(DVec3::ZERO, DVec3::ZERO, DVec3::Y).is_none());
@@ -277,7 +280,8 @@ mod tests {
     proptest! {
         #![proptest_config(crate::property::cases(500))]
 
-        /// Turned, moved and scaled by factors of up to a million: there and back is where it was, and what it is made of is found again.
+        /// Turned, moved and scaled by factors of up to a million: there and back is where it was,
+        /// and what it is made of is found again.
         #[test]
         fn transforms_are_undone(
             axis in vector(1.0),
@@ -303,9 +307,15 @@ mod tests {
             prop_assert_eq!(swaps_handedness(&t), mirrored);
         }
 
-        /// Views of any sort, up vectors along them nearly: a frame that keeps lengths, with the target ahead, or none.
+        /// Views of any sort, up vectors along them nearly: a frame that keeps lengths, with the
+        /// target ahead, or none.
         #[test]
-        fn views_keep_lengths(eye in vector(1e6), look in vector(1e6), up in vector(1.0), p in vector(1e6)) {
+        fn views_keep_lengths(
+            eye in vector(1e6),
+            look in vector(1e6),
+            up in vector(1.0),
+            p in vector(1e6),
+        ) {
             if let Some(t) = look_at(eye, look, up) {
                 let seen = t.transform_point3(look);
                 let distance = (look - eye).length();
@@ -317,7 +327,10 @@ mod tests {
 
         /// Sixteen numbers of any bits: no inverse, or a finite one.
         #[test]
-        fn inverses_are_finite(m in prop::array::uniform16(prop::num::f64::ANY), affine in any::<bool>()) {
+        fn inverses_are_finite(
+            m in prop::array::uniform16(prop::num::f64::ANY),
+            affine in any::<bool>(),
+        ) {
             let mut m = m;
             if affine {
                 (m[3], m[7], m[11], m[15]) = (0.0, 0.0, 0.0, 1.0);

@@ -1,15 +1,19 @@
-//! How a path chooses among the strategies of its depth: uniformly, or with probabilities of their own.
+//! How a path chooses among the strategies of its depth: uniformly, or with probabilities of their
+//! own.
 
-/// A discrete distribution over the strategies of a depth, sampled by inversion: strategies have consecutive intervals of `[0, 1)`, in
-/// order, and the first primary sample of the camera stream falls into one.
+/// A discrete distribution over the strategies of a depth, sampled by inversion: strategies have
+/// consecutive intervals of `[0, 1)`, in order, and the first primary sample of the camera stream
+/// falls into one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// Lower ends of the strategies' intervals, from 0 on: multiples of 2^-24, as drawn primary samples are, so that widths are probabilities
-    /// exactly. Empty if all strategies are equally probable.
+    /// Lower ends of the strategies' intervals, from 0 on: multiples of 2^-24, as drawn primary
+    /// samples are, so that widths are probabilities exactly. Empty if all strategies are
+    /// equally probable.
     starts: Vec<f32>,
     /// How many strategies there are.
     count: usize,
-    /// One over the probability of the strategy with `s` light vertices, by `s`; 0 where there is none.
+    /// One over the probability of the strategy with `s` light vertices, by `s`; 0 where there is
+    /// none.
     factors: Vec<f32>,
 }
 
@@ -29,8 +33,8 @@ impl Choice {
         choice
     }
 
-    /// In proportion to `weights`, one for each strategy, finite and above 0 by far more than 2^-24 of their sum. One strategy alone needs no
-    /// choice.
+    /// In proportion to `weights`, one for each strategy, finite and above 0 by far more than 2^-24
+    /// of their sum. One strategy alone needs no choice.
     ///
     /// # Panics
     /// If weights are so small that a strategy would never be chosen.
@@ -62,7 +66,8 @@ impl Choice {
 
     fn set_factors(&mut self, strategies: &[u32], factor: impl Fn(usize) -> f32) {
         let room = strategies.last().map_or(0, |s| *s as usize + 1);
-        // Room for s = 0 and s = 1, which some kernels look up before they know that nobody needs it.
+        // Room for s = 0 and s = 1, which some kernels look up before they know that nobody needs
+        // it.
         self.factors = vec![0.0; room.max(2)];
         for (i, s) in strategies.iter().enumerate() {
             self.factors[*s as usize] = factor(i);
@@ -80,7 +85,8 @@ impl Choice {
         end - start
     }
 
-    /// One over the probability of a strategy, by its number of light vertices; 0 for numbers that are no strategy.
+    /// One over the probability of a strategy, by its number of light vertices; 0 for numbers that
+    /// are no strategy.
     pub fn factors(&self) -> &[f32] {
         &self.factors
     }
@@ -90,8 +96,8 @@ impl Choice {
         self.factors.get(s as usize).copied().unwrap_or(0.0)
     }
 
-    /// Lower and upper end of the interval of the `i`-th strategy. Ends of equal intervals are rounded: which side a number next to one
-    /// belongs to, [`Self::index`] says.
+    /// Lower and upper end of the interval of the `i`-th strategy. Ends of equal intervals are
+    /// rounded: which side a number next to one belongs to, [`Self::index`] says.
     fn interval(&self, i: usize) -> (f32, f32) {
         if self.is_uniform() {
             let n = self.count as f32;
@@ -132,8 +138,8 @@ impl Choice {
         }
     }
 
-    /// The primary sample that chooses here what `u` chooses in `from`, at the same part of the strategy's interval: uniform in that interval
-    /// if `u` was.
+    /// The primary sample that chooses here what `u` chooses in `from`, at the same part of the
+    /// strategy's interval: uniform in that interval if `u` was.
     pub fn carry(&self, from: &Self, u: f32) -> f32 {
         if self == from {
             return u;

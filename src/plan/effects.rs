@@ -1,4 +1,5 @@
-//! The effects that a scene calls for, each with the reason. Everything else in a [`Plan`](super::Plan) follows from this set.
+//! The effects that a scene calls for, each with the reason. Everything else in a
+//! [`Plan`](super::Plan) follows from this set.
 
 use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
@@ -55,7 +56,8 @@ pub enum Effect {
     MoreBounces,
     /// Camera subpaths can meet lights: `s = 0`.
     ChanceHits,
-    /// Camera subpaths can be joined to lights, and light subpaths to the camera: `s = 1` and `t = 1`.
+    /// Camera subpaths can be joined to lights, and light subpaths to the camera: `s = 1` and `t =
+    /// 1`.
     Connections,
     /// Camera subpaths can be joined to light subpaths: `s >= 2`, `t >= 2`.
     Joins,
@@ -150,10 +152,13 @@ impl Effect {
     }
 }
 
-/// Effects that can be turned on in a scene that does not call for them, to see what they cost and that they change nothing.
+/// Effects that can be turned on in a scene that does not call for them, to see what they cost and
+/// that they change nothing.
 ///
-/// The picture stays the same but for noise. Those that move no primary samples and no directions (all but [`Lobes`](Self::Lobes),
-/// [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion), [`Mixtures`](Self::Mixtures), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and [`Strategies`](Self::Strategies)) leave every bit.
+/// The picture stays the same but for noise. Those that move no primary samples and no directions
+/// (all but [`Lobes`](Self::Lobes), [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion),
+/// [`Mixtures`](Self::Mixtures), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and
+/// [`Strategies`](Self::Strategies)) leave every bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Forced {
     /// Everything below.

@@ -1,6 +1,8 @@
-//! What a scene calls for: effects present, strategies that can carry light, primary samples that exist.
+//! What a scene calls for: effects present, strategies that can carry light, primary samples that
+//! exist.
 //!
-//! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run: nothing per ray asks about it again.
+//! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run:
+//! nothing per ray asks about it again.
 
 mod choice;
 mod effects;
@@ -25,9 +27,11 @@ pub struct Plan {
     pub depths: Vec<DepthPlan>,
     /// Primary samples per bounce: 2, or 3 if some BSDF has lobes to choose from.
     pub per_bounce: usize,
-    /// Some surface is a mixture: choosing its component takes one primary sample per surface vertex.
+    /// Some surface is a mixture: choosing its component takes one primary sample per surface
+    /// vertex.
     pub mixtures: bool,
-    /// The index of refraction of some surface depends on the wavelength, which takes one primary sample.
+    /// The index of refraction of some surface depends on the wavelength, which takes one primary
+    /// sample.
     pub dispersion: bool,
     /// The lens takes two primary samples.
     pub lens: bool,
@@ -37,9 +41,11 @@ pub struct Plan {
     pub scatters: bool,
     /// Light can scatter more than once: surfaces that scatter see each other.
     pub interreflects: bool,
-    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not a delta).
+    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not
+    /// a delta).
     pub connectable: bool,
-    /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see each other.
+    /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see
+    /// each other.
     pub joinable: bool,
     /// Camera subpaths can meet a light by chance.
     pub hits_lights: bool,
@@ -55,7 +61,8 @@ pub struct Plan {
 #[derive(Clone, Debug)]
 pub struct DepthPlan {
     pub depth: u32,
-    /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light, ascending.
+    /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light,
+    /// ascending.
     pub strategies: Vec<u32>,
     /// How paths choose among them.
     pub choice: Choice,
@@ -88,8 +95,9 @@ impl Plan {
     }
 
     fn depth_plan(&self, depth: u32) -> DepthPlan {
-        // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected. Directly seen lights are left to
-        // chance alone, as in pbrt. What is left out here cannot make any path that carries light, so that no weight misses it: its density
+        // Chance (s = 0) needs a light that can be met; the rest, a surface that can be connected.
+        // Directly seen lights are left to chance alone, as in pbrt. What is left out here
+        // cannot make any path that carries light, so that no weight misses it: its density
         // is 0 in every sum of densities.
         let exists = match depth {
             0 => true,

@@ -1,15 +1,17 @@
 //! The camera.
 
-/// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed), unit length internal.
+/// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed),
+/// unit length internal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// How directions become places on the film.
     pub projection: Projection,
-    /// Camera to internal space: three rows of a 3x4 matrix; the linear part is orthonormal (perhaps mirrored).
+    /// Camera to internal space: three rows of a 3x4 matrix; the linear part is orthonormal
+    /// (perhaps mirrored).
     pub to_world: [[f32; 4]; 3],
-    /// Screen window `[x0, x1, y0, y1]` that the full film shows: on the plane `z = 1` for a perspective (already
-    /// times `tan(fov / 2)`), in internal lengths for an orthographic camera; without meaning for a sphere. Raster `y` runs down, screen
-    /// `y` up.
+    /// Screen window `[x0, x1, y0, y1]` that the full film shows: on the plane `z = 1` for a
+    /// perspective (already times `tan(fov / 2)`), in internal lengths for an orthographic
+    /// camera; without meaning for a sphere. Raster `y` runs down, screen `y` up.
     pub screen: [f32; 4],
     /// Radius of the lens, internal length; 0 is a pinhole.
     pub lens_radius: f32,
@@ -33,6 +35,7 @@ pub enum Projection {
 pub enum SphereMap {
     /// Azimuth `2 pi u` from `x` towards `z`, angle `pi v` from `y`.
     Equirectangular,
-    /// Octahedral (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"): `y` in the middle, `-y` at the corners.
+    /// Octahedral (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"): `y` in
+    /// the middle, `-y` at the corners.
     EqualArea,
 }

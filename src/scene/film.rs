@@ -11,13 +11,15 @@ pub struct Film {
     pub width: u32,
     /// In pixels.
     pub height: u32,
-    /// `[x0, x1, y0, y1]`: the pixels rendered are `[x0, x1)` by `[y0, y1)`, from the crop window as pbrt rounds it (ceil of both ends).
+    /// `[x0, x1, y0, y1]`: the pixels rendered are `[x0, x1)` by `[y0, y1)`, from the crop window
+    /// as pbrt rounds it (ceil of both ends).
     pub crop: [u32; 4],
     /// What the scene calls its picture.
     pub filename: Option<String>,
     /// How samples are spread over pixels.
     pub filter: Filter,
-    /// Factor on all values written (v3 `scale`; v4 imaging ratio, the time the shutter is open times `iso / 100`, 1 by default).
+    /// Factor on all values written (v3 `scale`; v4 imaging ratio, the time the shutter is open
+    /// times `iso / 100`, 1 by default).
     pub scale: f32,
     /// Linear sRGB to what is written, if that is something else: rows of a matrix.
     pub colour: Option<[[f32; 3]; 3]>,
@@ -27,12 +29,14 @@ pub struct Film {
     pub clamp: Option<Clamp>,
 }
 
-/// The most that one sample may bring to a pixel, in units of the film's input: brighter ones keep their colour and lose the rest.
+/// The most that one sample may bring to a pixel, in units of the film's input: brighter ones keep
+/// their colour and lose the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clamp {
     /// Of luminance (v3 `maxsampleluminance`).
     Luminance(f32),
-    /// Of X, Y or Z, whichever is largest: what pbrt-v4's default sensor sees (`maxcomponentvalue`).
+    /// Of X, Y or Z, whichever is largest: what pbrt-v4's default sensor sees
+    /// (`maxcomponentvalue`).
     Xyz(f32),
 }
 
@@ -80,7 +84,8 @@ pub enum FilterKind {
     Box,
     /// Linear, 0 at the radius.
     Triangle,
-    /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2 sigma^2)`.
+    /// v3: `exp(-alpha x^2)` minus its value at the radius. v4's `sigma` is `alpha = 1 / (2
+    /// sigma^2)`.
     Gaussian {
         /// Per square pixel.
         alpha: f32,
@@ -147,8 +152,9 @@ impl Film {
         Ok((width as u32, height as u32))
     }
 
-    /// Renders only the pixels from `ceil(x0 * width)` up to, not including, `ceil(x1 * width)`, and likewise in `y`
-    /// from the top. Rounded up at both ends, as pbrt does, so that adjacent windows tile.
+    /// Renders only the pixels from `ceil(x0 * width)` up to, not including, `ceil(x1 * width)`,
+    /// and likewise in `y` from the top. Rounded up at both ends, as pbrt does, so that
+    /// adjacent windows tile.
     pub fn set_crop(&mut self, [x0, x1, y0, y1]: [f32; 4]) -> Result<(), FilmError> {
         let edge = |x: f32, size: u32| (size as f32 * x.clamp(0.0, 1.0)).ceil() as u32;
         let (w, h) = (self.width, self.height);

@@ -100,8 +100,9 @@ impl HostKind {
 }
 
 impl Default for IntegratorSettings {
-    /// pbrt's defaults for `Integrator "mlt"`, but for the chains: pbrt's 1000 would leave lanes empty, and a chain started from the
-    /// bootstrap is in equilibrium however few steps it makes.
+    /// pbrt's defaults for `Integrator "mlt"`, but for the chains: pbrt's 1000 would leave lanes
+    /// empty, and a chain started from the bootstrap is in equilibrium however few steps it
+    /// makes.
     fn default() -> Self {
         Self {
             kind: IntegratorKind::Mmlt,

@@ -1,10 +1,11 @@
 //! Surfaces so large that `f32` cannot tell how far small things are from them.
 //!
-//! The rounding of a distance to a plane grows with the triangle that spans it, not with the distance: a ground of half side 1e6 swallows
-//! two units around it. The few surfaces that are thousands of times larger than what else there is are therefore kept in `f64` as
-//! well. The tracer tests them in `f64` (`trace/large.rs`), and points on them are found in `f64` (`geometry/large.rs`): what is
-//! left of the error is the rounding of the point itself, which is as small as its neighbourhood. Scenes without such surfaces have an empty
-//! table and pay nothing.
+//! The rounding of a distance to a plane grows with the triangle that spans it, not with the
+//! distance: a ground of half side 1e6 swallows two units around it. The few surfaces that are
+//! thousands of times larger than what else there is are therefore kept in `f64` as
+//! well. The tracer tests them in `f64` (`trace/large.rs`), and points on them are found in `f64`
+//! (`geometry/large.rs`): what is left of the error is the rounding of the point itself, which is
+//! as small as its neighbourhood. Scenes without such surfaces have an empty table and pay nothing.
 
 use super::NONE;
 use glam::{DAffine3, DVec3};
@@ -16,8 +17,8 @@ pub struct LargeTriangle {
     pub triangle: u32,
     /// Corners, internal space.
     pub p: [DVec3; 3],
-    /// Not large itself but a neighbour of large ones, so that what they share is decided alike on both sides. What it shares with
-    /// ordinary triangles is decided as theirs.
+    /// Not large itself but a neighbour of large ones, so that what they share is decided alike on
+    /// both sides. What it shares with ordinary triangles is decided as theirs.
     pub seam: bool,
     /// Distance from its plane, internal space, within which lies what the file has in one plane
     /// with it: a triangle beside it, and points of this one.
@@ -78,8 +79,8 @@ impl Large {
         self.triangles.len() + self.spheres.len()
     }
 
-    /// For every primitive of a scene with so many triangles and spheres, triangles first: its place in this table, triangles first, or
-    /// [`NONE`]. Empty if the table is.
+    /// For every primitive of a scene with so many triangles and spheres, triangles first: its
+    /// place in this table, triangles first, or [`NONE`]. Empty if the table is.
     pub fn places(&self, triangles: usize, spheres: usize) -> Vec<u32> {
         if self.is_empty() {
             return Vec::new();

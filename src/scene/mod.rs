@@ -1,9 +1,12 @@
-//! What is rendered, as plain tables without behaviour. They know no files: [`pbrt`](crate::pbrt) fills them.
+//! What is rendered, as plain tables without behaviour. They know no files: [`pbrt`](crate::pbrt)
+//! fills them.
 //!
-//! Every table is in *internal space*: the world of the scene file, translated so that the centre of its bounds is the
-//! origin (or the small things, if they are far from it) and scaled by a power of two so that all lies within a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
-//! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is unchanged by it;
-//! quantities with a unit of area in them (intensity of point-like lights) are scaled at load.
+//! Every table is in *internal space*: the world of the scene file, translated so that the centre
+//! of its bounds is the origin (or the small things, if they are far from it) and scaled by a power
+//! of two so that all lies within a radius in `[0.5, 1]` ([`Space`]). Both keep `f32` honest far
+//! from the origin and at any scale, and nothing downstream needs an absolute epsilon. Radiance is
+//! unchanged by it; quantities with a unit of area in them (intensity of point-like lights) are
+//! scaled at load.
 
 pub mod camera;
 pub mod film;

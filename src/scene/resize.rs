@@ -7,9 +7,10 @@ use super::whole::Scene;
 impl Scene {
     /// Gives the picture another size and keeps its framing.
     ///
-    /// pbrt's screen window is `[-1, 1]` along the shorter side of the film and as much wider along the other as the film
-    /// is. So where the shape changes, the shorter side goes on showing what it showed, the other side shows more or less,
-    /// and pixels keep their shape (square, unless the file stretched them by a window of its own). The crop window keeps its
+    /// pbrt's screen window is `[-1, 1]` along the shorter side of the film and as much wider along
+    /// the other as the film is. So where the shape changes, the shorter side goes on showing
+    /// what it showed, the other side shows more or less, and pixels keep their shape (square,
+    /// unless the file stretched them by a window of its own). The crop window keeps its
     /// fractions of the film, rounded up at both ends, and at least one pixel.
     pub fn set_resolution(&mut self, width: u32, height: u32) -> Result<(), FilmError> {
         Film::check_size(width.into(), height.into())?;

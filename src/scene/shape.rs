@@ -4,20 +4,22 @@ use super::texture::Param;
 use crate::simd::record::record;
 
 record! {
-    /// One mesh vertex. It is written by loaders, and read by the tracer's build and by [`crate::geometry`].
+    /// One mesh vertex. It is written by loaders, and read by the tracer's build and by
+    /// [`crate::geometry`].
     pub struct Vertex / VertexLanes {
         /// Position, internal space.
         p: [f32; 3],
-        /// Shading normal of any length, interpolated before it is normalised, or zero where the mesh has none (the geometric
-        /// normal then serves).
+        /// Shading normal of any length, interpolated before it is normalised, or zero where the
+        /// mesh has none (the geometric normal then serves).
         n: [f32; 3],
         /// Texture coordinates.
         uv: [f32; 2],
     }
 }
 
-/// One triangle. Its front side is the one `cross(p1 - p0, p2 - p0)` points to (orientation, handedness of transforms
-/// and, where given, vertex normals are already folded into the order of the vertices).
+/// One triangle. Its front side is the one `cross(p1 - p0, p2 - p0)` points to (orientation,
+/// handedness of transforms and, where given, vertex normals are already folded into the order of
+/// the vertices).
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(16))]
 pub struct Triangle {
@@ -45,12 +47,14 @@ pub struct Sphere {
 pub struct Shape {
     /// Index into [`Scene::materials`](super::Scene::materials).
     pub material: u32,
-    /// Index into [`Scene::lights`](super::Scene::lights) of the light of this shape's first primitive, or [`NONE`](super::NONE). Primitive `i` of an emissive
-    /// shape has light `light + i`.
+    /// Index into [`Scene::lights`](super::Scene::lights) of the light of this shape's first
+    /// primitive, or [`NONE`](super::NONE). Primitive `i` of an emissive shape has light
+    /// `light + i`.
     pub light: u32,
     /// First primitive of this shape in its table (triangles or spheres).
     pub first: u32,
-    /// Index into [`Scene::alphas`](super::Scene::alphas), or [`NONE`](super::NONE): nothing is cut out of it.
+    /// Index into [`Scene::alphas`](super::Scene::alphas), or [`NONE`](super::NONE): nothing is
+    /// cut out of it.
     pub alpha: u32,
 }
 

@@ -14,7 +14,8 @@ use super::material::{Material, MaterialKind};
 use super::shape::{Alpha, Shape, Sphere, Triangle, Vertex};
 use super::texture::Texture;
 
-/// The map from the file's world to internal space: `x_internal = (x_world - centre) * scale`, `scale` a power of two.
+/// The map from the file's world to internal space: `x_internal = (x_world - centre) * scale`,
+/// `scale` a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Space {
     /// World space of the file.
@@ -23,7 +24,8 @@ pub struct Space {
     pub scale: f64,
 }
 
-/// What decides whether two directions are on one side of a surface, where its shading normal is not its true one.
+/// What decides whether two directions are on one side of a surface, where its shading normal is
+/// not its true one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
     /// The true normal, as in pbrt-v3.

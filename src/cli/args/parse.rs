@@ -158,7 +158,8 @@ mod tests {
             prop_assert!(within(tuned(probability(&text)), 0.0, 1.0));
             prop_assert!(within(tuned(sigma(&text)), 0.0, 1e6));
             prop_assert!(within(exposure(&text), -100.0, 100.0));
-            prop_assert!(seconds(&text).map_or(true, |t| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS));
+            let in_range = |t: Duration| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS;
+            prop_assert!(seconds(&text).map_or(true, in_range));
             prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));
             prop_assert!(bench_seconds(&text).map_or(true, |t| !t.is_zero()));
             prop_assert!(batch(&text).map_or(true, |n| n >= 1));
@@ -171,7 +172,12 @@ mod tests {
 
         /// Sizes and windows are what they say.
         #[test]
-        fn sizes_are_as_written(w in 1..20_000u32, h in 1..20_000u32, x in 0f32..1.0, y in 0f32..1.0) {
+        fn sizes_are_as_written(
+            w in 1..20_000u32,
+            h in 1..20_000u32,
+            x in 0f32..1.0,
+            y in 0f32..1.0,
+        ) {
             prop_assert_eq!(resolution(&format!(" {w} x{h}")), Ok((w, h)));
             prop_assert_eq!(crop(&format!("{x},1, {y} ,1")), Ok([x, 1.0, y, 1.0]));
         }

@@ -113,7 +113,8 @@ impl fmt::Display for Tuned {
 pub enum ChoiceName {
     /// Each strategy of a depth as often as any other
     Uniform,
-    /// More often those that the bootstrap has seen carry light, none less than half as often as uniformly
+    /// More often those that the bootstrap has seen carry light, none less than half as often as
+    /// uniformly
     Learned,
 }
 

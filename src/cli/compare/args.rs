@@ -9,14 +9,15 @@ use crate::metrics::{Figures, Map, flip};
 
 /// Tell how far a picture is from a reference
 ///
-/// MSE, RMSE, relMSE and SMAPE of linear RGB; PSNR of what a display shows (sRGB, clamped to 0 to 1); FLIP, how visible the
-/// differences are (LDR-FLIP if either picture is a .png, else HDR-FLIP); and the means of both, whose ratio tells bias. Of the whole
-/// picture and by tiles. To stdout, as tables or as JSON.
+/// MSE, RMSE, relMSE and SMAPE of linear RGB; PSNR of what a display shows (sRGB, clamped to 0 to
+/// 1); FLIP, how visible the differences are (LDR-FLIP if either picture is a .png, else HDR-FLIP);
+/// and the means of both, whose ratio tells bias. Of the whole picture and by tiles. To stdout, as
+/// tables or as JSON.
 ///
 /// Pixels that are infinite or not a number in either picture are left out, with a warning.
 ///
-/// Exit codes: 0 success; 1 a limit of --max or --min does not hold, or a file could not be written; 2 bad arguments, or
-/// pictures that cannot be read or compared.
+/// Exit codes: 0 success; 1 a limit of --max or --min does not hold, or a file could not be
+/// written; 2 bad arguments, or pictures that cannot be read or compared.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct CompareArgs {
@@ -28,7 +29,8 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     pub reference: PathBuf,
 
-    /// Draw the error of every pixel into FILE: .png in false colours, .exr and .pfm as it is; may be repeated
+    /// Draw the error of every pixel into FILE: .png in false colours, .exr and .pfm as it is; may
+    /// be repeated
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Vec<PathBuf>,
 
@@ -42,11 +44,13 @@ pub struct CompareArgs {
     )]
     pub map: MapName,
 
-    /// Error that has the last colour of a .png [default: 1 for FLIP; else a round number that 95 % of the pixels are below]
+    /// Error that has the last colour of a .png [default: 1 for FLIP; else a round number that 95
+    /// % of the pixels are below]
     #[arg(long, value_name = "MAX", value_parser = scale, help_heading = "Output")]
     pub scale: Option<f64>,
 
-    /// Write all figures, of every tile, too, to FILE, as JSON; `-` is stdout, and takes the place of the tables
+    /// Write all figures, of every tile, too, to FILE, as JSON; `-` is stdout, and takes the place
+    /// of the tables
     ///
     /// `null` for `psnr_db` is infinity: no difference that a display shows.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -74,9 +78,11 @@ pub struct CompareArgs {
     )]
     pub ppd: f32,
 
-    /// Fail if METRIC of the whole picture is above VALUE: mse, rmse, relmse, smape, flip or bias; may be repeated
+    /// Fail if METRIC of the whole picture is above VALUE: mse, rmse, relmse, smape, flip or bias;
+    /// may be repeated
     ///
-    /// `bias` is how far the ratio of the means, A to B, is from 1. With any limit, pixels of A that are not finite fail, too.
+    /// `bias` is how far the ratio of the means, A to B, is from 1. With any limit, pixels of A
+    /// that are not finite fail, too.
     #[arg(long, value_name = "METRIC=VALUE", value_parser = most, help_heading = "Limits")]
     pub max: Vec<Limit>,
 

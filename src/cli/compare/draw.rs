@@ -1,5 +1,5 @@
-//! Errors in false colours, with a legend below: magma for errors, red and blue for differences with a sign; both can be told apart by
-//! the colour-blind.
+//! Errors in false colours, with a legend below: magma for errors, red and blue for differences
+//! with a sign; both can be told apart by the colour-blind.
 
 use colorous::{MAGMA, RED_BLUE};
 
@@ -30,8 +30,8 @@ struct Scale {
     signed: bool,
 }
 
-/// Draws the errors of pixels in rows of `width`; NaN is a pixel that is not finite. `None` if the legend makes a picture too large (one that
-/// is a few pixels high or wide, and millions long).
+/// Draws the errors of pixels in rows of `width`; NaN is a pixel that is not finite. `None` if the
+/// legend makes a picture too large (one that is a few pixels high or wide, and millions long).
 pub fn false_colors(
     errors: &[f32],
     width: u32,

@@ -1,4 +1,5 @@
-//! `phalanx compare`: how far a picture is from a reference. To stdout, and into pictures of the error.
+//! `phalanx compare`: how far a picture is from a reference. To stdout, and into pictures of the
+//! error.
 
 pub mod args;
 mod canvas;

@@ -15,15 +15,17 @@ use crate::scene::IntegratorKind;
 
 /// Run integrators and settings against each other, and draw their error against time
 ///
-/// Every variant (an integrator with one combination of settings) renders every scene with budgets of time that double, several
-/// seeds each, in turns. Errors are relative mean squared errors against a reference; the reference's own error is estimated and
-/// subtracted. Tables go to stdout; a page with curves, tables, pictures and error maps, the curves as SVG, and all figures as
+/// Every variant (an integrator with one combination of settings) renders every scene with budgets
+/// of time that double, several seeds each, in turns. Errors are relative mean squared errors
+/// against a reference; the reference's own error is estimated and subtracted. Tables go to stdout;
+/// a page with curves, tables, pictures and error maps, the curves as SVG, and all figures as
 /// CSV go to a folder.
 ///
-/// Lists are separated by commas: --integrators pt,mmlt --lanes 1,8 --large-step 0.1,0.3. Flags that mean nothing to an
-/// integrator do not multiply its variants.
+/// Lists are separated by commas: --integrators pt,mmlt --lanes 1,8 --large-step 0.1,0.3. Flags
+/// that mean nothing to an integrator do not multiply its variants.
 ///
-/// Ctrl-C (SIGINT), SIGTERM or SIGHUP drops the run under way and reports those that are complete; a second signal quits at once.
+/// Ctrl-C (SIGINT), SIGTERM or SIGHUP drops the run under way and reports those that are complete;
+/// a second signal quits at once.
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct ConvergeArgs {
@@ -73,7 +75,8 @@ pub struct ConvergeArgs {
     )]
     pub chains: Vec<u64>,
 
-    /// Independent paths, per depth (mmlt) or in all (pssmlt), that start the chains [default: as the scene says]
+    /// Independent paths, per depth (mmlt) or in all (pssmlt), that start the chains [default: as
+    /// the scene says]
     #[arg(
         long,
         value_name = "N,...",
@@ -83,7 +86,8 @@ pub struct ConvergeArgs {
     )]
     pub bootstrap: Vec<u64>,
 
-    /// Probabilities of large mutations, 0 to 1, or auto (mmlt, pssmlt) [default: as the scene says]
+    /// Probabilities of large mutations, 0 to 1, or auto (mmlt, pssmlt) [default: as the scene
+    /// says]
     #[arg(
         long,
         alias = "large-step-probability",
@@ -186,7 +190,8 @@ pub struct ConvergeArgs {
     #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = "Effort")]
     pub resolution: Option<(u32, u32)>,
 
-    /// Compare with FILE (.exr or .pfm) rather than render a reference; one for each scene, in their order
+    /// Compare with FILE (.exr or .pfm) rather than render a reference; one for each scene, in
+    /// their order
     #[arg(
         long,
         value_name = "FILE,...",

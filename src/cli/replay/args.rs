@@ -9,13 +9,14 @@ use crate::cli::args::{ChainArgs, PictureArgs};
 
 /// Evaluate one path again, step by step, in single and in double precision
 ///
-/// Either what a Markov chain of a render did in one iteration (--chain, --iteration): where it stood, and what it proposed; or the path
-/// that given primary samples stand for (--samples). To stdout: the vertices of both subpaths, throughputs, densities, MIS weight and
-/// contribution, as the render computes them to the last bit; and beside them the same figures in double precision, from the same
-/// vertices and from the same primary samples.
+/// Either what a Markov chain of a render did in one iteration (--chain, --iteration): where it
+/// stood, and what it proposed; or the path that given primary samples stand for (--samples). To
+/// stdout: the vertices of both subpaths, throughputs, densities, MIS weight and contribution, as
+/// the render computes them to the last bit; and beside them the same figures in double precision,
+/// from the same vertices and from the same primary samples.
 ///
-/// With the flags of the render (seed, effort, picture), chains are those of the render. Lengths are in internal space: the scene
-/// scaled to a radius of about 1 around its centre.
+/// With the flags of the render (seed, effort, picture), chains are those of the render. Lengths
+/// are in internal space: the scene scaled to a radius of about 1 around its centre.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -49,9 +50,11 @@ pub struct ReplayArgs {
     #[arg(long, value_name = "N", requires = "chain", help_heading = "Path")]
     pub iteration: Option<u32>,
 
-    /// Primary samples of the path, in [0, 1), separated by commas or spaces; `-` reads them from stdin
+    /// Primary samples of the path, in [0, 1), separated by commas or spaces; `-` reads them from
+    /// stdin
     ///
-    /// The first chooses among the strategies of the depth uniformly, whatever the chains of a render have learned.
+    /// The first chooses among the strategies of the depth uniformly, whatever the chains of a
+    /// render have learned.
     #[arg(
         long,
         value_name = "U,U,...",

@@ -9,7 +9,8 @@ use crate::film::{GROUPS, TILE, Tiling};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Means and standard errors of the tiles of a picture: of the mean over pixels and channels of radiance.
+/// Means and standard errors of the tiles of a picture: of the mean over pixels and channels of
+/// radiance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Tiles {
     /// Pixels along a side.
@@ -54,7 +55,8 @@ impl Tiles {
             if thrown <= 0.0 {
                 continue;
             }
-            // Chains that all start from one path have nothing to be compared with: what they tell is as uncertain as it is large.
+            // Chains that all start from one path have nothing to be compared with: what they tell
+            // is as uncertain as it is large.
             let alone = groups < 2;
             if !alone {
                 (fewest, compared) = (fewest.min(groups), true);
@@ -91,7 +93,8 @@ impl Tiles {
     }
 }
 
-/// When to look at the error again: so rarely that all looks together take no more than a hundredth of the time.
+/// When to look at the error again: so rarely that all looks together take no more than a hundredth
+/// of the time.
 pub(super) struct Looks {
     start: Instant,
     spent: Duration,

@@ -1,9 +1,11 @@
 //! The estimated error of a whole picture.
 //!
-//! Wanted is `mean(variance / (truth^2 + eps))` over pixels and channels, [`crate::metrics::relmse`] in expectation. The truth is not
-//! known, and the picture is no substitute: where it is noisy its own bright pixels would be found accurate, its dark ones without error.
-//! Both sums are therefore taken over windows: of 3 x 3 values where there is little noise, so that edges stay sharp, of 7 x 7 where there
-//! is more. In the latter the mean square of the picture is that of the truth once the mean variance is subtracted:
+//! Wanted is `mean(variance / (truth^2 + eps))` over pixels and channels,
+//! [`crate::metrics::relmse`] in expectation. The truth is not known, and the picture is no
+//! substitute: where it is noisy its own bright pixels would be found accurate, its dark ones
+//! without error. Both sums are therefore taken over windows: of 3 x 3 values where there is little
+//! noise, so that edges stay sharp, of 7 x 7 where there is more. In the latter the mean square of
+//! the picture is that of the truth once the mean variance is subtracted:
 //!
 //! ```text
 //! sharp  = <variance>_3 / (<picture>_3^2 + eps)
@@ -12,8 +14,9 @@
 //! error  = (0.1 * sharp + noise * smooth) / (0.1 + noise)
 //! ```
 //!
-//! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean over renders it is within a factor of 1.3
-//! of the true error where that is below one; the estimate of a picture that is mostly noise is too low, and that of a small picture whose only
+//! with `<.>_n` the mean over a window of `n` by `n` pixels, repeated at the border. In the mean
+//! over renders it is within a factor of 1.3 of the true error where that is below one; the
+//! estimate of a picture that is mostly noise is too low, and that of a small picture whose only
 //! noise is at the edges of what is bright up to 1.7 times too high (`tests/renderer/accuracy.rs`).
 
 use crate::metrics::RELATIVE_EPSILON;
@@ -28,8 +31,9 @@ const NOISY: [f64; 2] = [0.0, 0.1];
 /// Rows of a picture that are judged at a time.
 const BAND: usize = 32;
 
-/// Estimated relative mean squared error of a picture of `width` by `height` pixels. `resolve` gives rows of it, and a standard error of
-/// each of their values whose square is right in the mean: the whole is never held.
+/// Estimated relative mean squared error of a picture of `width` by `height` pixels. `resolve`
+/// gives rows of it, and a standard error of each of their values whose square is right in the
+/// mean: the whole is never held.
 pub fn relmse(
     width: usize,
     height: usize,
@@ -88,7 +92,8 @@ impl Columns {
                     let own = if window == 0 {
                         noise
                     } else {
-                        // A mean square is at least the square of the mean, give or take what both are uncertain.
+                        // A mean square is at least the square of the mean, give or take what both
+                        // are uncertain.
                         over(v, (s - v).max(0.25 * p * p))
                     };
                     error = if window == 0 || noise == f64::INFINITY {
@@ -150,7 +155,8 @@ impl Columns {
     }
 }
 
-/// Standard errors, from those of one degree of freedom: the root of the mean of their squares over windows of 5 x 5 pixels.
+/// Standard errors, from those of one degree of freedom: the root of the mean of their squares over
+/// windows of 5 x 5 pixels.
 pub fn standard_errors(deviation: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
     let height = deviation.len() / width.max(1);
     let error = |i: usize| {
@@ -169,7 +175,8 @@ pub fn standard_errors(deviation: &[[f32; 3]], width: usize) -> Vec<[f32; 3]> {
 /// Half width of the window that standard errors are taken over.
 const SPREAD: usize = 2;
 
-/// The positions in a window about `at`, of `2 * half + 1`, those beyond `0..n` replaced by the border.
+/// The positions in a window about `at`, of `2 * half + 1`, those beyond `0..n` replaced by the
+/// border.
 fn around(at: usize, half: usize, n: usize) -> impl Iterator<Item = usize> {
     (0..2 * half + 1).map(move |i| (at + i).saturating_sub(half).min(n - 1))
 }
@@ -189,7 +196,8 @@ mod tests {
         (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 
-    /// The true relative error and its estimate, of pictures with a bright half, an edge and a gradient.
+    /// The true relative error and its estimate, of pictures with a bright half, an edge and a
+    /// gradient.
     fn both(sigma: f64) -> (f64, f64) {
         let (width, height) = (96, 64);
         let mut state = 7;

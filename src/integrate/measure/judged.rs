@@ -1,4 +1,5 @@
-//! What it costs that a render knows its own error: the same chains, watched and splatted to a film that is judged, and neither.
+//! What it costs that a render knows its own error: the same chains, watched and splatted to a film
+//! that is judged, and neither.
 
 use super::report::Spread;
 use super::work::Work;

@@ -1,4 +1,5 @@
-//! Eight lanes against one, on one thread: the same chains make the same mutations, so that nothing differs but the width.
+//! Eight lanes against one, on one thread: the same chains make the same mutations, so that nothing
+//! differs but the width.
 
 use super::report::{LaneFigures, Rates, Spread, StageFigures};
 use super::work::{Taken, Work};

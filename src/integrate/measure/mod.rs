@@ -1,9 +1,10 @@
-//! How fast this machine renders a scene, and where the time goes: what eight lanes buy over one, what threads buy, what each stage
-//! of a step takes, and how full the lanes are.
+//! How fast this machine renders a scene, and where the time goes: what eight lanes buy over one,
+//! what threads buy, what each stage of a step takes, and how full the lanes are.
 //!
-//! What is measured is the step that renders are made of: batches of chains of every host ([`work`]), visited in proportion to the
-//! light each host carries. Whatever is compared takes turns in short rounds, so that a machine whose speed drifts is
-//! equally fast for both sides; figures are medians over the rounds. The stage clock runs only where stages are measured.
+//! What is measured is the step that renders are made of: batches of chains of every host
+//! (`work`), visited in proportion to the light each host carries. Whatever is compared takes
+//! turns in short rounds, so that a machine whose speed drifts is equally fast for both sides;
+//! figures are medians over the rounds. The stage clock runs only where stages are measured.
 
 mod judged;
 mod lanes;
@@ -18,7 +19,7 @@ pub use self::report::{
 };
 
 use super::bootstraps::bootstraps;
-use super::chains::Method;
+use super::method::Method;
 use super::schedule::{LARGEST_BATCH, chosen};
 use super::{RenderError, Settings, check, mmlt, per_second, pool, pssmlt};
 use crate::chain::bootstrap::Bootstrap;
@@ -32,7 +33,8 @@ use std::time::{Duration, Instant};
 
 /// Rounds of a comparison; an odd number, so that the median is one of them.
 const ROUNDS: usize = 7;
-/// Bound of the weight that measurements splat, more than an hour of any machine: the picture is thrown away.
+/// Bound of the weight that measurements splat, more than an hour of any machine: the picture is
+/// thrown away.
 const MOST_WEIGHT: f64 = 1e15;
 
 /// All layers alike.
@@ -77,11 +79,13 @@ pub fn thread_counts(most: usize) -> Vec<usize> {
     powers.take_while(|n| *n < most).chain([most]).collect()
 }
 
-/// Measures a scene. Of the settings, those of Metropolis integrators count; `settings.threads` is the most threads, 0 for one per
-/// core; `settings.batch` the chains of a batch. `time` goes to each side of each comparison.
+/// Measures a scene. Of the settings, those of Metropolis integrators count; `settings.threads` is
+/// the most threads, 0 for one per core; `settings.batch` the chains of a batch. `time` goes to
+/// each side of each comparison.
 ///
 /// # Errors
-/// Settings out of range or of an integrator that mutates nothing, thread pools that cannot be had, and scenes without light.
+/// Settings out of range or of an integrator that mutates nothing, thread pools that cannot be had,
+/// and scenes without light.
 pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Report, MeasureError> {
     check(settings)?;
     let pool = pool(settings.threads)?;

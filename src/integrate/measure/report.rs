@@ -44,9 +44,11 @@ pub struct Report {
     pub lanes: LaneFigures,
     /// In the order in which they run.
     pub stages: Vec<StageFigures>,
-    /// `total`, `traversal` (closest hits and visibility), `rest` (all but that), `accept_and_splat`.
+    /// `total`, `traversal` (closest hits and visibility), `rest` (all but that),
+    /// `accept_and_splat`.
     pub groups: Vec<StageFigures>,
-    /// Time of a step with the error estimate of a render over time without, at eight lanes on one thread.
+    /// Time of a step with the error estimate of a render over time without, at eight lanes on one
+    /// thread.
     pub error_estimate: Spread,
     pub threads: Vec<ThreadFigures>,
 }

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Throughput at eight lanes of 1, 2, 4 ... threads, up to all of the pool, in rounds in which every count has its time.
+/// Throughput at eight lanes of 1, 2, 4 ... threads, up to all of the pool, in rounds in which
+/// every count has its time.
 pub(super) fn compare(bench: &Bench, pool: &ThreadPool) -> Vec<ThreadFigures> {
     let most = pool.current_num_threads();
     let works: Vec<Mutex<Work<f32x8>>> = pool.install(|| {

@@ -10,7 +10,8 @@ use crate::transport::clock::{Clock, Spent, Stage};
 use std::marker::PhantomData;
 use std::time::Instant;
 
-/// One batch of every depth that carries light. Two of the same number make the same mutations, whatever their width.
+/// One batch of every depth that carries light. Two of the same number make the same mutations,
+/// whatever their width.
 pub(super) struct Work<L> {
     batches: Vec<Share>,
     workspace: Workspace,
@@ -101,7 +102,8 @@ impl<L: Lanes> Work<L> {
         }
     }
 
-    /// Some turns, timed. In a turn the depth with the most light is visited once, others as often as is due to them.
+    /// Some turns, timed. In a turn the depth with the most light is visited once, others as often
+    /// as is due to them.
     pub fn turns(&mut self, bench: &Bench, turns: u64) -> Taken {
         let paths = &self.workspace.paths;
         let (rays, clock) = (paths.rays.traced, paths.clock.spent);

@@ -11,8 +11,8 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use crate::formats::{Picture, check_size, exr, file_bytes, pfm, srgb};
 use crate::scene::Image;
 
-/// How the values of an integer format become linear. Float formats (EXR, HDR, PFM) are linear under every encoding, as in
-/// pbrt.
+/// How the values of an integer format become linear. Float formats (EXR, HDR, PFM) are linear
+/// under every encoding, as in pbrt.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Encoding {
     /// sRGB. pbrt decodes 16-bit PNG like 8-bit files.
@@ -43,11 +43,12 @@ impl Encoding {
     }
 }
 
-/// Most bytes the decoder may allocate, besides the check of the header against the length of the file.
+/// Most bytes the decoder may allocate, besides the check of the header against the length of the
+/// file.
 const MAX_DECODER_BYTES: u64 = 4 << 30;
 
-/// Reads PNG, TGA, JPEG, BMP, HDR (by content, TGA by extension), EXR and PFM (by extension). Grey is copied to all channels,
-/// alpha dropped, texels that are not finite become 0.
+/// Reads PNG, TGA, JPEG, BMP, HDR (by content, TGA by extension), EXR and PFM (by extension). Grey
+/// is copied to all channels, alpha dropped, texels that are not finite become 0.
 pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, String> {
     let name = path.display().to_string();
     let extension = path
@@ -74,7 +75,8 @@ pub fn read_image(path: &Path, encoding: Encoding) -> Result<Image, String> {
     })
 }
 
-/// Memory that [`read_image`] will take, in bytes, by the file's header: the texels, and what the decoder makes of them first.
+/// Memory that [`read_image`] will take, in bytes, by the file's header: the texels, and what the
+/// decoder makes of them first.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {
     let extension = path
         .extension()
@@ -128,14 +130,16 @@ fn size_of_other(path: &Path, file_bytes: u64) -> Result<(u32, u32, u64), String
     Ok((width, height, decoder.total_bytes()))
 }
 
-/// Width and height of a JPEG file, from its frame header; 0 if there is none, as the decoder will say.
+/// Width and height of a JPEG file, from its frame header; 0 if there is none, as the decoder will
+/// say.
 fn jpeg_size(path: &Path) -> Result<(u32, u32), String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     let mut file = BufReader::new(file);
     Ok(jpeg_frame(&mut file).unwrap_or_default())
 }
 
-/// Walks the segments after the first marker: a marker, the length of the rest, the rest (ITU-T T.81, annex B).
+/// Walks the segments after the first marker: a marker, the length of the rest, the rest (ITU-T
+/// T.81, annex B).
 fn jpeg_frame(file: &mut BufReader<File>) -> std::io::Result<(u32, u32)> {
     file.seek_relative(2)?;
     loop {

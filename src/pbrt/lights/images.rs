@@ -49,14 +49,10 @@ pub(super) fn image_of<'a>(
     }
 }
 
-/// Whether a v4 light shows an image.
-pub(super) fn names_image(set: &ParamSet) -> Result<bool, SceneError> {
-    Ok(set.string("filename")?.is_some_and(|f| !f.is_empty()))
-}
-
 /// World to light space, for lights that show an image.
 pub(super) fn turned(set: &ParamSet, ctm: &DAffine3) -> Result<DMat3, SceneError> {
-    // The inverse, which of an orthonormal frame is its transpose. Directions do not feel the scale.
+    // The inverse, which of an orthonormal frame is its transpose. Directions do not feel the
+    // scale.
     similarity(ctm).map(|s| s.frame.transpose()).ok_or_else(|| {
         set.error("this light can be rotated and mirrored, but not sheared or stretched")
     })
@@ -181,7 +177,8 @@ pub(super) fn projection(
     ))
 }
 
-/// Luminous flux of a projected image of scale 1, as pbrt-v4 has it for `power`: negative texels count.
+/// Luminous flux of a projected image of scale 1, as pbrt-v4 has it for `power`: negative texels
+/// count.
 pub(super) fn projected_flux(image: &Image, extent: [f64; 2]) -> f64 {
     let (w, h) = (image.width as usize, image.height as usize);
     let place = |i: usize, n: usize, e: f64| (2.0 * (i as f64 + 0.5) / n as f64 - 1.0) * e;
@@ -240,8 +237,9 @@ pub(super) fn infinite(
     ))
 }
 
-/// Illuminance of an upward-facing patch under an equal-area octahedral map as pbrt-v4 estimates it for `illuminance`: the sum
-/// over texels of the upper hemisphere, each of solid angle `2 pi / texels` (sic, half of what a texel has).
+/// Illuminance of an upward-facing patch under an equal-area octahedral map as pbrt-v4 estimates it
+/// for `illuminance`: the sum over texels of the upper hemisphere, each of solid angle `2 pi /
+/// texels` (sic, half of what a texel has).
 pub(super) fn upward_illuminance(image: &Image) -> f64 {
     let (w, h) = (image.width as usize, image.height as usize);
     let mut sum = 0.0;

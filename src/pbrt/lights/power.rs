@@ -1,6 +1,5 @@
 //! How much a light sends, in the units of both dialects.
 
-use super::images::names_image;
 use crate::pbrt::color::Use;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::SceneError;
@@ -13,7 +12,8 @@ pub(super) fn emission(set: &ParamSet, name: &str) -> Result<Rgb, SceneError> {
     scaled(set, value.unwrap_or_else(|| set.color_space.illuminant()))
 }
 
-/// The same, of a light that may show an image in place of `name`. Images have a white of their own.
+/// The same, of a light that may show an image in place of `name`. Images have a white of their
+/// own.
 pub(super) fn emission_or_image(set: &ParamSet, name: &str) -> Result<Rgb, SceneError> {
     match set.dialect {
         Dialect::V4 if names_image(set)? => scaled(set, [1.0; 3]),
@@ -65,4 +65,9 @@ pub(super) fn check_exclusive(set: &ParamSet) -> Result<(), SceneError> {
         );
     }
     Ok(())
+}
+
+/// Whether a v4 light shows an image.
+pub(super) fn names_image(set: &ParamSet) -> Result<bool, SceneError> {
+    Ok(set.string("filename")?.is_some_and(|f| !f.is_empty()))
 }

@@ -73,7 +73,8 @@ impl WorldLight {
         }
     }
 
-    /// The same light in internal space. Lengths shrink by the scale, and so must the square root of intensities.
+    /// The same light in internal space. Lengths shrink by the scale, and so must the square root
+    /// of intensities.
     pub fn to_internal(&self, space: &Space) -> Light {
         let point = |p: DVec3| narrow_point((p - space.centre) * space.scale);
         let intensity =

@@ -15,7 +15,8 @@ use crate::pbrt::tolerance::{knows_material, makes_texture};
 use crate::pbrt::{coats, materials};
 use crate::scene::{Bump, Component, Material, MaterialKind};
 
-/// Memory of a material in the scene's table, which grows by doubling, with the parts that a mixture has.
+/// Memory of a material in the scene's table, which grows by doubling, with the parts that a
+/// mixture has.
 const MATERIAL_BYTES: u64 = 2 * size_of::<Material>() as u64 + 4 * size_of::<Component>() as u64;
 
 impl Loader {
@@ -169,7 +170,8 @@ impl Loader {
         }
         let bump = match built.first_named() {
             None => materials::bump(kind, set, names, &mut self.tables, &mut self.report)?,
-            // v3 adds the lobes of the second material to the BSDF of the first, which has the frame (`MixMaterial`).
+            // v3 adds the lobes of the second material to the BSDF of the first, which has the
+            // frame (`MixMaterial`).
             Some(first) if set.dialect == Dialect::V3 => {
                 (first.built.as_ref().ok()).and_then(|(_, bump)| *bump)
             }
@@ -233,7 +235,8 @@ impl Loader {
         Ok(index)
     }
 
-    /// A material of emissive shapes alone: what rays pass straight through, yet meet, or what they do not meet.
+    /// A material of emissive shapes alone: what rays pass straight through, yet meet, or what they
+    /// do not meet.
     pub(super) fn bare_material(&mut self, kind: MaterialKind) -> Result<u32, SceneError> {
         let known = self.bare_materials.iter().find(|(k, _)| *k == kind);
         if let Some(&(_, index)) = known {
@@ -249,7 +252,8 @@ impl Loader {
         Ok(index)
     }
 
-    /// Appends a material to the scene's table, after its components, so that the table has no cycles.
+    /// Appends a material to the scene's table, after its components, so that the table has no
+    /// cycles.
     pub(super) fn add_material(
         &mut self,
         made: &MaterialDef,

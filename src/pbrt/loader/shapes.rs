@@ -94,7 +94,8 @@ impl Loader {
         if light.is_some() && cut == Cut::Everything {
             material = self.bare_material(MaterialKind::Interface)?;
         } else if light.is_some() && interface {
-            // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not reflect.
+            // v3 lets rays through such a shape, yet not shadow rays: as a pane that does not
+            // reflect.
             self.report.warn_at(
                 &set.site,
                 "emits although its material is \"none\": a ray that passes through it scatters once for \"maxdepth\"",

@@ -1,7 +1,8 @@
 //! pbrt-v4's bilinear patches as triangles.
 //!
-//! A patch is `p(u, v) = (1-u)(1-v) p00 + u (1-v) p10 + (1-u) v p01 + u v p11`. Where position, normal and texture coordinates are
-//! all affine in one another two triangles are exact; elsewhere a grid approximates the patch.
+//! A patch is `p(u, v) = (1-u)(1-v) p00 + u (1-v) p10 + (1-u) v p01 + u v p11`. Where position,
+//! normal and texture coordinates are all affine in one another two triangles are exact; elsewhere
+//! a grid approximates the patch.
 
 use glam::{DVec2, DVec3};
 
@@ -54,8 +55,9 @@ impl Corners {
         (d - a).cross(c - b)
     }
 
-    /// Whether the two triangles that meet in the diagonal from 00 to 11 cover just what the patch does: its corners are in one plane,
-    /// and turn one way. Corners may coincide. `slack` is what counts as rounding.
+    /// Whether the two triangles that meet in the diagonal from 00 to 11 cover just what the patch
+    /// does: its corners are in one plane, and turn one way. Corners may coincide. `slack` is
+    /// what counts as rounding.
     fn is_plane_and_convex(&self, slack: f64) -> bool {
         let [a, b, c, d] = self.0;
         let outline = self.outline();
@@ -71,7 +73,8 @@ impl Corners {
         turns && (b - a).dot(normal).abs() <= slack
     }
 
-    /// How far the triangles' interpolation of this attribute is from that of one affine map of `position` over the whole patch.
+    /// How far the triangles' interpolation of this attribute is from that of one affine map of
+    /// `position` over the whole patch.
     fn deviation(&self, position: &Corners) -> f64 {
         let [a, b, c, d] = position.0;
         let (x, y, z) = (b - a, c - a, d - a);
@@ -134,7 +137,8 @@ impl Vertices<'_> {
             .fold(0.0, f64::max);
         let slack = AFFINE * size + ROUNDING * largest;
         let flat = position.is_plane_and_convex(slack);
-        // A cell of side 1 / n deviates from its triangles by at most 1 / (4 n^2) of what the whole does.
+        // A cell of side 1 / n deviates from its triangles by at most 1 / (4 n^2) of what the whole
+        // does.
         let mut cells = if flat {
             1.0
         } else {
@@ -171,7 +175,8 @@ fn most_cells(patches: usize) -> f64 {
         .floor()
 }
 
-/// Memory of a cell of a grid, roughly: a vertex and two triangles, and copies of them as meshes are added to a scene.
+/// Memory of a cell of a grid, roughly: a vertex and two triangles, and copies of them as meshes
+/// are added to a scene.
 const CELL_BYTES: u64 = 128;
 
 impl Patch {
@@ -190,8 +195,9 @@ pub fn bilinear_mesh(
     bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
 }
 
-/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the unit square. The front is
-/// pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not turn it. `room` is asked for memory.
+/// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the
+/// unit square. The front is pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not
+/// turn it. `room` is asked for memory.
 pub fn bilinear_mesh_within(
     p: &[[f32; 3]],
     n: Option<&[[f32; 3]]>,
@@ -253,8 +259,9 @@ pub fn bilinear_mesh_within(
     Ok(mesh)
 }
 
-/// Adds patches over the vertices of `mesh` to it: p00, p10, p01, p11, in range. Where two triangles show all that is to be seen of a
-/// patch, they share its vertices. If texture coordinates matter the mesh has them. `room` is asked for memory.
+/// Adds patches over the vertices of `mesh` to it: p00, p10, p01, p11, in range. Where two
+/// triangles show all that is to be seen of a patch, they share its vertices. If texture
+/// coordinates matter the mesh has them. `room` is asked for memory.
 pub fn append_patches(
     mesh: &mut MeshData,
     patches: &[[u32; 4]],

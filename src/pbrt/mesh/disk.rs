@@ -4,14 +4,15 @@ use std::f64::consts::TAU;
 
 use super::MeshData;
 
-/// Sectors of a full turn. Edges then stay within `radius * (1 - cos(pi / 256)) = 7.5e-5 radius` of the circle.
+/// Sectors of a full turn. Edges then stay within `radius * (1 - cos(pi / 256)) = 7.5e-5 radius` of
+/// the circle.
 const SECTORS: f64 = 256.0;
 
-/// A disk, ring or sector in the plane `z = height`, its front towards `+z`. `(u, v)` are pbrt's: the fraction of the angle, and
-/// 1 at the inner to 0 at the outer radius.
+/// A disk, ring or sector in the plane `z = height`, its front towards `+z`. `(u, v)` are pbrt's:
+/// the fraction of the angle, and 1 at the inner to 0 at the outer radius.
 ///
-/// The corners lie slightly outside the circle, by the factor that gives the polygon exactly the area of the disk, so that a
-/// disk light keeps its power.
+/// The corners lie slightly outside the circle, by the factor that gives the polygon exactly the
+/// area of the disk, so that a disk light keeps its power.
 pub fn disk(radius: f32, inner_radius: f32, height: f32, phi_max_deg: f32) -> MeshData {
     let mut mesh = MeshData {
         uvs: Some(Vec::new()),
@@ -82,7 +83,8 @@ mod tests {
             let exact = 0.5
                 * (phi as f64).to_radians()
                 * ((radius as f64).powi(2) - (inner as f64).powi(2));
-            // Corners are rounded to f32: on a thin ring that is 1e-7 of the radius, not of the ring.
+            // Corners are rounded to f32: on a thin ring that is 1e-7 of the radius, not of the
+            // ring.
             let tolerance = 1e-6 * 0.5 * (phi as f64).to_radians() * (radius as f64).powi(2);
             assert!(
                 (area(&mesh) - exact).abs() < tolerance,

@@ -38,12 +38,14 @@ pub struct MeshData {
     pub warnings: Vec<String>,
 }
 
-/// More triangles than any shape has: a bound on what a level of subdivision or a list of patches can ask for.
+/// More triangles than any shape has: a bound on what a level of subdivision or a list of patches
+/// can ask for.
 const MAX_TRIANGLES: u64 = 1 << 28;
 
 impl MeshData {
-    /// Drops triangles that no ray can hit (no area, vertices that are not finite) and neutralises normals and texture
-    /// coordinates that are not finite, with one counted warning each. Indices must be in range.
+    /// Drops triangles that no ray can hit (no area, vertices that are not finite) and neutralises
+    /// normals and texture coordinates that are not finite, with one counted warning each.
+    /// Indices must be in range.
     pub fn drop_degenerate(&mut self) {
         let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
         let positions = &self.positions;
@@ -85,7 +87,8 @@ impl MeshData {
                 "texture coordinates that are not finite set to 0",
             );
         }
-        // Vertices of dropped triangles stay in the list; where another vertex is, they cannot widen a scene's bounds.
+        // Vertices of dropped triangles stay in the list; where another vertex is, they cannot
+        // widen a scene's bounds.
         let place = self
             .positions
             .iter()

@@ -1,11 +1,13 @@
 //! Loop subdivision surfaces, as pbrt's `loopsubdiv`.
 //!
-//! Weights are those of pbrt: Loop's masks with Warren's `beta` (C. Loop, 1987; J. Warren, 1995; Hoppe et al. 1994 for boundaries
-//! and tangents). After the last level every vertex moves to its limit position and gets the limit surface's normal.
+//! Weights are those of pbrt: Loop's masks with Warren's `beta` (C. Loop, 1987; J. Warren, 1995;
+//! Hoppe et al. 1994 for boundaries and tangents). After the last level every vertex moves to its
+//! limit position and gets the limit surface's normal.
 //!
-//! Connectivity is half-edges by number: `3 * face + k` runs from corner `k` of the face to the next one, and `opposite` is its
-//! twin. One level splits a face into three corner faces and a middle one; the twins of the children follow from those
-//! of the parents by arithmetic, so only the input is ever searched.
+//! Connectivity is half-edges by number: `3 * face + k` runs from corner `k` of the face to the
+//! next one, and `opposite` is its twin. One level splits a face into three corner faces and a
+//! middle one; the twins of the children follow from those of the parents by arithmetic, so only
+//! the input is ever searched.
 
 use std::collections::HashMap;
 
@@ -22,7 +24,8 @@ struct Mesh {
     opposite: Vec<u32>,
 }
 
-/// A vertex's neighbours, counter-clockwise; from one end of the boundary to the other if it is on it.
+/// A vertex's neighbours, counter-clockwise; from one end of the boundary to the other if it is on
+/// it.
 struct Ring {
     neighbours: Vec<DVec3>,
     boundary: bool,
@@ -40,10 +43,11 @@ fn previous(half: u32) -> u32 {
     }
 }
 
-/// Subdivides `levels` times and moves the vertices to the limit surface. Vertices that no face uses are left out.
+/// Subdivides `levels` times and moves the vertices to the limit surface. Vertices that no face
+/// uses are left out.
 ///
-/// Normals point as pbrt's do: to the side from which the faces of the control mesh run *clockwise*, so that a shape that takes
-/// its orientation from its normals has pbrt's.
+/// Normals point as pbrt's do: to the side from which the faces of the control mesh run
+/// *clockwise*, so that a shape that takes its orientation from its normals has pbrt's.
 pub fn loop_subdivide(levels: u32, p: &[[f32; 3]], indices: &[u32]) -> Result<MeshData, String> {
     let mut mesh = Mesh::new(p, indices)?;
     let triangles = 1u64
@@ -237,7 +241,8 @@ impl Mesh {
 
         let mut faces = Vec::with_capacity(4 * self.faces.len());
         let mut opposite = Vec::with_capacity(12 * self.faces.len());
-        // Children of face `f`: `4 f + k` at corner `k` (corner, new vertex ahead, new vertex behind), `4 f + 3` in the middle.
+        // Children of face `f`: `4 f + k` at corner `k` (corner, new vertex ahead, new vertex
+        // behind), `4 f + 3` in the middle.
         let child = |half: u32, edge: u32| 3 * (4 * (half / 3) + half % 3) + edge;
         for (f, face) in self.faces.iter().enumerate() {
             let first = 3 * f as u32;
@@ -320,8 +325,8 @@ impl Ring {
         }
     }
 
-    /// Cross product of two tangents of the limit surface, in pbrt's order and, as there, not normalised; zero if they are
-    /// parallel.
+    /// Cross product of two tangents of the limit surface, in pbrt's order and, as there, not
+    /// normalised; zero if they are parallel.
     fn normal(&self, centre: DVec3) -> DVec3 {
         let ring = &self.neighbours;
         let n = ring.len();

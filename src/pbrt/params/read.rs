@@ -13,7 +13,8 @@ use crate::pbrt::folder::Folder;
 use crate::pbrt::lexer::{Token, TokenKind};
 use crate::pbrt::stream::TokenStream;
 
-/// Memory of a parameter besides its name and values, and of one of its strings besides the text, roughly.
+/// Memory of a parameter besides its name and values, and of one of its strings besides the text,
+/// roughly.
 const PARAM_BYTES: u64 = size_of::<Param>() as u64 + 64;
 
 /// The type and the name in a declaration. What follows them is no part of it in pbrt.
@@ -167,8 +168,8 @@ impl ParamSet {
         }))
     }
 
-    /// The values of a parameter; in v3 perhaps numbers where strings belong, or the other way round: then the second is true. Without
-    /// a type, whatever comes.
+    /// The values of a parameter; in v3 perhaps numbers where strings belong, or the other way
+    /// round: then the second is true. Without a type, whatever comes.
     fn values(
         &self,
         stream: &mut TokenStream,

@@ -1,4 +1,5 @@
-//! Elements of ASCII files: numbers as C's `strtod` takes them, which is how most programs that write or read PLY do.
+//! Elements of ASCII files: numbers as C's `strtod` takes them, which is how most programs that
+//! write or read PLY do.
 
 use std::str::FromStr;
 

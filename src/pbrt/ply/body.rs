@@ -7,8 +7,8 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType}
 
 use super::ascii;
 
-/// Longest line of an ASCII file, and longest element of a binary one, that is read: polygons do not
-/// have a million corners.
+/// Longest line of an ASCII file, and longest element of a binary one, that is read: polygons do
+/// not have a million corners.
 const MAX_LINE: u64 = 1 << 22;
 
 /// What follows the header.

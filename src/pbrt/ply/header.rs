@@ -10,8 +10,8 @@ use super::elements::Vertex;
 /// Longest header that is read.
 const MAX_HEADER: u64 = 1 << 20;
 
-/// The header, and how many lines it has. The text is cut out first: the crate would read a line of any length, and refuse comments that
-/// are not UTF-8.
+/// The header, and how many lines it has. The text is cut out first: the crate would read a line of
+/// any length, and refuse comments that are not UTF-8.
 pub(super) fn read_header(source: &mut dyn BufRead) -> Result<(Header, usize), String> {
     let mut text = Vec::new();
     let mut lines = 0;

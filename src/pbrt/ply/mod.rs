@@ -1,9 +1,10 @@
 //! Meshes from PLY files: ASCII or binary of either byte order, plain or gzip.
 //!
-//! `ply-rs-bw` reads the header and single elements of binary files; the loop over the elements is here, so that vertices and faces go
-//! straight into the mesh and the counts in the header are judged before anything is allocated. A file cannot hold more elements
-//! than bytes, and deflate expands no more than 1032 times. Elements of ASCII files are read by `ascii`, which takes numbers that the
-//! crate does not.
+//! `ply-rs-bw` reads the header and single elements of binary files; the loop over the elements is
+//! here, so that vertices and faces go straight into the mesh and the counts in the header are
+//! judged before anything is allocated. A file cannot hold more elements than bytes, and deflate
+//! expands no more than 1032 times. Elements of ASCII files are read by `ascii`, which takes
+//! numbers that the crate does not.
 
 mod ascii;
 mod body;
@@ -41,8 +42,8 @@ pub struct PlyMesh {
 }
 
 impl PlyMesh {
-    /// With each quad as the two triangles that pbrt-v3 makes of it; where there are no texture coordinates, they depend on which
-    /// corner comes first.
+    /// With each quad as the two triangles that pbrt-v3 makes of it; where there are no texture
+    /// coordinates, they depend on which corner comes first.
     pub fn into_triangles(mut self) -> MeshData {
         let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [d, a, c]];
         let triangles = self.quads.into_iter().flat_map(halves);
@@ -52,8 +53,8 @@ impl PlyMesh {
     }
 }
 
-/// Reads the `vertex` and `face` elements. Normals and texture coordinates are read where all their components are there; other
-/// elements and properties are skipped.
+/// Reads the `vertex` and `face` elements. Normals and texture coordinates are read where all their
+/// components are there; other elements and properties are skipped.
 pub fn read_ply(path: &Path) -> Result<PlyMesh, String> {
     read_ply_within(path, &mut |_| Ok(()))
 }
@@ -64,7 +65,8 @@ pub fn read_ply_within(path: &Path, room: Room) -> Result<PlyMesh, String> {
     mesh.map_err(|message| one_line(path, &message))
 }
 
-/// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or four corners.
+/// Memory that [`read_ply`] will take, in bytes, by the counts in the header, and faces of three or
+/// four corners.
 pub fn bytes_needed(path: &Path) -> Result<u64, String> {
     let header = open(path).and_then(|(mut source, bytes)| {
         let (header, _) = read_header(&mut source)?;

@@ -1,6 +1,7 @@
 //! Optical glasses: index of refraction by wavelength.
 
-/// The dispersion formula of Sellmeier (1871) with three resonances: `n^2 = 1 + sum B l^2 / (l^2 - C)`, `l` in micrometres.
+/// The dispersion formula of Sellmeier (1871) with three resonances: `n^2 = 1 + sum B l^2 / (l^2 -
+/// C)`, `l` in micrometres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sellmeier {
     b: [f64; 3],
@@ -9,7 +10,8 @@ pub struct Sellmeier {
 }
 
 impl Sellmeier {
-    /// Index of refraction at a wavelength in nanometres; fitted to between 330 and 2300 nm at least, finite and above 1 from 300 nm on.
+    /// Index of refraction at a wavelength in nanometres; fitted to between 330 and 2300 nm at
+    /// least, finite and above 1 from 300 nm on.
     pub fn at(&self, nanometres: f64) -> f64 {
         let l2 = (nanometres * 1e-3).powi(2);
         let sum: f64 = (self.b.iter().zip(self.c))
@@ -24,8 +26,9 @@ impl Sellmeier {
     }
 }
 
-/// The index of the glass that pbrt-v4 calls `glass-NAME`, after Schott's data sheets; pbrt tabulates the same formulae. Its `glass-F5`,
-/// `glass-F10` and `glass-F11` are SF5, SF10 and SF11, known under either name.
+/// The index of the glass that pbrt-v4 calls `glass-NAME`, after Schott's data sheets; pbrt
+/// tabulates the same formulae. Its `glass-F5`, `glass-F10` and `glass-F11` are SF5, SF10 and SF11,
+/// known under either name.
 pub fn glass_index(name: &str) -> Option<Sellmeier> {
     let (b, c) = match name.strip_prefix("glass-")? {
         "BK7" => (

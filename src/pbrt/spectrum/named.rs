@@ -6,9 +6,10 @@ use crate::scene::spectrum::{IndexCurve, Sample, interpolate};
 
 /// pbrt-v4's named spectra.
 ///
-/// - `metal-{Ag,Al,Au,Cu,CuZn,MgO,TiO2}-{eta,k}`: reduced like a reflectance (see the top of `spectrum`);
-/// - `glass-...`: the index at the helium d line (587.6 nm), near the maximum of the eye, the same in all channels, as there
-///   is no dispersion in RGB;
+/// - `metal-{Ag,Al,Au,Cu,CuZn,MgO,TiO2}-{eta,k}`: reduced like a reflectance (see the top of
+///   `spectrum`);
+/// - `glass-...`: the index at the helium d line (587.6 nm), near the maximum of the eye, the same
+///   in all channels, as there is no dispersion in RGB;
 /// - `stdillum-{A,D50,D65,F1...F12}`, `illum-acesD60`: luminance 1, as pbrt-v4 normalises them.
 ///
 /// Spectral responses of cameras are not colours: `None`, see [`is_sensor`].
@@ -23,16 +24,17 @@ pub fn named(name: &str) -> Option<[f32; 3]> {
     illuminant(name).map(|s| unit_light(|l| interpolate(s, l)))
 }
 
-/// The colour of a measured metal by the file name pbrt-v3 scenes use (`spds/metals/Au.eta.spd`, any folder), for scenes that
-/// come without the file. Reduced as pbrt-v3 does ([`Meaning::Index`]); `Cu.eta.spd` and `Cu.k.spd` are pbrt-v3's defaults of
-/// `metal`.
+/// The colour of a measured metal by the file name pbrt-v3 scenes use (`spds/metals/Au.eta.spd`,
+/// any folder), for scenes that come without the file. Reduced as pbrt-v3 does
+/// ([`Meaning::Index`]); `Cu.eta.spd` and `Cu.k.spd` are pbrt-v3's defaults of `metal`.
 pub fn named_spd_file(path: &str) -> Option<[f32; 3]> {
     let file = path.rsplit(['/', '\\']).next()?;
     let (element, quantity) = file.strip_suffix(".spd")?.split_once('.')?;
     Some(reduce(metal(element, quantity)?, Meaning::Index))
 }
 
-/// True of the names that pbrt-v4 gives to the responses of cameras' sensors: `canon_eos_100d_r` and so on.
+/// True of the names that pbrt-v4 gives to the responses of cameras' sensors: `canon_eos_100d_r`
+/// and so on.
 pub fn is_sensor(name: &str) -> bool {
     let makers = ["canon_", "hasselblad_", "nikon_", "sony_"];
     makers.iter().any(|m| name.starts_with(m))
@@ -82,7 +84,8 @@ fn illuminant(name: &str) -> Option<&'static [Sample]> {
     })
 }
 
-/// pbrt-v4's named spectra as indices of refraction over the wavelength: glasses, and what it has of metals.
+/// pbrt-v4's named spectra as indices of refraction over the wavelength: glasses, and what it has
+/// of metals.
 pub fn named_index(name: &str) -> Option<IndexCurve> {
     if let Some(rest) = name.strip_prefix("metal-") {
         let (element, quantity) = rest.split_once('-')?;

@@ -65,8 +65,9 @@ pub(super) fn reduce_law(f: impl Fn(f64) -> f64, meaning: Meaning) -> [f32; 3] {
     }
 }
 
-/// The colour of `f(wavelength in nm)` at luminance 1, as pbrt-v4 has every light; channels out of gamut are cut to 0 after that, so that the
-/// others keep their value. Black if there is no light to speak of.
+/// The colour of `f(wavelength in nm)` at luminance 1, as pbrt-v4 has every light; channels out of
+/// gamut are cut to 0 after that, so that the others keep their value. Black if there is no light
+/// to speak of.
 pub(super) fn unit_light(f: impl Fn(f64) -> f64) -> [f32; 3] {
     let xyz = to_xyz(f);
     if !(xyz[1].is_normal() && xyz[1] > 0.0 && xyz.iter().all(|v| v.is_finite())) {
@@ -75,8 +76,8 @@ pub(super) fn unit_light(f: impl Fn(f64) -> f64) -> [f32; 3] {
     finish(xyz_to_rgb(xyz.map(|v| v / xyz[1])))
 }
 
-/// Reduces pairs of wavelength (nm) and value, in any order, interpolated linearly and held constant beyond the ends. The
-/// scale of an illuminant is kept (pbrt-v3).
+/// Reduces pairs of wavelength (nm) and value, in any order, interpolated linearly and held
+/// constant beyond the ends. The scale of an illuminant is kept (pbrt-v3).
 pub fn samples(lambda_value: &[Sample], meaning: Meaning) -> Result<[f32; 3], String> {
     Ok(reduce(&sorted(lambda_value)?, meaning))
 }
@@ -121,7 +122,8 @@ fn check(lambda_value: &[Sample]) -> Result<(), String> {
     Ok(())
 }
 
-/// An index of refraction over the wavelength from pairs of wavelength (nm) and value; see [`IndexCurve::of_samples`].
+/// An index of refraction over the wavelength from pairs of wavelength (nm) and value; see
+/// [`IndexCurve::of_samples`].
 pub fn index_samples(lambda_value: &[Sample]) -> Result<IndexCurve, String> {
     check(lambda_value)?;
     Ok(IndexCurve::of_samples(lambda_value))

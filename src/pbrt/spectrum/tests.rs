@@ -33,7 +33,8 @@ fn constants() {
     );
 }
 
-/// Fresnel reflectance at normal incidence from the reduced index, against the integral over the spectrum under D65.
+/// Fresnel reflectance at normal incidence from the reduced index, against the integral over the
+/// spectrum under D65.
 #[test]
 fn metals_keep_their_colour() {
     let fresnel = |n: f64, k: f64| ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k);

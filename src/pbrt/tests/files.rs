@@ -107,7 +107,8 @@ fn hostile_sizes_fail_before_allocation() {
     }
 }
 
-/// Textures that each name another twice would take 2^40 steps; those that each name another once, a stack of 100 000 frames.
+/// Textures that each name another twice would take 2^40 steps; those that each name another once,
+/// a stack of 100 000 frames.
 #[test]
 fn textures_that_multiply_are_stopped() {
     let first = "Texture \"t\" \"spectrum\" \"checkerboard\"\n";

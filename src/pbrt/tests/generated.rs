@@ -127,7 +127,8 @@ fn odd_numbers() -> impl Strategy<Value = String> {
             "Film \"rgb\" \"float iso\" {} LookAt {} {} {} {} {} {} {} {} {} Scale {} {} {} Camera \"perspective\" \
              \"float fov\" {} \"float lensradius\" {} WorldBegin AreaLightSource \"diffuse\" \"float power\" {} \
              Translate {} {} {} Rotate {} {} {} {} Scale {} {} {} {shape}",
-            n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9], "1", "1", "1", n[13], n[14], n[15], n[16], n[17],
+            n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8], n[9],
+            "1", "1", "1", n[13], n[14], n[15], n[16], n[17],
             n[18], n[19], n[20], n[21], n[22], n[23], n[24], n[25]
         )
     })
@@ -155,7 +156,8 @@ fn loads_or_tells(text: &str) -> Option<Scene> {
     None
 }
 
-/// A scene of both dialects' common parts with some of its words dropped, doubled, exchanged or replaced.
+/// A scene of both dialects' common parts with some of its words dropped, doubled, exchanged or
+/// replaced.
 fn mutated() -> impl Strategy<Value = String> {
     let scene = include_str!("../../../tests/reference/cornell.pbrt");
     let words: Vec<&str> = scene.split_inclusive([' ', '\n']).collect();
@@ -238,10 +240,13 @@ proptest! {
         if let Some(s) = loads_or_tells(&text) {
             prop_assert!(s.vertices.iter().all(|v| Vec3::from(v.p).is_finite()));
             prop_assert!(s.bounds.iter().all(|b| b.is_finite() && b.length() <= 1.001));
-            prop_assert!(s.camera.to_world.iter().flatten().chain(&s.camera.screen).all(|x| x.is_finite()));
+            let camera = s.camera.to_world.iter().flatten().chain(&s.camera.screen);
+            prop_assert!(camera.into_iter().all(|x| x.is_finite()));
             prop_assert!(s.film.scale.is_finite());
             for light in &s.lights {
-                let (LightKind::Point { p, i } | LightKind::Spot { p, i, .. }) = light.kind else { continue };
+                let (LightKind::Point { p, i } | LightKind::Spot { p, i, .. }) = light.kind else {
+                    continue;
+                };
                 prop_assert!(p.is_finite() && i.iter().all(|c| c.is_finite()));
             }
         }

@@ -114,7 +114,8 @@ fn spheres() {
 
 #[test]
 fn texture_coordinates_by_default() {
-    // Shared vertices cannot have the coordinates (0,0) (1,0) (1,1) of each triangle; only what looks at them pays.
+    // Shared vertices cannot have the coordinates (0,0) (1,0) (1,1) of each triangle; only what
+    // looks at them pays.
     let quad = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [0 1 2 0 2 3]";
     assert_eq!(v4(quad).vertices.len(), 4);
     let s = v4(&format!(

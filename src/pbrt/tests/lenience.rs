@@ -59,7 +59,8 @@ fn blocks_of_v3_may_cross() {
         "{:?}",
         s.warnings
     );
-    // Transforms have a stack of their own: the end of the outer block takes what the inner one left.
+    // Transforms have a stack of their own: the end of the outer block takes what the inner one
+    // left.
     let s = v3(&format!(
         "AttributeBegin Material \"mirror\" Translate 1 0 0 TransformBegin Translate 1 0 0 AttributeEnd {V3_TRIANGLE} TransformEnd {V3_TRIANGLE}"
     ));
@@ -87,7 +88,8 @@ fn matrices_may_have_a_fourth_row() {
         near(b, Vec3::new(2.0, 0.0, 1.0));
         near(c, Vec3::new(0.0, 4.0, 0.0));
     }
-    // To a constant light it is all one; the map of another is turned by the inverse's directions, here the matrix' own.
+    // To a constant light it is all one; the map of another is turned by the inverse's directions,
+    // here the matrix' own.
     let turned =
         "ConcatTransform [0 0 -1 0  -1 0 0 0  0 1 0 2.5  0 0 0 1] LightSource \"infinite\"";
     let s = v3(&format!("AttributeBegin {turned} AttributeEnd {BALL}"));

@@ -237,7 +237,8 @@ fn v4_colours_of_lights_and_reflectances() {
         let same = a.iter().zip(b).all(|(x, y)| (x - y).abs() < slack);
         assert!(same, "{a:?} is not {b:?}");
     };
-    // Nothing beyond the samples; blue is out of gamut. The picture of the case is 0.6073 of its light.
+    // Nothing beyond the samples; blue is out of gamut. The picture of the case is 0.6073 of its
+    // light.
     let l = light("LightSource \"infinite\" \"spectrum L\" [500 1 600 1]");
     near(l.map(|c| c * 0.6073), [0.2208, 0.7901, 0.0], 2e-3);
     let dark = light("LightSource \"infinite\" \"spectrum L\" [360 1 830 1]");

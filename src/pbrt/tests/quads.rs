@@ -5,7 +5,8 @@ use super::*;
 const FLAT: &str = "0 0 0\n2 0 0\n2 2 0\n0 2 0\n";
 const SADDLE: &str = "-1 -1 0.5\n1 -1 -0.5\n1 1 0.8\n-1 1 -0.5\n";
 
-/// A scene whose world holds the mesh of these vertices (of this many numbers) and faces; `world` comes before it.
+/// A scene whose world holds the mesh of these vertices (of this many numbers) and faces; `world`
+/// comes before it.
 fn load(film: &str, world: &str, vertices: &str, faces: &str) -> Scene {
     let dir = tempfile::tempdir().expect("a folder");
     let names = ["x", "y", "z", "u", "v"];

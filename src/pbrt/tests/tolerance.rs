@@ -1,10 +1,10 @@
-//! What pbrt says about a file and then goes on: a table of it, each with a warning and the picture that pbrt makes. What pbrt refuses
-//! stays refused.
+//! What pbrt says about a file and then goes on: a table of it, each with a warning and the picture
+//! that pbrt makes. What pbrt refuses stays refused.
 
 use super::*;
 use crate::surface::DiffuseMaterial;
 
-/// A scene of `dialect` with this before the world and this in it; the world's first line is line 3.
+/// A scene of `dialect` with this before the world and this in it. The world begins on line 3.
 pub(super) fn load(dialect: &str, options: &str, world: &str) -> Result<Scene, String> {
     let film = if dialect == "v3" { "image" } else { "rgb" };
     let end = if dialect == "v3" { "WorldEnd" } else { "" };
@@ -13,7 +13,8 @@ pub(super) fn load(dialect: &str, options: &str, world: &str) -> Result<Scene, S
     ))
 }
 
-/// One row: it loads with just one warning, which holds `warning`, and the same tables as `meant` but for where things were made.
+/// One row: it loads with just one warning, which holds `warning`, and the same tables as `meant`
+/// but for where things were made.
 pub(super) fn check(
     dialect: &str,
     (options, world): (&str, &str),

@@ -14,8 +14,8 @@ use crate::scene::{MarbleSpline, Octaves, Param, Rgb, Texture};
 /// Beyond this an octave has no digits left: 1.99^64 is 10^19.
 const MAX_OCTAVES: i64 = 64;
 
-/// Builds the texture of a `Texture "name" "class" "kind"` directive made under the transform `ctm`; constants need no entry in the
-/// table.
+/// Builds the texture of a `Texture "name" "class" "kind"` directive made under the transform
+/// `ctm`; constants need no entry in the table.
 pub(in crate::pbrt) fn build(
     kind: &str,
     class: Class,
@@ -96,8 +96,9 @@ pub(in crate::pbrt) fn build(
             }
         }
         "dots" => {
-            // pbrt-v3 and pbrt-v4 both take the two for each other when they make the texture, so that the dots are what is
-            // called "outside", and scenes are made to look right with it.
+            // pbrt-v3 and pbrt-v4 both take the two for each other when they make the texture, so
+            // that the dots are what is called "outside", and scenes are made to look
+            // right with it.
             let (ground, dot) = (child("inside", 1.0)?, child("outside", 0.0)?);
             let texture = mapping(set, ctm)?.map(|mapping| Texture::Dots {
                 dot,

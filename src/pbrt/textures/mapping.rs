@@ -11,7 +11,8 @@ use crate::scene::{Mapping, ToTexture, UvMapping};
 /// The current transform where the texture is made, texture to world space, or why there is none.
 pub(in crate::pbrt) type Ctm = Result<DAffine3, SceneError>;
 
-/// Something with a map from internal space in it that is not known before the scene is; until then it is [`UNPLACED`].
+/// Something with a map from internal space in it that is not known before the scene is; until then
+/// it is [`UNPLACED`].
 pub struct Mapped<T> {
     pub what: T,
     /// World to texture space, if it has such a map.
@@ -107,7 +108,8 @@ pub fn mapping(set: &ParamSet, ctm: &Ctm) -> Result<Mapped<Mapping>, SceneError>
 /// Where a texture over points looks them up.
 pub fn solid(set: &ParamSet, ctm: &Ctm) -> Result<Mapped<ToTexture>, SceneError> {
     let to_texture = match set.dialect {
-        // pbrt-v3 hands `IdentityMapping3D` the transform and not its inverse, and scenes are made to look right with it.
+        // pbrt-v3 hands `IdentityMapping3D` the transform and not its inverse, and scenes are made
+        // to look right with it.
         Dialect::V3 => ctm.clone()?,
         Dialect::V4 => world_to_texture(set, ctm)?,
     };

@@ -1,6 +1,7 @@
 //! `Texture` directives, and material parameters that may be textures.
 //!
-//! `build` makes the textures, `mapping` lays them on surfaces and in space, `image` reads those that are images.
+//! `build` makes the textures, `mapping` lays them on surfaces and in space, `image` reads those
+//! that are images.
 
 mod build;
 mod image;
@@ -30,7 +31,8 @@ use crate::scene::{Alpha, Material, Param, Space, Texture};
 /// Something defined under a name that may not be usable: the reason is reported where it is used.
 pub(super) type Deferred<T> = Result<T, SceneError>;
 
-/// Textures by name; numbers and colours have separate name spaces. Copies share what they have in common: every block saves one.
+/// Textures by name; numbers and colours have separate name spaces. Copies share what they have in
+/// common: every block saves one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TextureNames {
     float: NamedTextures,
@@ -78,7 +80,8 @@ impl TextureNames {
 pub(super) struct Tables {
     pub materials: Vec<Material>,
     textures: Vec<Texture>,
-    /// World to texture space, of textures that look at points; the matrices in the textures come last.
+    /// World to texture space, of textures that look at points; the matrices in the textures come
+    /// last.
     to_texture: Vec<Option<DAffine3>>,
     pub images: Vec<Image>,
     /// What is cut out of shapes.
@@ -103,7 +106,8 @@ pub(super) enum Channels {
 const TEXTURE_BYTES: u64 =
     2 * (size_of::<Texture>() + size_of::<Option<DAffine3>>() + size_of::<u32>()) as u64;
 
-/// Textures that one is made of, at most: each that names another twice doubles them, and they are evaluated by recursion.
+/// Textures that one is made of, at most: each that names another twice doubles them, and they are
+/// evaluated by recursion.
 const MAX_STEPS: u32 = 1000;
 
 impl Tables {

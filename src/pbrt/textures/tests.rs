@@ -59,7 +59,8 @@ fn both(class: &str, rest: &str) -> [Texture; 2] {
     ["image", "rgb"].map(|head| one(head, class, rest))
 }
 
-/// Internal to world space of the triangle of [`textures`]: its bounds' centre, and the power of two that its size asks for.
+/// Internal to world space of the triangle of [`textures`]: its bounds' centre, and the power of
+/// two that its size asks for.
 const WORLD: ToTexture = [
     [1.0, 0.0, 0.0, 0.5],
     [0.0, 1.0, 0.0, 0.5],
@@ -347,7 +348,8 @@ fn transforms_of_the_directive_and_no_other() {
     }
 }
 
-/// Meshes without texture coordinates get their own for each triangle only where a texture looks at them.
+/// Meshes without texture coordinates get their own for each triangle only where a texture looks at
+/// them.
 #[test]
 fn points_need_no_texture_coordinates() {
     let vertices = |texture: &str| {

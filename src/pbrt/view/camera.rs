@@ -118,8 +118,9 @@ pub(in crate::pbrt) fn camera(
             }
             (fov.to_radians() / 2.0).tan()
         }
-        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave its disk for points of the window
-        // in the plane in focus. That is a perspective camera, whose window lies at distance 1.
+        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave
+        // its disk for points of the window in the plane in focus. That is a perspective
+        // camera, whose window lies at distance 1.
         Projection::Orthographic if lens_radius > 0.0 => {
             report.warn_at(
                 &set.site,
@@ -173,7 +174,8 @@ impl WorldCamera {
         self.placed.translation
     }
 
-    /// `None` if the screen window is so much larger or smaller than the scene that `f32` does not hold its area, or that of a pixel.
+    /// `None` if the screen window is so much larger or smaller than the scene that `f32` does not
+    /// hold its area, or that of a pixel.
     pub fn to_internal(self, space: &Space) -> Option<Camera> {
         const LARGEST: f64 = 1e15;
         let translation =

@@ -110,8 +110,8 @@ fn balance(set: &ParamSet, report: &mut Report) -> Result<Option<f64>, SceneErro
     Ok(Some(kelvin))
 }
 
-/// What samples are cut down to. Only integrators whose samples are independent can: what chains bring is normalised, so pbrt's own clamp
-/// of it turns pictures green.
+/// What samples are cut down to. Only integrators whose samples are independent can: what chains
+/// bring is normalised, so pbrt's own clamp of it turns pictures green.
 fn clamp(set: &ParamSet, scale: f64, report: &mut Report) -> Result<Option<Clamp>, SceneError> {
     let (name, of): (_, fn(f32) -> Clamp) = match set.dialect {
         Dialect::V3 => ("maxsampleluminance", Clamp::Luminance),
@@ -196,7 +196,8 @@ fn crop(set: &ParamSet, width: u32, height: u32) -> Result<[u32; 4], SceneError>
         set.note("\"pixelbounds\" is ignored beside \"cropwindow\"");
     }
     if let Some([x0, x1, y0, y1]) = window {
-        // In f32 as pbrt does it, for the same pixels; rounded up at both ends, so that adjacent windows tile.
+        // In f32 as pbrt does it, for the same pixels; rounded up at both ends, so that adjacent
+        // windows tile.
         let edge = |x: f64, size: u32| {
             (size as f32 * (x as f32).clamp(0.0, 1.0))
                 .ceil()

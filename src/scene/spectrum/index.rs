@@ -3,7 +3,8 @@
 use super::curve::{Sample, interpolate};
 use super::observer::{CIE_1931, CIE_FIRST};
 
-/// Index of refraction over the visible range, 360 to 830 nm: a value a nanometre, linear between them, constant beyond both ends.
+/// Index of refraction over the visible range, 360 to 830 nm: a value a nanometre, linear between
+/// them, constant beyond both ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IndexCurve(Box<[f32]>);
 
@@ -14,8 +15,8 @@ impl IndexCurve {
         Self(at.collect())
     }
 
-    /// Of pairs of wavelength (nm) and index, in any order, linear between them and constant beyond both ends, as pbrt-v4 has them
-    /// (`PiecewiseLinearSpectrum`); one of them at least.
+    /// Of pairs of wavelength (nm) and index, in any order, linear between them and constant beyond
+    /// both ends, as pbrt-v4 has them (`PiecewiseLinearSpectrum`); one of them at least.
     pub fn of_samples(samples: &[Sample]) -> Self {
         let mut sorted = samples.to_vec();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,4 +1,5 @@
-//! What renders know of wavelengths: indices of refraction that depend on them, and what light of one is worth in red, green and blue.
+//! What renders know of wavelengths: indices of refraction that depend on them, and what light of
+//! one is worth in red, green and blue.
 
 mod curve;
 mod index;

@@ -9,8 +9,9 @@ pub const FIRST: usize = CIE_FIRST;
 /// See [`FIRST`].
 pub const LAST: usize = CIE_FIRST + CIE_1931.len() - 1;
 
-/// Linear sRGB of a nanometre of white light (D65), at each wavelength from [`FIRST`] to [`LAST`]; the sum is white, `(1, 1, 1)`. Channels
-/// are negative where a wavelength is beyond the gamut, and every wavelength is.
+/// Linear sRGB of a nanometre of white light (D65), at each wavelength from [`FIRST`] to [`LAST`];
+/// the sum is white, `(1, 1, 1)`. Channels are negative where a wavelength is beyond the gamut, and
+/// every wavelength is.
 pub fn spectral_white() -> Vec<[f64; 3]> {
     let light = |i: usize| interpolate(&ILLUMINANT_D65, (FIRST + i) as f64);
     let raw: Vec<[f64; 3]> = (CIE_1931.iter().enumerate())
@@ -19,7 +20,8 @@ pub fn spectral_white() -> Vec<[f64; 3]> {
     scaled_to_one(raw)
 }
 
-/// The same without its negative lobes: `w_c(nm) >= 0` per nanometre, each channel of integral 1 (by trapezoids).
+/// The same without its negative lobes: `w_c(nm) >= 0` per nanometre, each channel of integral 1
+/// (by trapezoids).
 pub fn responses() -> Vec<[f64; 3]> {
     let lobes = spectral_white().into_iter();
     scaled_to_one(lobes.map(|rgb| rgb.map(|v| v.max(0.0))).collect())

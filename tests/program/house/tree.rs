@@ -162,7 +162,7 @@ impl Tree {
                 let here = self.here(file, &inner);
                 i = self.tree(&here, tokens, i + 1, &mut Vec::new(), public, &mut named);
                 continue;
-            } else if matches!(word, Some("crate" | "super" | "self"))
+            } else if word.is_some_and(|word| self.begins_path(file, word))
                 && tokens.get(i + 1) == Some(&Token::Path)
                 && before.is_none_or(|t| t.word() != Some("in") && *t != Token::Path)
             {
@@ -183,6 +183,12 @@ impl Tree {
             i += 1;
         }
         named
+    }
+
+    /// Whether a path of this library can begin so: also with the name of a module below.
+    fn begins_path(&self, file: usize, word: &str) -> bool {
+        matches!(word, "crate" | "super" | "self")
+            || self.files.contains_key(&joined(&self.paths[file], word))
     }
 
     /// The path of the module that is being read.

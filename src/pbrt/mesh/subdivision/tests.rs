@@ -112,7 +112,8 @@ fn a_sheet_keeps_its_straight_boundary() {
                 .iter()
                 .any(|p| p[1].abs() < 1e-6 && (p[0] - 1.5).abs() < 0.2)
     );
-    // The faces run counter-clockwise seen from +z; pbrt's normals look the other way, inside and along the boundary.
+    // The faces run counter-clockwise seen from +z; pbrt's normals look the other way, inside and
+    // along the boundary.
     let normals = data.normals.unwrap();
     assert!(
         normals

@@ -1,0 +1,121 @@
+//! What all integrators work on, and whom they tell.
+
+use std::time::{Duration, Instant};
+
+use super::settings::Settings;
+use crate::scene::Scene;
+use crate::transport::World;
+
+/// What a render is doing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// The tree that rays are traced through: 0 of its primitives, then all of them (at least 1).
+    Build,
+    /// Bootstrap paths, and mutations that tune those that count.
+    Bootstrap,
+    /// Mutations or samples.
+    Render,
+}
+
+/// Told how a render goes, and asked whether to go on. Called from the thread that called
+/// [`render`](super::render()), except [`Observer::stop`], which any worker may call.
+pub trait Observer: Sync {
+    /// `done` of `total` mutations, samples or bootstrap paths.
+    fn progress(&self, phase: Phase, done: u64, total: u64) {
+        let _ = (phase, done, total);
+    }
+    /// The picture's estimated relative error
+    /// ([`Stats::relative_error`](super::Stats::relative_error)); told now and then, as
+    /// often as costs next to nothing.
+    fn error(&self, relative: f64) {
+        let _ = relative;
+    }
+    /// True ends the render early, with a correctly normalised picture.
+    fn stop(&self) -> bool {
+        false
+    }
+}
+
+/// Sees nothing, stops nothing.
+pub struct Silent;
+
+impl Observer for Silent {}
+
+/// What ended a render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndedBy {
+    /// All mutations or samples are made.
+    Effort,
+    Time,
+    /// The estimated error has reached its target.
+    Target,
+    Observer,
+}
+
+/// Why a picture is black, of which `searched` have found no light.
+pub(super) fn black_reason(run: &Run, searched: &str) -> String {
+    if run.world.lights.is_empty() {
+        return "the scene has no lights: the picture is black".into();
+    }
+    format!("{searched} carries light to the camera: the picture is black")
+}
+
+/// Mean radiance below which the epsilon of relative errors rules the picture.
+pub(super) const DARK: f64 = 0.02;
+
+/// Length of a round of work: progress and stops are prompt, the barrier costs little.
+pub(super) const ROUND: Duration = Duration::from_millis(250);
+
+/// What an integrator works on.
+pub(super) struct Run<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) world: &'a World<'a>,
+    pub(super) settings: &'a Settings,
+    pub(super) observer: &'a dyn Observer,
+    pub(super) start: Instant,
+}
+
+impl Run<'_> {
+    /// Width and height of the crop window.
+    pub(super) fn size(&self) -> (u32, u32) {
+        let [x0, x1, y0, y1] = self.scene.film.crop;
+        (x1 - x0, y1 - y0)
+    }
+
+    /// How much longer the next round should be than one that took so long: [`ROUND`], or the time
+    /// that is left.
+    pub(super) fn pace(&self, taken: Duration) -> f64 {
+        let next = match self.settings.time {
+            Some(limit) => ROUND.min(limit.saturating_sub(self.start.elapsed())),
+            None => ROUND,
+        };
+        let ratio = next.as_secs_f64() / taken.as_secs_f64().max(1e-6);
+        ratio.clamp(0.01, 4.0)
+    }
+
+    /// Time is up, or the observer has had enough.
+    pub(super) fn ended(&self) -> Option<EndedBy> {
+        let late = (self.settings.time).is_some_and(|limit| self.start.elapsed() >= limit);
+        if self.observer.stop() {
+            Some(EndedBy::Observer)
+        } else {
+            late.then_some(EndedBy::Time)
+        }
+    }
+}
+
+pub(super) fn per_second(count: u64, seconds: f64) -> f64 {
+    if seconds > 0.0 {
+        count as f64 / seconds
+    } else {
+        0.0
+    }
+}
+
+/// Largest resident size of this process so far; 0 where the system does not tell.
+pub fn peak_rss_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    kib.unwrap_or(0) * 1024
+}
