@@ -5,7 +5,8 @@
 //! Alphas of `u` and `v` that differ count there by the mean of their squares; lobes have both.
 
 use super::coat::{CoatLayer, Interface};
-use super::coated_conductor::{Calibration, Layers, pack_colour, pack_layer, unpack_layer};
+use super::coated_conductor::{Calibration, Layers};
+use super::coated_rows::{pack_colour, pack_layer, unpack_layer};
 use super::fresnel;
 use super::microfacet::{SMOOTH_ALPHA, pack_alphas, pack_halves};
 use super::rough_dielectric::resolved_eta;

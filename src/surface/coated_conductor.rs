@@ -24,20 +24,14 @@
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 pub use super::coat::Layers;
+use super::coated_rows::{pack_colour, pack_layer, unpack_colour, unpack_layer};
 use super::diffuse::{cosine_sample, same_side};
 use super::microfacet::{TrowbridgeReitz, pack_alphas, pack_halves, unpack_halves, upper};
 use super::rough_dielectric::resolved_eta;
 use super::seen_through::{Slopes, once};
-use super::{coat, fresnel, mirror};
-use crate::simd::{Lanes, Mask, UintLanes, Vec3, math};
+use super::{coat, fresnel};
+use crate::simd::{Lanes, Mask, Vec3};
 use std::f32::consts::FRAC_1_PI;
-
-/// A smooth coat's own reflection. Row: eta (inside over outside).
-pub struct Coat;
-
-/// Smooth conductor under a smooth coat. Row: conductor eta (3), k (3), both relative to the coat,
-/// coat eta, thickness with the number of bounces in its last eight bits ([`pack_bounces`]).
-pub struct Smooth;
 
 /// Conductor under a rough coat. Row: conductor eta and k relative to the coat, a pair per channel
 /// ([`pack_halves`], 3), coat eta, alphas of the coat, alphas of the conductor, thickness, gain and
@@ -47,63 +41,6 @@ pub struct Rough;
 /// Rough conductor under a smooth coat, without the coat's reflection. Row: that of [`Rough`], but
 /// for the thickness, which is alone.
 pub struct Base;
-
-/// A thickness whose last eight bits say how often light may meet the conductor.
-pub fn pack_bounces(thickness: f32, bounces: u32) -> f32 {
-    let bits = thickness.max(f32::MIN_POSITIVE * 256.0).to_bits();
-    f32::from_bits(bits & !0xff | bounces.min(255))
-}
-
-/// Greatest number of a packed colour.
-pub const BRIGHTEST: f32 = 2.0;
-
-/// What the lobe of a rough coat's conductor may be multiplied by, at least and at most.
-const GAIN: [f32; 2] = [0.25, 4.0];
-
-/// Steps of a forward share.
-const SHARES: f32 = 127.0;
-
-/// The bits of the least gain: those above are two of the exponent and seven of the mantissa.
-const LEAST_GAIN: u32 = 0x3e80_0000;
-
-/// Thickness of a rough coat as a half, gain of its conductor's lobe in nine bits (right to 1/256
-/// of itself), and how much of later bounces goes forward, 0 to 1, in seven.
-pub fn pack_layer(thickness: f32, gain: f32, forward: f32) -> f32 {
-    let bits = gain.clamp(GAIN[0], GAIN[1]).to_bits() - LEAST_GAIN;
-    let code = ((bits + (1 << 15)) >> 16).min(511);
-    let share = (forward.clamp(0.0, 1.0) * SHARES).round() as u32;
-    let half = pack_halves(thickness, 1.0).to_bits() & 0xffff_0000;
-    f32::from_bits(half | code << 7 | share)
-}
-
-/// What [`pack_layer`] has packed.
-#[inline(always)]
-pub fn unpack_layer<L: Lanes>(packed: L) -> [L; 3] {
-    let bits = packed.to_bits();
-    let [thickness, _] = unpack_halves(packed);
-    let code = bits.and(L::Uint::splat(0xff80)).shl::<9>();
-    let gain = L::from_bits(code.add(L::Uint::splat(LEAST_GAIN)));
-    let share = L::from_uint24(bits.and(L::Uint::splat(0x7f)));
-    [thickness, gain, share * L::splat(1.0 / SHARES)]
-}
-
-/// Three numbers of eight bits, 0 to [`BRIGHTEST`], as one whole number.
-pub fn pack_colour(colour: [f32; 3]) -> f32 {
-    let step = |x: f32| (x / BRIGHTEST * 255.0).clamp(0.0, 255.0).round();
-    (step(colour[0]) * 256.0 + step(colour[1])) * 256.0 + step(colour[2])
-}
-
-#[inline(always)]
-fn unpack_colour<L: Lanes>(packed: L) -> Vec3<L> {
-    let (inverse, step) = (L::splat(1.0 / 256.0), L::splat(-256.0));
-    let upper = (packed * inverse).floor();
-    let first = (upper * inverse).floor();
-    Vec3::new(
-        first,
-        first.mul_add(step, upper),
-        upper.mul_add(step, packed),
-    ) * L::splat(BRIGHTEST / 255.0)
-}
 
 impl Layers {
     /// Row of [`Rough`] or, if the coat is smooth, [`Base`].
@@ -215,74 +152,6 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
     }
     let mean = |sum: f64| (sum / f64::from(coat::PATHS)) as f32;
     [steep, once, through].map(mean)
-}
-
-impl Bsdf for Coat {
-    const NAME: &'static str = "coat";
-    const DELTA: bool = true;
-    const LOBES: bool = false;
-
-    #[inline(always)]
-    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, _: [L; 3], _: Mode) -> BsdfSample<L> {
-        let reflectance = fresnel::dielectric(wo.z.abs(), row[0]).reflectance;
-        mirror::reflect(wo, Vec3::splat([1.0; 3]) * reflectance)
-    }
-
-    #[inline(always)]
-    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>, _: Mode) -> BsdfValue<L> {
-        BsdfValue::black()
-    }
-}
-
-/// `1 + x + ... + x^(count - 1)` for counts below 256, without the difference of `1 - x`.
-#[inline(always)]
-fn power_sum<L: Lanes>(x: L, count: L::Uint) -> L {
-    let (mut sum, mut power) = (L::zero(), L::one());
-    let mut bits = count.shl::<24>();
-    for _ in 0..8 {
-        sum = sum.mul_add(power, sum);
-        power = power * power;
-        let odd = L::uint_eq(bits.shr::<31>(), L::Uint::splat(1));
-        sum = L::select(odd, sum.mul_add(x, L::one()), sum);
-        power = L::select(odd, power * x, power);
-        bits = bits.shl::<1>();
-    }
-    sum
-}
-
-impl Bsdf for Smooth {
-    const NAME: &'static str = "coated mirror";
-    const DELTA: bool = true;
-    const LOBES: bool = false;
-
-    #[inline(always)]
-    fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, _: [L; 3], _: Mode) -> BsdfSample<L> {
-        let boundary = fresnel::dielectric(wo.z.abs(), row[6]);
-        let inside = boundary.cos_t.gt(L::zero());
-        let cos = L::select(inside, boundary.cos_t, L::one());
-        let metal = fresnel::conductor(
-            cos,
-            Vec3::new(row[0], row[1], row[2]),
-            Vec3::new(row[3], row[4], row[5]),
-        );
-        let r = boundary.reflectance;
-        let way = math::exp(row[7] * L::splat(-2.0) / cos);
-        let through = ((L::one() - r) * (L::one() - r)).or_zero(inside);
-        let count = row[7].to_bits().and(L::Uint::splat(0xff));
-        let channel = |metal: L| {
-            let once = metal * way;
-            (through * once).mul_add(power_sum(r * once, count), r)
-        };
-        mirror::reflect(
-            wo,
-            Vec3::new(channel(metal.x), channel(metal.y), channel(metal.z)),
-        )
-    }
-
-    #[inline(always)]
-    fn eval<L: Lanes>(_: &[L; 8], _: Vec3<L>, _: Vec3<L>, _: Mode) -> BsdfValue<L> {
-        BsdfValue::black()
-    }
 }
 
 /// A direction as the coat refracts it, and as much of it as gets to the conductor.

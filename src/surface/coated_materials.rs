@@ -7,11 +7,12 @@
 use super::bsdf::Kernel;
 use super::coat::CoatLayer;
 use super::coat_table::{Base, CoatTable};
-use super::coated_conductor::{self, Layers, pack_bounces};
-use super::coated_diffuse;
+use super::coated_conductor::{self, Layers};
+use super::coated_rows::pack_bounces;
 use super::conductor::ConductorFresnel;
 use super::packing::{At, BsdfMaterial, Shared};
 use super::roughness::{constant_alphas, resolved};
+use super::{coated_diffuse, coated_mirror};
 use crate::scene::{Description, Param, Roughness, is_smooth};
 use std::sync::Arc;
 
@@ -34,7 +35,7 @@ impl BsdfMaterial for CoatMaterial {
     fn tables(&self, _: &mut Shared) {}
 
     fn kernel(&self) -> Kernel {
-        Kernel::of::<coated_conductor::Coat>()
+        Kernel::of::<coated_mirror::Coat>()
     }
 
     fn row(&self, _: &(), _: &At) -> [f32; 8] {
@@ -68,7 +69,7 @@ impl Description for CoatedConductorMaterial {
 /// The kernel of a conductor under a coat.
 fn conductor_kernel(smooth_coat: bool, smooth_conductor: bool) -> Kernel {
     match (smooth_coat, smooth_conductor) {
-        (true, true) => Kernel::of::<coated_conductor::Smooth>(),
+        (true, true) => Kernel::of::<coated_mirror::Mirror>(),
         (true, false) => Kernel::of::<coated_conductor::Base>(),
         (false, _) => Kernel::of::<coated_conductor::Rough>(),
     }
@@ -86,7 +87,7 @@ impl BsdfMaterial for CoatedConductorMaterial {
 
     fn tables(&self, _: &mut Shared) -> [f32; 8] {
         let coat = &self.coat;
-        if self.kernel() == Kernel::of::<coated_conductor::Smooth>() {
+        if self.kernel() == Kernel::of::<coated_mirror::Mirror>() {
             return mirror_row(self.eta, self.k, coat);
         }
         let layers = Layers {
@@ -191,7 +192,7 @@ impl BsdfMaterial for TexturedCoatMaterial {
         };
         // The conductor is what the coat ends at.
         let [eta, k] = (fresnel.at(at)).map(|c| c.map(|x| x.max(0.0) / coat.eta));
-        if coat.is_smooth() && self.kernel() == Kernel::of::<coated_conductor::Smooth>() {
+        if coat.is_smooth() && self.kernel() == Kernel::of::<coated_mirror::Mirror>() {
             return mirror_row(eta, k, coat);
         }
         table.conductor([eta, k], at.alphas(&self.interface), at.alphas(&roughness))

@@ -23,8 +23,8 @@
 //!   mixtures, put together where scene files are read; their names are there as well.
 //! - [`replay`](crate::replay) answers in `f64` for the BSDFs whose formulas it has, written anew
 //!   and not shared with these files. Of others it repeats what the kernel says. To be checked
-//!   there a BSDF needs its formulas in `replay/bsdf.rs` or, if it is a delta, in
-//!   `replay/reference.rs`, and its way of sampling in `replay/exact.rs`.
+//!   there a BSDF needs its formulas in `replay/oracle/bsdf.rs` or, if it is a delta, in
+//!   `replay/oracle/reference.rs`, and its way of sampling in `replay/oracle/bend.rs`.
 
 /// The table: a line for each material of one BSDF, with its kernels as `Kind: type`. It calls the
 /// macro `$then` of [`table`] with all lines, and with what else was given.
@@ -47,11 +47,11 @@ macro_rules! bsdfs {
                 diffuse_transmission::DiffuseTransmissionMaterial =>
                     DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
                 substrate::SubstrateMaterial => Substrate: substrate::Substrate;
-                coated_materials::CoatMaterial => Coat: coated_conductor::Coat;
+                coated_materials::CoatMaterial => Coat: coated_mirror::Coat;
                 coated_diffuse::CoatedDiffuseMaterial =>
                     CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
                 coated_materials::CoatedConductorMaterial =>
-                    CoatedMirror: coated_conductor::Smooth,
+                    CoatedMirror: coated_mirror::Mirror,
                     CoatedConductor: coated_conductor::Rough,
                     CoatedConductorBase: coated_conductor::Base;
                 // Its kernels are those of the three before.
@@ -74,6 +74,8 @@ pub mod coat_table;
 pub mod coated_conductor;
 pub mod coated_diffuse;
 pub mod coated_materials;
+pub mod coated_mirror;
+pub mod coated_rows;
 pub mod conductor;
 pub mod cutout;
 pub mod dielectric;

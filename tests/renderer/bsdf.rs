@@ -7,7 +7,7 @@ use common::stats::{FALSE_ALARM, Mean, Random, assert_follows, normal_quantile};
 use phalanx::replay::bsdf;
 use phalanx::replay::vector::*;
 use phalanx::simd::f32x8;
-use phalanx::surface::coated_conductor::pack_bounces;
+use phalanx::surface::coated_rows::pack_bounces;
 use phalanx::surface::{Kind, Mode, fresnel, microfacet::pack_alphas};
 use std::f64::consts::{PI, TAU};
 

@@ -9,7 +9,7 @@ use glam::Vec3 as Point;
 use phalanx::camera::Camera;
 use phalanx::scene::Scene;
 use phalanx::simd::{Vec3, f32x8};
-use phalanx::surface::coated_conductor::{pack_bounces, pack_colour};
+use phalanx::surface::coated_rows::{pack_bounces, pack_colour};
 use phalanx::surface::diffuse::oren_nayar_coefficients;
 use phalanx::surface::microfacet::{pack_alphas, pack_halves};
 use phalanx::surface::rough_dielectric::resolved_eta;

@@ -97,7 +97,8 @@ fn one_file_and_one_line_make_pictures() {
                 "LookAt {from} 0 0 0 1 0 0
                 Camera \"orthographic\" \"float screenwindow\" [-.1 .1 -.1 .1]
                 Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8
-                PixelFilter \"box\" Integrator \"path\" Sampler \"independent\" \"integer pixelsamples\" 64
+                PixelFilter \"box\" Integrator \"path\"
+                Sampler \"independent\" \"integer pixelsamples\" 64
                 WorldBegin
                 LightSource \"infinite\" \"rgb L\" [1 1 1]
                 Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [.4 .4 .4]
