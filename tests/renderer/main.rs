@@ -29,6 +29,7 @@ mod lt;
 mod mixtures;
 mod mutation;
 mod precision;
+mod probe;
 mod properties;
 #[path = "../../src/property.rs"]
 mod property;
