@@ -9,7 +9,8 @@ use crate::simd::{Lanes, UintLanes, Vec3, math};
 pub struct Coat;
 
 /// Smooth conductor under a smooth coat. Row: conductor eta (3), k (3), both relative to the coat,
-/// coat eta, thickness with the number of bounces in its last eight bits ([`pack_bounces`](super::coated_rows::pack_bounces)).
+/// coat eta, thickness with the number of bounces in its last eight bits
+/// ([`pack_bounces`](super::coated_rows::pack_bounces)).
 pub struct Mirror;
 
 impl Bsdf for Coat {
