@@ -68,7 +68,7 @@ impl Recorder<'_> {
             });
         }
         if walk.t == 1 {
-            camera = oracle.from_camera(lens(at.connection));
+            camera = oracle.camera_point(lens(at.connection));
         }
         lit.reverse();
         seen.extend(lit);

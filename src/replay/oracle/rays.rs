@@ -51,7 +51,7 @@ impl Oracle<'_> {
     }
 
     /// A point of the camera's space in internal space.
-    pub(in crate::replay) fn from_camera(&self, p: V) -> V {
+    pub(in crate::replay) fn camera_point(&self, p: V) -> V {
         transform_point(&self.scene.camera.to_world, p)
     }
 
