@@ -1,8 +1,8 @@
 //! How many chains should march together?
 //!
-//! Few leave queues of rare materials and strategies with part-filled lanes; many leave the caches. As in a render, several batches take
-//! turns of sixteen iterations each, so that each finds the caches as the others left them. Throughput is mutations a second on one
-//! thread at eight lanes.
+//! Few leave queues of rare materials and strategies with part-filled lanes; many leave the caches.
+//! As in a render, several batches take turns of sixteen iterations each, so that each finds the
+//! caches as the others left them. Throughput is mutations a second on one thread at eight lanes.
 
 mod common;
 

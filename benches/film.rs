@@ -1,8 +1,10 @@
 //! What does a splat cost?
 //!
-//! Logs of splats are written and handed in to films of a few kilobytes, of 512 x 512 pixels and of four megapixels, with the box of one pixel
-//! and pbrt's Gaussian, into one layer or sixteen by turns, and into films that know their own error (the half that is summed twice). Positions are uniform on the film: no caching helps that a
-//! picture would not have, and the memory is there. Throughput is splats a second on one thread; there are no lanes here.
+//! Logs of splats are written and handed in to films of a few kilobytes, of 512 x 512 pixels and of
+//! four megapixels, with the box of one pixel and pbrt's Gaussian, into one layer or sixteen by
+//! turns, and into films that know their own error (the half that is summed twice). Positions are
+//! uniform on the film: no caching helps that a picture would not have, and the memory is there.
+//! Throughput is splats a second on one thread; there are no lanes here.
 
 mod common;
 
@@ -49,7 +51,8 @@ fn to(layer: usize) -> Destination {
     }
 }
 
-/// Splats something on every page of memory: what comes after finds it there, as all but the first splats of a render do.
+/// Splats something on every page of memory: what comes after finds it there, as all but the first
+/// splats of a render do.
 fn touch(film: &SplatFilm, side: u32, layers: usize) {
     let mut log = SplatLog::default();
     log.reserve(LOG);

@@ -1,7 +1,9 @@
-//! What do eight lanes buy over one, for the whole step of a chain and for the stages that can be run alone?
+//! What do eight lanes buy over one, for the whole step of a chain and for the stages that can be
+//! run alone?
 //!
-//! Same kernels, same chains, same bits; throughput is mutations, paths or primary samples a second on one thread. Rays alone are
-//! the question of `benches/rays`; splats, which have no lanes, of `benches/film`.
+//! Same kernels, same chains, same bits; throughput is mutations, paths or primary samples a second
+//! on one thread. Rays alone are the question of `benches/rays`; splats, which have no lanes, of
+//! `benches/film`.
 
 mod common;
 
@@ -37,7 +39,8 @@ fn step(
     group.finish();
 }
 
-/// Evaluates uniform paths, as the bootstrap does: everything between primary samples and contributions.
+/// Evaluates uniform paths, as the bootstrap does: everything between primary samples and
+/// contributions.
 fn evaluate(evaluator: Evaluator, c: &mut Criterion, name: &str, world: &World, depth: usize) {
     let plan = &world.plan.depths[depth];
     let indices: Vec<u64> = (0..CHAINS as u64).collect();
@@ -81,7 +84,8 @@ fn propose(evaluator: Evaluator, c: &mut Criterion, world: &World) {
     group.finish();
 }
 
-/// Uniform primary samples alone, as the bootstrap draws them: random numbers and additive recurrences.
+/// Uniform primary samples alone, as the bootstrap draws them: random numbers and additive
+/// recurrences.
 fn draw(evaluator: Evaluator, c: &mut Criterion, world: &World) {
     let plan = world.plan.depths.last().expect("a plan has depths");
     let indices: Vec<u64> = (0..CHAINS as u64).collect();

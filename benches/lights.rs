@@ -1,10 +1,13 @@
 //! What does choosing a light cost?
 //!
-//! The choice that the renderer makes (inversion through a guide table) beside two that it could make: a binary search in the cumulative
-//! powers, and an alias table (Walker 1977; Vose 1991), for 1 to 100 000 lights whose powers span three orders of magnitude. Primary samples are
-//! independent: nothing is in the cache because it was chosen before, as large steps have it. Throughput is choices a second on one thread.
+//! The choice that the renderer makes (inversion through a guide table) beside two that it could
+//! make: a binary search in the cumulative powers, and an alias table (Walker 1977; Vose 1991), for
+//! 1 to 100 000 lights whose powers span three orders of magnitude. Primary samples are
+//! independent: nothing is in the cache because it was chosen before, as large steps have it.
+//! Throughput is choices a second on one thread.
 //!
-//! An alias table also scatters neighbouring primary samples over all lights, which costs small steps their use; that is not to be seen here.
+//! An alias table also scatters neighbouring primary samples over all lights, which costs small
+//! steps their use; that is not to be seen here.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use phalanx::light::LightChoice;

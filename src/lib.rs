@@ -27,7 +27,7 @@
 //! | [`pbrt`] | scene text (v3, v4), meshes, images, spectra to tables | what tables are for |
 //! | [`plan`] | strategies that carry light, primary samples that exist | how they are used |
 //! | [`film`] | exact sums, filters, output | strategies |
-//! | [`transport`] | subpaths in waves, joined and weighed; hosts of chains | chains |
+//! | [`transport`] | subpaths in waves, joined and weighed; samplers of chains | chains |
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
@@ -67,8 +67,8 @@
 //! `integrate/sampled.rs`: passes over the picture, film, errors, progress and stops;
 //! `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
 //! If it mutates them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains,
-//! film, errors, mixing; `integrate/mmlt.rs` and `integrate/pssmlt.rs` name their hosts
-//! ([`transport::Host`]) and no more.
+//! film, errors, mixing; `integrate/mmlt.rs` and `integrate/pssmlt.rs` name their samplers
+//! ([`transport::PathSampler`]) and no more.
 
 #![deny(unsafe_code)]
 // Rooms whose items are not all described yet are named below.

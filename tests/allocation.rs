@@ -1,4 +1,5 @@
-//! Once warm, marching chains asks the system for no memory: every list, log and stack is kept from one iteration to the next.
+//! Once warm, marching chains asks the system for no memory: every list, log and stack is kept from
+//! one iteration to the next.
 
 use phalanx::chain::batch::Workspace;
 use phalanx::chain::evaluator::Evaluator;
@@ -10,7 +11,7 @@ use phalanx::simd::rng::{Purpose, Stream};
 use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Host, Paths, World};
+use phalanx::transport::{PathSampler, Paths, World};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -59,7 +60,8 @@ const WARM_UP: u32 = 200;
 /// Iterations that may not allocate; splat logs go to the film several times meanwhile.
 const ITERATIONS: u32 = 200;
 
-/// Requests for memory that marching makes after it is warm, depth by depth, and for hosts of all depths.
+/// Requests for memory that marching makes after it is warm, depth by depth, and for samplers of
+/// all depths.
 fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
     let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
     let world = World::new(&scene, 6);
@@ -78,18 +80,18 @@ fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
     let mut workspace = Workspace::new(&world);
     let mut found = Vec::new();
     let whole = [
-        Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 6)),
-        Host::Bidirectional(BidirectionalLayout::new(&world)),
+        PathSampler::Unidirectional(UnidirectionalLayout::new(&world.plan, 6)),
+        PathSampler::Bidirectional(BidirectionalLayout::new(&world)),
     ];
-    let hosts = world.plan.depths.iter().map(Host::from).chain(whole);
-    for host in hosts {
-        let bootstrap = Evaluator::EIGHT.bootstrap(&world, &host, 1, 10_000, &|| false);
+    let samplers = world.plan.depths.iter().map(PathSampler::from).chain(whole);
+    for sampler in samplers {
+        let bootstrap = Evaluator::EIGHT.bootstrap(&world, &sampler, 1, 10_000, &|| false);
         if bootstrap.estimate.mean() <= 0.0 {
             continue;
         }
-        let seeds = bootstrap.seeds(1, host.id(), CHAINS);
-        let mut batch = evaluator.batch(&world, &host, 0, &seeds, 1, &mut workspace.paths);
-        if host.depth().is_none() {
+        let seeds = bootstrap.seeds(1, sampler.id(), CHAINS);
+        let mut batch = evaluator.batch(&world, &sampler, 0, &seeds, 1, &mut workspace.paths);
+        if sampler.depth().is_none() {
             batch.combine(0.3 * bootstrap.estimate.mean() as f32, 1);
         }
         batch.watch(&[0; CHAINS], &Tiling::new(scene.film.crop));
@@ -107,7 +109,7 @@ fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
         march(WARM_UP);
         let before = REQUESTS.get();
         march(ITERATIONS);
-        found.push((host.depth(), REQUESTS.get() - before));
+        found.push((sampler.depth(), REQUESTS.get() - before));
     }
     assert!(found.len() >= 5, "the scene has light at few depths");
     found

@@ -1,4 +1,5 @@
-//! What the benches of chains share: scenes, chains ready to march, and how long criterion measures.
+//! What the benches of chains share: scenes, chains ready to march, and how long criterion
+//! measures.
 
 // Each bench uses its own part of this.
 #![allow(dead_code)]
@@ -37,7 +38,8 @@ pub fn cornell() -> Scene {
     scenes().swap_remove(0).1
 }
 
-/// Few and short measurements: differences that matter are larger than their noise. Flags of the command line still count.
+/// Few and short measurements: differences that matter are larger than their noise. Flags of the
+/// command line still count.
 pub fn criterion() -> Criterion {
     Criterion::default()
         .sample_size(10)

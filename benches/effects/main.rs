@@ -1,11 +1,13 @@
 //! What effects cost: where they are used, and where they are not.
 //!
-//! One small room, as plain as can be (`none.pbrt`), and the same room with one effect more (the other files here), or several. `planned` runs
-//! what the scene calls for; `forced` has every effect turned on, so that the difference is what the plan saves. Throughput is mutations of
-//! chains of one depth a second, on one thread at eight lanes. `instructions.sh` counts instructions.
+//! One small room, as plain as can be (`none.pbrt`), and the same room with one effect more (the
+//! other files here), or several. `planned` runs what the scene calls for; `forced` has every
+//! effect turned on, so that the difference is what the plan saves. Throughput is mutations of
+//! chains of one depth a second, on one thread at eight lanes. `instructions.sh` counts
+//! instructions.
 //!
-//! `cargo bench --bench effects -- --table` measures all of them in turns instead, round by round, so that a machine that changes its speed
-//! does so for all, and prints a table of medians.
+//! `cargo bench --bench effects -- --table` measures all of them in turns instead, round by round,
+//! so that a machine that changes its speed does so for all, and prints a table of medians.
 
 #[path = "../common/mod.rs"]
 mod common;

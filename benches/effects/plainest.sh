@@ -18,8 +18,10 @@ edit() { # FILE OLD NEW
 }
 
 # One kind of BSDF, one row of parameters for all hits of a material.
-edit src/surface/mod.rs 'match $kind {' 'match $kind {
-            _ => $self.$f::<$crate::surface::diffuse::Diffuse $(, $g)*>($($arg),*),'
+edit src/surface/table.rs 'match $value {' 'match $value {
+            _ => $crate::surface::table::call!(
+                $self, $f, $crate::surface::diffuse::Diffuse, $generics, $args
+            ),'
 edit src/transport/arrive.rs 'if OWN && ' 'if false && OWN && '
 # One kind of light, and one light.
 edit src/light/mod.rs 'for &kind in &self.present {' 'for _ in &self.present {

@@ -1,7 +1,7 @@
 //! Rays per second of every way to trace, by class of wave and size of scene.
 //!
-//! The question: which traversal should which wave take, and what does eight-wide SIMD gain over the scalar tracer? Melem/s
-//! are millions of rays per second on one core.
+//! The question: which traversal should which wave take, and what does eight-wide SIMD gain over
+//! the scalar tracer? Melem/s are millions of rays per second on one core.
 
 mod scenes;
 

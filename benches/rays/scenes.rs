@@ -57,8 +57,8 @@ fn small_room() -> Scene {
     scene(&triangles)
 }
 
-/// A closed room whose floor is a terrain, with bumpy spheres standing in it: `detail` is the number of rings of a sphere.
-/// About `14 * 2 * detail^2 * 2 + 8 * detail^2` triangles; 36 for 0.
+/// A closed room whose floor is a terrain, with bumpy spheres standing in it: `detail` is the
+/// number of rings of a sphere. About `14 * 2 * detail^2 * 2 + 8 * detail^2` triangles; 36 for 0.
 pub fn room(detail: usize) -> Scene {
     if detail == 0 {
         return small_room();
@@ -271,7 +271,8 @@ pub fn waves(scene: &Scene, tracer: &Tracer, side: usize) -> Vec<Wave> {
         }
         order
     };
-    // Rays lie in memory in the order they are traced, as in a renderer's batches: what is measured is the tree.
+    // Rays lie in memory in the order they are traced, as in a renderer's batches: what is measured
+    // is the tree.
     let wave = |name, rays: &[Ray], order: &[u32], shadow| Wave {
         name,
         rays: order.iter().map(|&i| rays[i as usize]).collect(),

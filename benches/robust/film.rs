@@ -1,4 +1,5 @@
-//! A film as most renderers have it: floating-point sums of filtered splats, which lose what is small beside them.
+//! A film as most renderers have it: floating-point sums of filtered splats, which lose what is
+//! small beside them.
 
 use phalanx::film::FilterTable;
 use std::ops::AddAssign;

@@ -1,7 +1,9 @@
-//! Eight lanes with cheaper numbers: polynomials of the lowest degree that leaves relative errors below 1e-3 (least
-//! maximum, by weighted least squares), and random numbers of the kind that a kernel in a hurry makes for itself.
+//! Eight lanes with cheaper numbers: polynomials of the lowest degree that leaves relative errors
+//! below 1e-3 (least maximum, by weighted least squares), and random numbers of the kind that a
+//! kernel in a hurry makes for itself.
 //!
-//! What is cheap is asked at run time, so that both sides of a comparison are the same compiled code and pay for asking.
+//! What is cheap is asked at run time, so that both sides of a comparison are the same compiled
+//! code and pay for asking.
 
 use phalanx::simd::{Lanes, Numerics, Row, UintLanes, f32x8};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -71,8 +73,8 @@ impl Numerics for Cheap {
         (Self::splat(-0.307_625_54) * z * z).mul_add(z, z)
     }
 
-    /// One hash to 32 bits, and on from there by a linear congruential generator whose high bits are folded over its low ones.
-    /// Counters collide, which is part of the bargain.
+    /// One hash to 32 bits, and on from there by a linear congruential generator whose high bits
+    /// are folded over its low ones. Counters collide, which is part of the bargain.
     #[inline(always)]
     fn hash(v: [Uint; 4]) -> [Uint; 4] {
         if !on(&CHEAP_RANDOM) {

@@ -1,11 +1,13 @@
 //! What do robust numerics cost, and what do they save?
 //!
-//! Cheaper choices stand in for those that Phalanx makes, by the traits that kernels are written over: another triangle test
-//! ([`TriangleTest`](phalanx::trace::TriangleTest)), lanes with other polynomials and random numbers
-//! ([`Numerics`](phalanx::simd::Numerics)), and a plain film beside the exact one. One thread, eight lanes.
+//! Cheaper choices stand in for those that Phalanx makes, by the traits that kernels are written
+//! over: another triangle test ([`TriangleTest`](phalanx::trace::TriangleTest)), lanes with other
+//! polynomials and random numbers ([`Numerics`](phalanx::simd::Numerics)), and a plain film beside
+//! the exact one. One thread, eight lanes.
 //!
-//! `cargo bench --bench robust -- --table` measures robust and cheap in turns, round by round, and prints ratios of the rounds. What
-//! robustness saves is checked whenever the bench starts: single-precision sums stop, and the cheap triangle test leaks.
+//! `cargo bench --bench robust -- --table` measures robust and cheap in turns, round by round, and
+//! prints ratios of the rounds. What robustness saves is checked whenever the bench starts:
+//! single-precision sums stop, and the cheap triangle test leaks.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -246,7 +248,8 @@ fn escapes<T: TriangleTest>(tracer: &Tracer, rays: &[Ray]) -> [usize; 2] {
     all
 }
 
-/// The cheap triangle test lets rays through the edges of a closed mesh; the watertight one does not.
+/// The cheap triangle test lets rays through the edges of a closed mesh; the watertight one does
+/// not.
 fn triangles_leak() {
     let scene = pbrt::load_str(CLOSED, "closed.pbrt", "".as_ref()).expect("the cushion loads");
     let tracer = Tracer::build(&scene);

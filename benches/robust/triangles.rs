@@ -1,6 +1,7 @@
-//! The triangle test of most renderers (Möller and Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"). Triangles
-//! that share an edge decide on it by different roundings, so that rays can slip through; fixed distances keep rays from
-//! meeting the surface they leave or end on.
+//! The triangle test of most renderers (Möller and Trumbore 1997, "Fast, Minimum Storage
+//! Ray/Triangle Intersection"). Triangles that share an edge decide on it by different roundings,
+//! so that rays can slip through; fixed distances keep rays from meeting the surface they leave or
+//! end on.
 
 use phalanx::simd::{Lanes, Mask};
 use phalanx::trace::{Sheared, TriangleHit, TriangleTest};

@@ -1,7 +1,8 @@
 //! How does the time of a mutation grow with depth, triangles, chains and threads?
 //!
-//! Each grows alone, the others fixed; throughput is mutations a second at eight lanes, on one thread where threads do not grow. The
-//! largest scene, of five million triangles, is built only with `PHALANX_BENCH_LARGE=1` in the environment.
+//! Each grows alone, the others fixed; throughput is mutations a second at eight lanes, on one
+//! thread where threads do not grow. The largest scene, of five million triangles, is built only
+//! with `PHALANX_BENCH_LARGE=1` in the environment.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -21,7 +22,8 @@ const STRIDE: u32 = 16;
 /// Of the chains, where depth does not grow.
 const DEPTH: usize = 4;
 
-/// Longer paths, in a closed room: none escapes, and nearly every mutation of depth `k` traces its `k + 1` rays.
+/// Longer paths, in a closed room: none escapes, and nearly every mutation of depth `k` traces its
+/// `k + 1` rays.
 fn depth(c: &mut Criterion) {
     let scene = room::lit(4);
     let world = World::new(&scene, 64);

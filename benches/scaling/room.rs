@@ -1,5 +1,5 @@
-//! The room of `benches/rays`, with a light under its ceiling, grey walls and a camera: a scene that chains can run in, of any number of
-//! triangles.
+//! The room of `benches/rays`, with a light under its ceiling, grey walls and a camera: a scene
+//! that chains can run in, of any number of triangles.
 
 // The waves of rays are not used here.
 #[allow(dead_code)]

@@ -32,7 +32,8 @@ fn folder() -> TempDir {
     folder
 }
 
-/// A folder of small files that scenes may name: `a.ply`, `a.pbrt`, `a.spd`, `a.pfm` and `square.pfm`.
+/// A folder of small files that scenes may name: `a.ply`, `a.pbrt`, `a.spd`, `a.pfm` and
+/// `square.pfm`.
 pub fn dir() -> PathBuf {
     FOLDER.with(|folder| folder.path().to_owned())
 }

@@ -1,4 +1,5 @@
-//! A picture file becomes texels that are numbers, or is refused with a message of one line. The first byte of the input is the kind of file.
+//! A picture file becomes texels that are numbers, or is refused with a message of one line. The
+//! first byte of the input is the kind of file.
 
 use phalanx::pbrt::image::{Encoding, read_image};
 

@@ -1,7 +1,8 @@
 //! What holds for any input, however odd: a check for every fuzz target.
 //!
-//! The targets in `fuzz_targets` call these with inputs of libFuzzer's making. `tests/renderer/fuzz_seeds.rs` of the renderer includes this file and calls
-//! them with the inputs kept in `seeds`, so that what was mended stays mended without a fuzzer.
+//! The targets in `fuzz_targets` call these with inputs of libFuzzer's making.
+//! `tests/renderer/fuzz_seeds.rs` of the renderer includes this file and calls them with the inputs
+//! kept in `seeds`, so that what was mended stays mended without a fuzzer.
 
 mod files;
 mod image;

@@ -1,7 +1,8 @@
-//! Paths through scenes that have every material, light and camera: whatever the primary samples, contributions are numbers, and one lane finds
-//! what eight find.
+//! Paths through scenes that have every material, light and camera: whatever the primary samples,
+//! contributions are numbers, and one lane finds what eight find.
 //!
-//! Input: scene, depth, then four bytes for every primary sample, as many as there are; the rest is random.
+//! Input: scene, depth, then four bytes for every primary sample, as many as there are; the rest is
+//! random.
 
 use std::sync::OnceLock;
 
@@ -48,7 +49,8 @@ fn samples(data: &[u8], seed: u64) -> impl FnMut() -> f32 {
     }
 }
 
-/// Any float of `[0, 1)`, zero, subnormal ones and the last before 1 among them: these are the bit patterns below that of 1.
+/// Any float of `[0, 1)`, zero, subnormal ones and the last before 1 among them: these are the bit
+/// patterns below that of 1.
 fn unit(bits: u32) -> f32 {
     f32::from_bits(bits % 1f32.to_bits())
 }

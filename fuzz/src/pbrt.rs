@@ -1,4 +1,5 @@
-//! Scene text loads as a sound scene, or is refused with a message of one line that begins with a place in the text.
+//! Scene text loads as a sound scene, or is refused with a message of one line that begins with a
+//! place in the text.
 
 use phalanx::pbrt::load_str;
 

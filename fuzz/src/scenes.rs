@@ -1,5 +1,6 @@
-//! Small scenes of odd but valid parts: huge, tiny and collapsed transforms, needles, fields of view of almost nothing. Those that load are
-//! sound, and paths through them are numbers; some are rendered.
+//! Small scenes of odd but valid parts: huge, tiny and collapsed transforms, needles, fields of
+//! view of almost nothing. Those that load are sound, and paths through them are numbers; some are
+//! rendered.
 //!
 //! Input: the choices that [`Unstructured`] makes of it.
 
@@ -42,7 +43,8 @@ const NUMBERS: [&str; 28] = [
     "0.9999999",
 ];
 
-/// In templates, `#` is a number, `%` one between 0 and 1, `$` a few of either sort that stay in sight of the camera.
+/// In templates, `#` is a number, `%` one between 0 and 1, `$` a few of either sort that stay in
+/// sight of the camera.
 const TRANSFORMS: [&str; 8] = [
     "Translate $ $ $",
     "Translate # # #",

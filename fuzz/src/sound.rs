@@ -4,7 +4,7 @@ use phalanx::scene::{LightKind, NONE, Param, Scene};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 
 /// Paths of a batch: not a multiple of the lanes.
 const PATHS: usize = 11;
@@ -87,7 +87,8 @@ pub fn a_few_paths(scene: &Scene) {
     unidirectional(&world, 3, &mut || random.uniform());
 }
 
-/// Evaluates multiplexed paths of one depth at both widths, which agree to the bit. Returns how many contributions were rejected.
+/// Evaluates multiplexed paths of one depth at both widths, which agree to the bit. Returns how
+/// many contributions were rejected.
 pub fn multiplexed(world: &World, depth: u32, sample: &mut dyn FnMut() -> f32) -> u32 {
     let plan = &world.plan.depths[depth as usize];
     let samples = matrix(plan.layout.total, sample);
@@ -137,11 +138,11 @@ fn matrix(dimensions: usize, sample: &mut dyn FnMut() -> f32) -> Samples {
     samples
 }
 
-fn agree(evaluate: impl Fn(Width) -> Vec<Outcome>) -> u32 {
+fn agree(evaluate: impl Fn(Width) -> Vec<Splat>) -> u32 {
     let (one, eight) = (evaluate(Width::One), evaluate(Width::Eight));
     assert_eq!((one.len(), eight.len()), (PATHS, <f32x8 as Lanes>::N + 3));
     for (a, b) in one.iter().zip(&eight) {
-        let bits = |o: &Outcome| {
+        let bits = |o: &Splat| {
             let [r, g, b] = o.rgb.map(f32::to_bits);
             let [x, y] = o.raster.map(f32::to_bits);
             [r, g, b, x, y, o.s, o.rejected]

@@ -1,8 +1,10 @@
-//! The camera: rays from raster positions, raster positions of points, and the density that both share.
+//! The camera: rays from raster positions, raster positions of points, and the density that both
+//! share.
 //!
-//! Raster space has `x` to the right and `y` down, pixel `(i, j)` covering `[i, i+1) x [j, j+1)`. Camera subpaths sample
-//! raster positions uniformly over the *sampled region* of the film ([`Region`]); the importance of a strategy with `t = 1` is
-//! normalised over the same region, so that crops and wide filters keep both consistent.
+//! Raster space has `x` to the right and `y` down, pixel `(i, j)` covering `[i, i+1) x [j, j+1)`.
+//! Camera subpaths sample raster positions uniformly over the *sampled region* of the film
+//! ([`Region`]); the importance of a strategy with `t = 1` is normalised over the same region, so
+//! that crops and wide filters keep both consistent.
 //!
 //! # Adding a camera
 //!
@@ -18,7 +20,8 @@ use self::sphere::Sphere;
 use crate::scene::{self, Projection, SphereMap};
 use crate::simd::{Lanes, Mask, Vec3, math};
 
-/// The part of the raster plane that samples fall in: the crop window grown by what the filter reaches beyond it.
+/// The part of the raster plane that samples fall in: the crop window grown by what the filter
+/// reaches beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
     pub x0: f32,
@@ -90,8 +93,9 @@ pub struct CameraRay<L> {
     pub origin: Vec3<L>,
     /// Unit.
     pub direction: Vec3<L>,
-    /// Density of the first vertex: per solid angle (perspective, sphere), or per area of the film plane (orthographic, where the
-    /// density over area at a surface is this times the cosine, whatever the distance).
+    /// Density of the first vertex: per solid angle (perspective, sphere), or per area of the film
+    /// plane (orthographic, where the density over area at a surface is this times the cosine,
+    /// whatever the distance).
     pub pdf: L,
 }
 
@@ -102,8 +106,9 @@ pub struct CameraConnection<L: Lanes> {
     /// Unit, from the point to the camera.
     pub to_camera: Vec3<L>,
     pub raster: (L, L),
-    /// Density over area that a camera subpath has at the point, without the cosine there: `pdf / distance^2` (perspective, sphere) or
-    /// `pdf` (orthographic). It is also the factor that importance contributes, since both are normalised alike.
+    /// Density over area that a camera subpath has at the point, without the cosine there: `pdf /
+    /// distance^2` (perspective, sphere) or `pdf` (orthographic). It is also the factor that
+    /// importance contributes, since both are normalised alike.
     pub pdf: L,
     pub valid: L::Mask,
 }
@@ -151,7 +156,8 @@ impl Camera {
         self.lens_radius > 0.0
     }
 
-    /// True if [`Self::connect`] reads its two primary samples: for a point on the lens, or for one of several places on the film.
+    /// True if [`Self::connect`] reads its two primary samples: for a point on the lens, or for one
+    /// of several places on the film.
     pub fn connects_by_choice(&self) -> bool {
         self.has_lens() || (self.sphere_map().is_some() && self.sphere.wraps)
     }
@@ -164,7 +170,8 @@ impl Camera {
         }
     }
 
-    /// True if `pdf` values are per area on a plane and distances to the camera leave densities alone.
+    /// True if `pdf` values are per area on a plane and distances to the camera leave densities
+    /// alone.
     pub fn is_parallel(&self) -> bool {
         self.projection == Projection::Orthographic
     }
@@ -183,8 +190,8 @@ impl Camera {
         ]
     }
 
-    /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if [`Self::has_lens`]. `PINHOLE` may be true if
-    /// [`Self::is_pinhole`].
+    /// The ray through raster `(x, y)`; `lens` are two primary samples, read only if
+    /// [`Self::has_lens`]. `PINHOLE` may be true if [`Self::is_pinhole`].
     #[inline(always)]
     pub fn ray<L: Lanes, const PINHOLE: bool>(&self, x: L, y: L, lens: (L, L)) -> CameraRay<L> {
         if !PINHOLE && self.sphere_map().is_some() {
@@ -226,8 +233,9 @@ impl Camera {
         }
     }
 
-    /// Joins `p` to the camera. Invalid behind the camera and outside the region. `lens` are two primary samples, read only if
-    /// [`Self::connects_by_choice`]. `PINHOLE` may be true if [`Self::is_pinhole`].
+    /// Joins `p` to the camera. Invalid behind the camera and outside the region. `lens` are two
+    /// primary samples, read only if [`Self::connects_by_choice`]. `PINHOLE` may be true if
+    /// [`Self::is_pinhole`].
     #[inline(always)]
     pub fn connect<L: Lanes, const PINHOLE: bool>(
         &self,
@@ -299,7 +307,8 @@ impl Camera {
         }
     }
 
-    /// Uniform over the region on the screen plane, as a density over solid angle (pbrt-v3, section 16.1.1).
+    /// Uniform over the region on the screen plane, as a density over solid angle (pbrt-v3, section
+    /// 16.1.1).
     #[inline(always)]
     fn solid_angle_pdf<L: Lanes>(&self, cos: L) -> L {
         L::splat(self.inv_area) / (cos * cos * cos)

@@ -1,17 +1,20 @@
 //! Cameras that see every direction: the raster plane wrapped around the sphere.
 //!
-//! The frame covers the sphere once, and the plane beyond its border covers it again, as a filter reaching over the border must see it:
-//! columns follow each other round the horizon, rows go on over a pole. Either map repeats with twice the frame's width and height; within
-//! that period a direction has four places, one on each [`Sheet`]. A region that is larger than the frame therefore sees some directions more
-//! than once. Such a direction has the density of all its places together, and a path joined to the camera chooses one of them uniformly,
-//! which is what a camera subpath does.
+//! The frame covers the sphere once, and the plane beyond its border covers it again, as a filter
+//! reaching over the border must see it: columns follow each other round the horizon, rows go on
+//! over a pole. Either map repeats with twice the frame's width and height; within that period a
+//! direction has four places, one on each [`Sheet`]. A region that is larger than the frame
+//! therefore sees some directions more than once. Such a direction has the density of all its
+//! places together, and a path joined to the camera chooses one of them uniformly, which is what a
+//! camera subpath does.
 
 use super::Region;
 use crate::scene::SphereMap;
 use crate::simd::{Lanes, Mask, Vec3, math};
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// Where a period of the plane has a place of the frame again: `sign * place + offset` in both coordinates.
+/// Where a period of the plane has a place of the frame again: `sign * place + offset` in both
+/// coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sheet {
     sign: [f32; 2],
@@ -26,7 +29,8 @@ pub(super) struct Sphere {
     size: [f32; 2],
     region: Region,
     sheets: [Sheet; 4],
-    /// Density over solid angle of one place, times the sine of its polar angle on an equirectangular map.
+    /// Density over solid angle of one place, times the sine of its polar angle on an
+    /// equirectangular map.
     density: f32,
     /// The region is not within the frame.
     pub wraps: bool,
@@ -37,7 +41,8 @@ impl Sphere {
         let size = [width as f32, height as f32];
         let [w, h] = size;
         let sheet = |sign, offset| Sheet { sign, offset };
-        // Over a pole the other half of the circle goes on; over an edge of the octahedral square its other half, turned round.
+        // Over a pole the other half of the circle goes on; over an edge of the octahedral square
+        // its other half, turned round.
         let sheets = match map {
             SphereMap::Equirectangular => [
                 sheet([1.0, 1.0], [0.0, 0.0]),
@@ -103,7 +108,8 @@ impl Sphere {
         }
     }
 
-    /// The place in the frame, in `[0, 1]` both ways, that looks along unit `d`, and the sine that its density is divided by.
+    /// The place in the frame, in `[0, 1]` both ways, that looks along unit `d`, and the sine that
+    /// its density is divided by.
     #[inline(always)]
     fn place<L: Lanes>(&self, d: Vec3<L>) -> ((L, L), L) {
         match self.map {
@@ -153,8 +159,8 @@ impl Sphere {
         repeats(at, 2.0 * self.size[1], self.region.y0, self.region.height)
     }
 
-    /// A place of the region that looks along unit `d`, and the density of `d` over solid angle; `choice` in `[0, 1)` decides between places if
-    /// the region [`wraps`](Self::wraps).
+    /// A place of the region that looks along unit `d`, and the density of `d` over solid angle;
+    /// `choice` in `[0, 1)` decides between places if the region [`wraps`](Self::wraps).
     #[inline(always)]
     pub fn raster<L: Lanes>(&self, d: Vec3<L>, choice: L) -> ((L, L), L, L::Mask) {
         let (base, sin) = self.place(d);

@@ -3,8 +3,9 @@
 use crate::simd::{Lanes, Mask, math};
 use crate::transport::Paths;
 
-/// The scalar a chain equilibrates to: the mean of the channels. Positive wherever any channel is (luminance would starve blue), and a
-/// colour over its target is at most 3 a channel, which is what lets the film be fixed-point.
+/// The scalar a chain equilibrates to: the mean of the channels. Positive wherever any channel is
+/// (luminance would starve blue), and a colour over its target is at most 3 a channel, which is
+/// what lets the film be fixed-point.
 #[inline(always)]
 pub fn target<L: Lanes>(rgb: [L; 3]) -> L {
     // Divided first: three large finite channels must not overflow.
@@ -36,8 +37,8 @@ pub fn colour<L: Lanes>(rgb: [L; 3], target: L) -> [L; 3] {
     [over(r), over(g), over(b)]
 }
 
-/// Metropolis acceptance `min(1, proposed / current)` of two finite, non-negative targets. A state without light accepts any that has some,
-/// and nothing accepts a proposal without.
+/// Metropolis acceptance `min(1, proposed / current)` of two finite, non-negative targets. A state
+/// without light accepts any that has some, and nothing accepts a proposal without.
 #[inline(always)]
 pub fn acceptance<L: Lanes>(current: L, proposed: L) -> L {
     let one = L::one();
@@ -45,9 +46,10 @@ pub fn acceptance<L: Lanes>(current: L, proposed: L) -> L {
     ratio.or_zero(proposed.gt(L::zero()).and(proposed.is_finite()))
 }
 
-/// The same where proposals are not as probable as their reversals: `min(1, proposed / current exp(log_ratio))`, with the natural
-/// logarithm of the density of the way back over that of the way there (Hastings 1970). A proposal from which there is no way back
-/// (`-inf`, or not a number) is rejected.
+/// The same where proposals are not as probable as their reversals: `min(1, proposed / current
+/// exp(log_ratio))`, with the natural logarithm of the density of the way back over that of the way
+/// there (Hastings 1970). A proposal from which there is no way back (`-inf`, or not a number) is
+/// rejected.
 #[inline(always)]
 pub fn biased_acceptance<L: Lanes>(current: L, proposed: L, log_ratio: L) -> L {
     let one = L::one();

@@ -1,29 +1,32 @@
-//! A batch of chains of one host, marching in lockstep.
+//! A batch of chains of one sampler, marching in lockstep.
 //!
 //! # Independent samples
 //!
-//! Large steps are independent samples of the whole picture, accepted or not. [`Batch::combine`] has the film keep all of them, beside the
-//! states of the chains, in a layer of their own, weighed against each other by the balance heuristic (Kelemen, Szirmay-Kalos, Antal
-//! and Csonka 2002). Of `M` mutations, states have the density `I / b` in primary sample space, large steps, `p M` of them,
-//! the density 1; so that with a constant `c`, about `p b`,
+//! Large steps are independent samples of the whole picture, accepted or not. [`Batch::combine`]
+//! has the film keep all of them, beside the states of the chains, in a layer of their own, weighed
+//! against each other by the balance heuristic (Kelemen, Szirmay-Kalos, Antal and Csonka 2002). Of
+//! `M` mutations, states have the density `I / b` in primary sample space, large steps, `p M` of
+//! them, the density 1; so that with a constant `c`, about `p b`,
 //!
 //! ```text
 //! w(u)     = (I / b) / (I / b + p)   = I / (I + c)     weight of u as a state
 //! 1 - w(u) = p / (I / b + p)         = c / (I + c)     weight of u as a large step
 //! ```
 //!
-//! A state is splatted with the colour `w F / I`, where `F` are its contributions and `I` their mean channels, added up. Both layers hold the
-//! same splats:
+//! A state is splatted with the colour `w F / I`, where `F` are its contributions and `I` their
+//! mean channels, added up. Both layers hold the same splats:
 //!
 //! ```text
 //! states:       b / M      * sum over states, by their Metropolis weights, of  w F / I
 //! large steps:  c / (p M)  * sum over large steps of                           w F / I
 //! ```
 //!
-//! The first has the expectation of `w F` (states have the density `I / b`, so that the scale has to be the best `b` there is), the second,
-//! since `c w / I = c / (I + c) = 1 - w`, that of `(1 - w) F`: `c` enters both, and any other would do. It is found before the chains
-//! march and stays; `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis weight, a large step once
-//! more with weight 1: Kelemen's equations, but for `b`, which need not be known when they splat.
+//! The first has the expectation of `w F` (states have the density `I / b`, so that the scale has
+//! to be the best `b` there is), the second, since `c w / I = c / (I + c) = 1 - w`, that of `(1 -
+//! w) F`: `c` enters both, and any other would do. It is found before the chains march and stays;
+//! `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis
+//! weight, a large step once more with weight 1: Kelemen's equations, but for `b`, which need not
+//! be known when they splat.
 
 use super::accept::{acceptance, biased_acceptance, colour, target, total, totals};
 use super::bootstrap::Moments;
@@ -31,13 +34,13 @@ use super::counts::{Counts, LargeSteps, chain_id};
 use super::monitor::{Monitor, View};
 use super::primary::PrimarySampleSpace;
 use super::splats::proposal;
-use super::splats::{ONE, StateSplat, exchange, fixed, in_units, mask, normalised, push, weight};
+use super::splats::{ChainSplat, ONE, exchange, fixed, in_units, mask, normalised, push, weight};
 use super::target::{Steps, Target};
 use crate::film::{Destination, SplatFilm, SplatLog, Tiling};
 use crate::simd::Lanes;
 use crate::transport::clock::Stage;
-use crate::transport::records::OutcomeLanes;
-use crate::transport::{Host, Paths, World};
+use crate::transport::records::SplatLanes;
+use crate::transport::{PathSampler, Paths, World};
 
 /// Chains of one target and where they stand.
 pub struct Batch<T: Target = PrimarySampleSpace> {
@@ -51,20 +54,21 @@ pub struct Batch<T: Target = PrimarySampleSpace> {
     /// Targets of the current states.
     targets: Vec<f32>,
     /// The rest of the current states, `[splat][chain]`.
-    states: Vec<StateSplat>,
+    states: Vec<ChainSplat>,
     /// Weight each current state has collected since it was accepted.
     weights: Vec<u64>,
     /// 1 for large steps, 0 for small ones.
     large: Vec<f32>,
     decide: Vec<f32>,
-    /// Of the latest proposals: acceptance, whether accepted (1 or 0), whether the state that was left has light.
+    /// Of the latest proposals: acceptance, whether accepted (1 or 0), whether the state that was
+    /// left has light.
     share: Vec<f32>,
     taken: Vec<f32>,
     lit: Vec<f32>,
     /// Targets of the latest large steps, 0 for small ones.
     seen: Vec<f32>,
     /// States that the latest step has left, and their weights.
-    left: Vec<StateSplat>,
+    left: Vec<ChainSplat>,
     left_weights: Vec<u64>,
     /// Next iteration.
     iteration: u32,
@@ -86,14 +90,14 @@ struct Combined {
 /// Where a chain stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State<S = Vec<f32>> {
-    /// [`Target::State`]; primary samples are laid out as their host says.
+    /// [`Target::State`]; primary samples are laid out as their sampler says.
     pub samples: S,
     pub target: f32,
 }
 
 /// What a chain did in an iteration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step<S = Vec<f32>> {
+pub struct ChainStep<S = Vec<f32>> {
     pub proposal: S,
     /// Drawn afresh, not a movement of the current state.
     pub large: bool,
@@ -121,28 +125,30 @@ impl Workspace {
     }
 }
 
-/// Splats collected before they go to the film, 256 KiB: the more, the more of them are neighbours there.
+/// Splats collected before they go to the film, 256 KiB: the more, the more of them are neighbours
+/// there.
 const LOG: usize = 8192;
 
 impl Batch {
-    /// Chains `first..first + seeds.len()` of a host, started from bootstrap samples. A host of one depth has the world's plan of that depth,
-    /// or one that differs from it in how strategies are chosen.
+    /// Chains `first..first + seeds.len()` of a sampler, started from bootstrap samples. A sampler
+    /// of one depth has the world's plan of that depth, or one that differs from it in how
+    /// strategies are chosen.
     pub fn new<L: Lanes>(
         world: &World,
-        host: impl Into<Host>,
+        sampler: impl Into<PathSampler>,
         first: usize,
         seeds: &[u64],
         seed: u64,
         paths: &mut Paths,
     ) -> Self {
-        let target = PrimarySampleSpace::new(host, seeds.len());
+        let target = PrimarySampleSpace::new(sampler, seeds.len());
         Self::over::<L>(world, target, first, seeds, seed, paths)
     }
 }
 
 impl<T: Target> Batch<T> {
-    /// Chains `first..first + seeds.len()` of a target that has room for as many, started from the bootstrap samples `seeds` of
-    /// the run with this `seed`.
+    /// Chains `first..first + seeds.len()` of a target that has room for as many, started from the
+    /// bootstrap samples `seeds` of the run with this `seed`.
     pub fn over<L: Lanes>(
         world: &World,
         mut target: T,
@@ -159,11 +165,11 @@ impl<T: Target> Batch<T> {
         let mut targets = totals(paths, splats);
         let state = |row: usize, i: usize| {
             let o = &paths.splat_row(row)[i];
-            StateSplat {
+            ChainSplat {
                 colour: colour(o.rgb, targets[i]),
                 raster: o.raster,
                 s: o.s,
-                ..StateSplat::default()
+                ..ChainSplat::default()
             }
         };
         let states = (0..splats)
@@ -188,7 +194,7 @@ impl<T: Target> Batch<T> {
             taken,
             lit: vec![0.0; padded],
             seen: vec![0.0; padded],
-            left: vec![StateSplat::default(); splats * n],
+            left: vec![ChainSplat::default(); splats * n],
             left_weights: vec![0; n],
             iteration: 0,
             large_moments: LargeSteps::new(n),
@@ -199,16 +205,17 @@ impl<T: Target> Batch<T> {
         }
     }
 
-    /// Watches the chains from now on. `groups` says which of the [`GROUPS`](crate::film::GROUPS) groups of all chains of the host each belongs
-    /// to, ascending.
+    /// Watches the chains from now on. `groups` says which of the [`GROUPS`](crate::film::GROUPS)
+    /// groups of all chains of the sampler each belongs to, ascending.
     pub fn watch(&mut self, groups: &[u8], tiling: &Tiling) {
         let combined = self.combined.is_some();
         let monitor = Monitor::new(groups, self.target.strategies(), combined, tiling);
         self.monitor = Some(monitor);
     }
 
-    /// From now on large steps are splatted to a layer of their own, too, and all splats are weighed by the module's equations. To be called
-    /// before any has been, and before the chains are watched.
+    /// From now on large steps are splatted to a layer of their own, too, and all splats are
+    /// weighed by the module's equations. To be called before any has been, and before the
+    /// chains are watched.
     pub fn combine(&mut self, constant: f32, layer: usize) {
         let n = self.len();
         for row in self.states.chunks_mut(n.max(1)) {
@@ -304,7 +311,8 @@ impl<T: Target> Batch<T> {
         }
     }
 
-    /// One step of all chains. What they leave behind is splatted by [`Self::march`] only; [`Self::latest`] says what they did.
+    /// One step of all chains. What they leave behind is splatted by [`Self::march`] only;
+    /// [`Self::latest`] says what they did.
     #[inline(always)]
     pub fn step<L: Lanes>(&mut self, world: &World, kernel: &T::Kernel, paths: &mut Paths) {
         let n = self.len();
@@ -340,8 +348,8 @@ impl<T: Target> Batch<T> {
     }
 
     /// What chain `i` did in the latest step.
-    pub fn latest(&self, i: usize) -> Step<T::State> {
-        Step {
+    pub fn latest(&self, i: usize) -> ChainStep<T::State> {
+        ChainStep {
             proposal: self.target.proposed(i),
             large: self.large[i] > 0.0,
             acceptance: self.share[i],
@@ -350,8 +358,9 @@ impl<T: Target> Batch<T> {
         }
     }
 
-    /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 - a`, Veach and Guibas 1997, section 5.1):
-    /// the one left behind is splatted, the one that stays collects weight until it is left.
+    /// Accepts or rejects every proposal. Both states are worth their expected share (`a` and `1 -
+    /// a`, Veach and Guibas 1997, section 5.1): the one left behind is splatted, the one that
+    /// stays collects weight until it is left.
     fn accept<L: Lanes>(&mut self, paths: &Paths) {
         let n = self.order.len();
         let splats = self.target.splats();
@@ -359,12 +368,12 @@ impl<T: Target> Batch<T> {
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let first = OutcomeLanes::<L>::load(&paths.splats.camera, list);
+            let first = SplatLanes::<L>::load(&paths.splats.camera, list);
             let mut proposed = target(first.rgb.to_array());
             if splats > 1 {
                 let others = (1..splats).map(|row| {
                     target(
-                        OutcomeLanes::<L>::load(paths.splat_row(row), list)
+                        SplatLanes::<L>::load(paths.splat_row(row), list)
                             .rgb
                             .to_array(),
                     )
@@ -392,7 +401,7 @@ impl<T: Target> Batch<T> {
             let new = normalised(&first, proposed, scale);
             let goes = exchange(taken, new, &mut self.states[..n], &mut self.left[..n], list);
             for row in 1..splats {
-                let more = OutcomeLanes::<L>::load(paths.splat_row(row), list);
+                let more = SplatLanes::<L>::load(paths.splat_row(row), list);
                 let new = normalised(&more, proposed, scale);
                 let all = row * n..(row + 1) * n;
                 let states = &mut self.states[all.clone()];
@@ -423,7 +432,8 @@ impl<T: Target> Batch<T> {
         self.counts.rejected += paths.rejected(splats);
     }
 
-    /// Weights, and sums over large steps: plain loops over arrays, which compilers turn into vector code.
+    /// Weights, and sums over large steps: plain loops over arrays, which compilers turn into
+    /// vector code.
     fn collect(&mut self) {
         let n = self.order.len();
         let (share, taken, lit) = (&self.share[..n], &self.taken[..n], &self.lit[..n]);

@@ -1,12 +1,13 @@
-//! Bootstrap: the integral of the target of each host (of each depth, if paths are multiplexed), and first states drawn in
-//! proportion to it (Veach and Guibas 1997, section 4.3, by systematic resampling).
+//! Bootstrap: the integral of the target of each sampler (of each depth, if paths are multiplexed),
+//! and first states drawn in proportion to it (Veach and Guibas 1997, section 4.3, by systematic
+//! resampling).
 
 use super::accept::totals;
 use super::primary::{PrimarySampleSpace, REPLICAS};
 use super::target::Target;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream, unit_float};
-use crate::transport::{Host, Paths, World};
+use crate::transport::{PathSampler, Paths, World};
 use rayon::prelude::*;
 
 /// Paths evaluated at a time.
@@ -50,7 +51,8 @@ impl Moments {
     }
 }
 
-/// The estimate of one integral: the quasirandom bootstrap, and independent samples that came later.
+/// The estimate of one integral: the quasirandom bootstrap, and independent samples that came
+/// later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     pub bootstrap: Moments,
@@ -72,8 +74,9 @@ impl Estimate {
         }
     }
 
-    /// Both means, weighted by the independent samples they are worth. The gain is a ratio of two errors of the same samples: where
-    /// a rare path was missed both are too small, and the weights stay right.
+    /// Both means, weighted by the independent samples they are worth. The gain is a ratio of two
+    /// errors of the same samples: where a rare path was missed both are too small, and the
+    /// weights stay right.
     pub fn mean(&self) -> f64 {
         let w = self.bootstrap.count as f64 * self.gain();
         let n = self.later.count as f64;
@@ -107,7 +110,8 @@ pub struct Bootstrap {
     pub estimate: Estimate,
     /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
     values: Vec<Vec<f32>>,
-    /// Sums over the paths of each strategy, in order; none if no path has been made, or the host has no strategies.
+    /// Sums over the paths of each strategy, in order; none if no path has been made, or the
+    /// sampler has no strategies.
     strategies: Vec<Moments>,
     /// Samples asked for.
     wanted: u64,
@@ -117,7 +121,7 @@ pub struct Bootstrap {
 
 /// What a chunk of paths has come to; no values if it was cancelled.
 #[derive(Default)]
-struct Part {
+struct ChunkSums {
     values: Vec<f32>,
     strategies: Vec<Moments>,
     rejected: u64,
@@ -137,16 +141,17 @@ impl Bootstrap {
         }
     }
 
-    /// Evaluates `count` uniform paths. `cancelled` is asked between chunks; a cancelled bootstrap has fewer samples.
+    /// Evaluates `count` uniform paths. `cancelled` is asked between chunks; a cancelled bootstrap
+    /// has fewer samples.
     pub fn run<L: Lanes>(
         world: &World,
-        host: impl Into<Host>,
+        sampler: impl Into<PathSampler>,
         seed: u64,
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Self {
         let mut bootstrap = Self::new(count);
-        bootstrap.extend::<L>(world, &host.into(), seed, count, cancelled);
+        bootstrap.extend::<L>(world, &sampler.into(), seed, count, cancelled);
         bootstrap.settle();
         bootstrap
     }
@@ -164,16 +169,17 @@ impl Bootstrap {
         self.len() < self.wanted
     }
 
-    /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all). `cancelled` is asked between chunks.
+    /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all).
+    /// `cancelled` is asked between chunks.
     pub fn extend<L: Lanes>(
         &mut self,
         world: &World,
-        host: &Host,
+        sampler: &PathSampler,
         seed: u64,
         until: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) {
-        let target = || PrimarySampleSpace::new(host, CHUNK as usize);
+        let target = || PrimarySampleSpace::new(sampler, CHUNK as usize);
         self.extend_over::<_, L>(world, target, seed, until, cancelled);
     }
 
@@ -191,7 +197,7 @@ impl Bootstrap {
         let room = strategies.last().map_or(0, |s| *s as usize + 1);
         let work = |(paths, target): &mut (Paths, T), chunk: u64| {
             if cancelled() {
-                return Part::default();
+                return ChunkSums::default();
             }
             let first = chunk * CHUNK;
             let n = (until - first).min(CHUNK) as usize;
@@ -201,25 +207,25 @@ impl Bootstrap {
             let rejected = paths.rejected(target.splats());
             let values = totals(paths, target.splats());
             let mut by_light_vertices = vec![Moments::default(); room];
-            for (outcome, value) in paths.splats.camera.iter().zip(&values) {
-                if let Some(moments) = by_light_vertices.get_mut(outcome.s as usize) {
+            for (splat, value) in paths.splats.camera.iter().zip(&values) {
+                if let Some(moments) = by_light_vertices.get_mut(splat.s as usize) {
                     moments.add(*value);
                 }
             }
             let strategies = strategies.iter();
-            Part {
+            ChunkSums {
                 strategies: strategies.map(|s| by_light_vertices[*s as usize]).collect(),
                 values,
                 rejected,
                 rays: paths.rays.traced - rays,
             }
         };
-        let chunks: Vec<Part> = (self.len() / CHUNK..until.div_ceil(CHUNK))
+        let chunks: Vec<ChunkSums> = (self.len() / CHUNK..until.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(|| (Paths::new(world), target()), work)
             .collect();
-        // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left out has lost its place, and counts
-        // as if it had not been made.
+        // Path numbers are positions in `values`: what lies beyond the first chunk that a stop left
+        // out has lost its place, and counts as if it had not been made.
         let whole = chunks
             .into_iter()
             .take_while(|part| !part.values.is_empty());
@@ -238,7 +244,8 @@ impl Bootstrap {
         }
     }
 
-    /// Sums over the paths of each of the host's strategies, in order; empty if no path has been made.
+    /// Sums over the paths of each of the sampler's strategies, in order; empty if no path has been
+    /// made.
     pub fn strategies(&self) -> &[Moments] {
         &self.strategies
     }
@@ -253,8 +260,9 @@ impl Bootstrap {
         self.estimate.replica_error2 = replica_error2(self.len(), self.all());
     }
 
-    /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal steps through the cumulative sum, so
-    /// that a sample is drawn as often as its share says, rounded up or down. `id` is the host's ([`Host::id`]).
+    /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal
+    /// steps through the cumulative sum, so that a sample is drawn as often as its share says,
+    /// rounded up or down. `id` is the sampler's ([`PathSampler::id`]).
     pub fn seeds(&self, seed: u64, id: u32, n: usize) -> Vec<u64> {
         self.draw(&Stream::new(seed, Purpose::Seeding), id, n)
     }

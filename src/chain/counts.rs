@@ -40,9 +40,10 @@ impl Counts {
     }
 }
 
-/// Chain number of chain `j` of a host. No two chains of a run share one, and none depends on how chains are batched.
-pub(super) fn chain_id(host: u32, j: usize) -> u32 {
-    host << MAX_CHAINS_BITS | j as u32
+/// Chain number of chain `j` of a sampler. No two chains of a run share one, and none depends on
+/// how chains are batched.
+pub(super) fn chain_id(sampler: u32, j: usize) -> u32 {
+    sampler << MAX_CHAINS_BITS | j as u32
 }
 
 const MAX_CHAINS_BITS: u32 = 20;

@@ -1,7 +1,8 @@
 //! Kernels at a width chosen at run time.
 //!
-//! All kernels are generic over lanes, and whoever calls a generic function from another crate compiles it once more. An
-//! [`Evaluator`] is not generic: tests and benchmarks that go through it share the kernels that this crate has compiled.
+//! All kernels are generic over lanes, and whoever calls a generic function from another crate
+//! compiles it once more. An [`Evaluator`] is not generic: tests and benchmarks that go through it
+//! share the kernels that this crate has compiled.
 
 use super::batch::{Batch, Workspace};
 use super::bootstrap::Bootstrap;
@@ -11,11 +12,11 @@ use crate::film::{Destination, SplatFilm};
 use crate::plan::DepthPlan;
 use crate::simd::{Width, f32x8};
 use crate::trace::{Coherence, Hit, Ray, Tracer};
+use crate::transport::alpha_mask::Through;
 use crate::transport::bidirectional::BidirectionalLayout;
-use crate::transport::cutout::Through;
 use crate::transport::evaluate::UnidirectionalLayout;
 use crate::transport::samples::Samples;
-use crate::transport::{Host, Paths, World};
+use crate::transport::{PathSampler, Paths, World};
 
 /// Calls a function at the lanes of a width, as which the given name stands in the call.
 macro_rules! at {
@@ -143,63 +144,68 @@ impl Evaluator {
     }
 
     /// [`primary::regenerate`].
-    pub fn regenerate(self, host: impl Into<Host>, seed: u64, indices: &[u64]) -> Samples {
-        self.regenerate_of(&host.into(), seed, indices)
+    pub fn regenerate(
+        self,
+        sampler: impl Into<PathSampler>,
+        seed: u64,
+        indices: &[u64],
+    ) -> Samples {
+        self.regenerate_of(&sampler.into(), seed, indices)
     }
 
     #[inline(never)]
-    fn regenerate_of(self, host: &Host, seed: u64, indices: &[u64]) -> Samples {
-        at!(self.width, L => primary::regenerate::<L>(host, seed, indices))
+    fn regenerate_of(self, sampler: &PathSampler, seed: u64, indices: &[u64]) -> Samples {
+        at!(self.width, L => primary::regenerate::<L>(sampler, seed, indices))
     }
 
     /// [`Bootstrap::run`].
     pub fn bootstrap(
         self,
         world: &World,
-        host: impl Into<Host>,
+        sampler: impl Into<PathSampler>,
         seed: u64,
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Bootstrap {
-        self.bootstrap_of(world, &host.into(), seed, count, cancelled)
+        self.bootstrap_of(world, &sampler.into(), seed, count, cancelled)
     }
 
     #[inline(never)]
     fn bootstrap_of(
         self,
         world: &World,
-        host: &Host,
+        sampler: &PathSampler,
         seed: u64,
         count: u64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Bootstrap {
-        at!(self.width, L => Bootstrap::run::<L>(world, host, seed, count, cancelled))
+        at!(self.width, L => Bootstrap::run::<L>(world, sampler, seed, count, cancelled))
     }
 
     /// [`Batch::new`].
     pub fn batch(
         self,
         world: &World,
-        host: impl Into<Host>,
+        sampler: impl Into<PathSampler>,
         first: usize,
         seeds: &[u64],
         seed: u64,
         paths: &mut Paths,
     ) -> Batch {
-        self.batch_of(world, &host.into(), first, seeds, seed, paths)
+        self.batch_of(world, &sampler.into(), first, seeds, seed, paths)
     }
 
     #[inline(never)]
     fn batch_of(
         self,
         world: &World,
-        host: &Host,
+        sampler: &PathSampler,
         first: usize,
         seeds: &[u64],
         seed: u64,
         paths: &mut Paths,
     ) -> Batch {
-        at!(self.width, L => Batch::new::<L>(world, host, first, seeds, seed, paths))
+        at!(self.width, L => Batch::new::<L>(world, sampler, first, seeds, seed, paths))
     }
 
     /// [`Batch::step`].

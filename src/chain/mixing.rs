@@ -1,12 +1,14 @@
-//! How well the chains of a host have mixed.
+//! How well the chains of a sampler have mixed.
 //!
-//! Every chain's segments ([`super::monitor`]) are sequences of equal length `n`; with `W` the mean variance within sequences and `V` the
-//! variance of their means, split R-hat is `sqrt(((n - 1) / n * W + V) / W)` (Gelman and Rubin 1992; Gelman et al. 2013, section 11.4, with as
-//! many segments as there are). It is near 1 when every part of every chain has seen the same; it compares distributions as they are, without
-//! the rank normalisation of Vehtari et al. 2021, because raster positions are bounded and targets enter by their logarithm.
+//! Every chain's segments ([`super::monitor`]) are sequences of equal length `n`; with `W` the mean
+//! variance within sequences and `V` the variance of their means, split R-hat is `sqrt(((n - 1) / n
+//! * W + V) / W)` (Gelman and Rubin 1992; Gelman et al. 2013, section 11.4, with as many segments
+//! as there are). It is near 1 when every part of every chain has seen the same; it compares
+//! distributions as they are, without the rank normalisation of Vehtari et al. 2021, because raster
+//! positions are bounded and targets enter by their logarithm.
 //!
-//! With thousands of chains no autocorrelation needs to be estimated: the variance of the chains' own means says directly how many
-//! independent samples a chain is worth.
+//! With thousands of chains no autocorrelation needs to be estimated: the variance of the chains'
+//! own means says directly how many independent samples a chain is worth.
 
 use super::monitor::{EVERY, Monitor, SCALARS, Stay, Tally};
 use serde::Serialize;
@@ -14,20 +16,24 @@ use serde::Serialize;
 /// Mixing of the chains of a depth, or of all depths at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Mixing {
-    /// Largest split R-hat of raster x, raster y and log target; `None` where the chains are too short to tell.
+    /// Largest split R-hat of raster x, raster y and log target; `None` where the chains are too
+    /// short to tell.
     pub rhat: Option<f64>,
     /// Smallest effective sample size of the three, over all chains; `None` likewise.
     pub ess: Option<f64>,
-    /// Part of all small and of all large proposals that carries no light; `None` if there was none.
+    /// Part of all small and of all large proposals that carries no light; `None` if there was
+    /// none.
     pub dark_small: Option<f64>,
     pub dark_large: Option<f64>,
     /// None for all depths at once: every state has all strategies.
     pub strategies: Vec<StrategyMixing>,
-    /// Chains that stayed in one state for more than [`LONG_STAY`] iterations and a tenth of their length.
+    /// Chains that stayed in one state for more than [`LONG_STAY`] iterations and a tenth of their
+    /// length.
     pub stuck: Vec<Stuck>,
 }
 
-/// The same for one strategy `(s, t)`, over the scalar that is 1 where a state belongs to it and 0 elsewhere.
+/// The same for one strategy `(s, t)`, over the scalar that is 1 where a state belongs to it and 0
+/// elsewhere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StrategyMixing {
     pub s: u32,
@@ -36,7 +42,8 @@ pub struct StrategyMixing {
     pub share: f64,
     pub rhat: Option<f64>,
     pub ess: Option<f64>,
-    /// Mean acceptance probability of proposals of this strategy, and the part of them that carries no light, by kind of step.
+    /// Mean acceptance probability of proposals of this strategy, and the part of them that
+    /// carries no light, by kind of step.
     pub acceptance_small: Option<f64>,
     pub acceptance_large: Option<f64>,
     pub dark_small: Option<f64>,
@@ -63,7 +70,8 @@ pub const LONG_STAY: u32 = 100;
 const FEWEST_RECORDS: u32 = 4;
 
 impl Mixing {
-    /// Judges all batches of a depth (`None`: of all depths at once), which have made the same number of iterations.
+    /// Judges all batches of a depth (`None`: of all depths at once), which have made the same
+    /// number of iterations.
     pub fn of(depth: Option<u32>, iterations: u32, monitors: &[&Monitor]) -> Self {
         let Some(first) = monitors.first() else {
             return Self::default();
@@ -217,7 +225,8 @@ impl Scalar {
         self.length >= FEWEST_RECORDS && self.chains >= 2 && self.segments > self.chains
     }
 
-    /// Mean variance within segments, and the variance of their means; `None` if too little is known.
+    /// Mean variance within segments, and the variance of their means; `None` if too little is
+    /// known.
     fn variances(&self) -> Option<(f64, f64)> {
         if !self.tells() {
             return None;
@@ -225,7 +234,8 @@ impl Scalar {
         let m = self.segments as f64;
         let within = self.within / m;
         let between = (self.squares - self.means * self.means / m).max(0.0) / (m - 1.0);
-        // Below this it is rounding: the scalar is a constant, of which all chains have seen everything.
+        // Below this it is rounding: the scalar is a constant, of which all chains have seen
+        // everything.
         let least = 1e-12 * self.squares / m;
         Some(if within + between > least {
             (within, between)
@@ -241,7 +251,8 @@ impl Scalar {
         Some((((n - 1.0) / n * within + between) / within).sqrt())
     }
 
-    /// The number of independent samples whose mean has the variance of the mean of all chains; at most the number of iterations.
+    /// The number of independent samples whose mean has the variance of the mean of all chains; at
+    /// most the number of iterations.
     fn ess(&self) -> Option<f64> {
         let (within, between) = self.variances()?;
         let n = f64::from(self.length);
@@ -262,7 +273,8 @@ impl Scalar {
 mod tests {
     use super::*;
 
-    /// A chain of `segments * n` values that keeps its value with probability `keep`, else draws a standard normal one, plus `shift`.
+    /// A chain of `segments * n` values that keeps its value with probability `keep`, else draws a
+    /// standard normal one, plus `shift`.
     fn chain(state: &mut u64, segments: usize, n: u32, keep: f64, shift: f64) -> Vec<(f64, f64)> {
         let mut uniform = || {
             *state = state

@@ -1,13 +1,15 @@
-//! What a batch's chains have been up to: how well they mix, how their proposals fare, and where independent samples find light.
+//! What a batch's chains have been up to: how well they mix, how their proposals fare, and where
+//! independent samples find light.
 //!
-//! Chains are recorded every [`EVERY`]th iteration: neighbouring states are alike, and a sixteenth of them tells nearly as much. Records go to up
-//! to four segments of equal length; when all are full, pairs are joined and the length doubles, so that a run of any length ends with
-//! two, three or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
+//! Chains are recorded every [`EVERY`]th iteration: neighbouring states are alike, and a sixteenth
+//! of them tells nearly as much. Records go to up to four segments of equal length; when all are
+//! full, pairs are joined and the length doubles, so that a run of any length ends with two, three
+//! or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
-use super::splats::{StateSplat, proposal};
+use super::splats::{ChainSplat, proposal};
 use crate::film::Tiling;
 use crate::simd::Lanes;
-use crate::transport::Outcome;
+use crate::transport::Splat;
 use std::ops::Range;
 
 /// Iterations from record to record.
@@ -16,7 +18,8 @@ pub const EVERY: u32 = 16;
 /// Segments that a run is split into.
 const SEGMENTS: usize = 4;
 
-/// Scalars that are recorded of every state: raster position (in pixels), and the logarithm of the target (to base 2, linear between powers).
+/// Scalars that are recorded of every state: raster position (in pixels), and the logarithm of the
+/// target (to base 2, linear between powers).
 pub const SCALARS: usize = 3;
 
 /// Sums over the records of each chain in one segment.
@@ -25,7 +28,8 @@ pub struct Segment {
     /// `[scalar][chain]`
     pub sums: [Vec<f64>; SCALARS],
     pub squares: [Vec<f64>; SCALARS],
-    /// Records in each strategy, `[chain][strategy]`; of a host without strategies, as if it had one.
+    /// Records in each strategy, `[chain][strategy]`; of a sampler without strategies, as if it
+    /// had one.
     pub visits: Vec<u32>,
 }
 
@@ -89,7 +93,7 @@ pub struct Stay {
     /// To within [`EVERY`].
     pub iterations: u32,
     pub raster: [f32; 2],
-    /// Light vertices of its strategy, if the host has strategies.
+    /// Light vertices of its strategy, if the sampler has strategies.
     pub s: u32,
 }
 
@@ -140,12 +144,12 @@ pub(super) struct View<'a> {
     /// Large steps are splatted as independent samples, too, and states can have several splats.
     pub combined: bool,
     /// `[splat][chain]`, of the current states and of those that are left.
-    pub states: &'a [StateSplat],
-    pub left: &'a [StateSplat],
+    pub states: &'a [ChainSplat],
+    pub left: &'a [ChainSplat],
     /// Of the current states.
     pub targets: &'a [f32],
     /// First splats.
-    pub proposed: &'a [Outcome],
+    pub proposed: &'a [Splat],
     /// Acceptance probabilities, and 1 or 0 for accepted and for large.
     pub share: &'a [f32],
     pub taken: &'a [f32],
@@ -157,8 +161,9 @@ pub(super) struct View<'a> {
 }
 
 impl Monitor {
-    /// For as many chains as `groups` has members: the group of each, ascending. `strategies` are those of the host; large
-    /// steps are splatted as independent samples if they are `combined`.
+    /// For as many chains as `groups` has members: the group of each, ascending. `strategies` are
+    /// those of the sampler; large steps are splatted as independent samples if they are
+    /// `combined`.
     pub fn new(groups: &[u8], strategies: &[u32], combined: bool, tiling: &Tiling) -> Self {
         let (chains, all) = (groups.len(), strategies.len().max(1));
         let mut end = 0;
@@ -238,17 +243,18 @@ impl Monitor {
         }
     }
 
-    /// Adds the weights of states, one a chain, to the tiles they are in; those beyond the picture, to the nearest.
-    pub(super) fn weigh_states(&mut self, states: &[StateSplat], weights: &[u64]) {
+    /// Adds the weights of states, one a chain, to the tiles they are in; those beyond the picture,
+    /// to the nearest.
+    pub(super) fn weigh_states(&mut self, states: &[ChainSplat], weights: &[u64]) {
         for (i, state) in states.iter().enumerate() {
             self.place(i, state.raster[0], state.raster[1]);
         }
         self.weigh(weights);
     }
 
-    /// Adds the weights of states to the tiles that their splats, `[splat][chain]`, are in, in proportion to their light; those beyond the
-    /// picture, to the nearest.
-    pub(super) fn weigh_splats(&mut self, splats: &[StateSplat], weights: &[u64]) {
+    /// Adds the weights of states to the tiles that their splats, `[splat][chain]`, are in, in
+    /// proportion to their light; those beyond the picture, to the nearest.
+    pub(super) fn weigh_splats(&mut self, splats: &[ChainSplat], weights: &[u64]) {
         for splats in splats.chunks(self.held.len().max(1)) {
             for group in &mut self.groups {
                 for i in group.chains.clone() {
@@ -262,8 +268,8 @@ impl Monitor {
         }
     }
 
-    /// Large steps, each an independent sample of several splats. Like all splats they are weighed against the states of the chains, and so are the
-    /// moments by which both are compared.
+    /// Large steps, each an independent sample of several splats. Like all splats they are weighed
+    /// against the states of the chains, and so are the moments by which both are compared.
     fn see_independent(&mut self, view: &View) {
         let n = self.held.len();
         for group in &mut self.groups {
@@ -329,7 +335,7 @@ impl Monitor {
         // Without strategies everything counts as one.
         let index = |s: u32| self.index.get(s as usize).copied().unwrap_or(0);
         for i in 0..n {
-            let StateSplat {
+            let ChainSplat {
                 raster: [x, y], s, ..
             } = view.states[i];
             let log = logarithm(view.targets[i]);
@@ -347,9 +353,9 @@ impl Monitor {
                     s,
                 };
             }
-            let outcome = &view.proposed[i];
+            let splat = &view.proposed[i];
             let kind = usize::from(view.large[i] > 0.0);
-            let tally = &mut self.tallies[kind][index(outcome.s)];
+            let tally = &mut self.tallies[kind][index(splat.s)];
             tally.proposals += 1;
             tally.accepted += f64::from(view.share[i]);
             tally.dark += u64::from(view.is_dark(i));
@@ -416,14 +422,14 @@ impl View<'_> {
 }
 
 /// Mean channel of a splat, in parts of its state's light, and where it is.
-fn seen(splat: &StateSplat) -> (f64, [f32; 2]) {
+fn seen(splat: &ChainSplat) -> (f64, [f32; 2]) {
     let [r, g, b] = splat.colour;
     let sum = f64::from(r) + f64::from(g) + f64::from(b);
     (sum / 3.0, splat.raster)
 }
 
 /// Place and light vertices of the brightest of a state's splats.
-fn brightest<'a>(splats: impl Iterator<Item = &'a StateSplat>) -> ([f32; 2], u32) {
+fn brightest<'a>(splats: impl Iterator<Item = &'a ChainSplat>) -> ([f32; 2], u32) {
     let best = splats.reduce(|a, b| if seen(b).0 > seen(a).0 { b } else { a });
     let best = best.copied().unwrap_or_default();
     (best.raster, best.s)
@@ -443,9 +449,10 @@ mod tests {
         Monitor::new(&[0], &[3, 4, 5], false, &Tiling::new([0, 32, 0, 32]))
     }
 
-    /// Shows an iteration in which one chain at raster position `x` of strategy `s` gets a proposal.
+    /// Shows an iteration in which one chain at raster position `x` of strategy `s` gets a
+    /// proposal.
     fn show(monitor: &mut Monitor, iteration: u32, x: f32, s: u32, taken: bool, large: bool) {
-        let mut proposed = Outcome::new([1.0; 3], [x, 0.5]);
+        let mut proposed = Splat::new([1.0; 3], [x, 0.5]);
         proposed.s = s;
         monitor.place::<f32>(0, x, 0.5);
         let flag = |on: bool| [f32::from(u8::from(on))];
@@ -454,11 +461,11 @@ mod tests {
             &View {
                 combined: false,
                 left: &[],
-                states: &[StateSplat {
+                states: &[ChainSplat {
                     colour: [1.0; 3],
                     raster: [x, 0.5],
                     s,
-                    ..StateSplat::default()
+                    ..ChainSplat::default()
                 }],
                 targets: &[4.0],
                 proposed: &[proposed],

@@ -1,25 +1,30 @@
-//! Proposals: large steps draw all primary samples afresh, small steps move each by an offset of a fixed law, around the ring `[0, 1)`.
+//! Proposals: large steps draw all primary samples afresh, small steps move each by an offset of a
+//! fixed proposal, around the ring `[0, 1)`.
 //!
-//! Every dimension moves at every step; the law is that of pbrt's lazy catch-up, in which an untouched sample takes its missed small steps at
-//! once (pbrt-v3, section 16.4.2), without samples that are used for the first time in a small step starting anywhere but uniform.
+//! Every dimension moves at every step; the proposal is that of pbrt's lazy catch-up, in which an
+//! untouched sample takes its missed small steps at once (pbrt-v3, section 16.4.2), without samples
+//! that are used for the first time in a small step starting anywhere but uniform.
 //!
-//! Offsets of all laws are as probable as their negatives, to the last bit: a bit of the random word is the sign. On the ring proposals
-//! are then symmetric, and the acceptance is the ratio of targets alone.
+//! Offsets of all proposals are as probable as their negatives, to the last bit: a bit of the
+//! random word is the sign. On the ring proposals are then symmetric, and the acceptance is the
+//! ratio of targets alone.
 
 use crate::simd::rng::{Purpose, Stream, unit_float};
 use crate::simd::{Lanes, UintLanes, math};
 use crate::transport::samples::Samples;
 
-/// The law of the offsets of small steps. All three scale with `sigma`.
+/// The proposal of the offsets of small steps. All three scale with `sigma`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mutation {
     /// Normal, with standard deviation `sigma` (pbrt-v3, section 16.4.2).
     #[default]
     Gaussian,
-    /// `± s2 exp(-ln(s2 / s1) u)` with uniform `u`: between `s1` and `s2`, all orders of magnitude alike (Kelemen et al. 2002). Where
-    /// `sigma` is [`DEFAULT_SIGMA`] they are theirs, 1/1024 and 1/64; both scale with `sigma`. The root mean square is 0.66 `sigma`.
+    /// `± s2 exp(-ln(s2 / s1) u)` with uniform `u`: between `s1` and `s2`, all orders of magnitude
+    /// alike (Kelemen et al. 2002). Where `sigma` is [`DEFAULT_SIGMA`] they are theirs, 1/1024
+    /// and 1/64; both scale with `sigma`. The root mean square is 0.66 `sigma`.
     Kelemen,
-    /// Cauchy, with half its offsets within `sigma`: mostly short, now and then as long as a large step.
+    /// Cauchy, with half its offsets within `sigma`: mostly short, now and then as long as a large
+    /// step.
     Cauchy,
 }
 
@@ -47,7 +52,7 @@ pub struct Kernel {
     pub large_step_probability: f32,
     /// Scale of a small step, see [`Mutation`].
     pub sigma: f32,
-    law: Mutation,
+    proposal: Mutation,
     mutation: Stream,
     decision: Stream,
 }
@@ -67,15 +72,15 @@ impl Kernel {
         Self {
             large_step_probability,
             sigma,
-            law: Mutation::Gaussian,
+            proposal: Mutation::Gaussian,
             mutation: Stream::new(seed, Purpose::Mutation),
             decision: Stream::new(seed, Purpose::Decision),
         }
     }
 
-    /// The same with another law of small steps.
-    pub fn with_law(self, law: Mutation) -> Self {
-        Self { law, ..self }
+    /// The same with another proposal of small steps.
+    pub fn with_proposals(self, proposal: Mutation) -> Self {
+        Self { proposal, ..self }
     }
 
     /// The same for chains that do not count: none of their numbers is one of theirs.
@@ -87,8 +92,9 @@ impl Kernel {
         }
     }
 
-    /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of eight; `large` (1 or 0) and `decide` receive the
-    /// kind of step and the uniform number of the acceptance test.
+    /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of
+    /// eight; `large` (1 or 0) and `decide` receive the kind of step and the uniform number of
+    /// the acceptance test.
     pub fn propose<L: Lanes>(
         &self,
         ids: &[u32],
@@ -100,18 +106,18 @@ impl Kernel {
     ) {
         let counter = (ids, iteration);
         let steps = (large, decide);
-        match self.law {
+        match self.proposal {
             Mutation::Gaussian => {
-                let law = Gaussian { sigma: self.sigma };
-                self.propose_by::<L, _>(law, counter, current, proposed, steps);
+                let proposal = Gaussian { sigma: self.sigma };
+                self.propose_by::<L, _>(proposal, counter, current, proposed, steps);
             }
             Mutation::Kelemen => {
-                let law = Kelemen::new(self.sigma);
-                self.propose_by::<L, _>(law, counter, current, proposed, steps);
+                let proposal = Kelemen::new(self.sigma);
+                self.propose_by::<L, _>(proposal, counter, current, proposed, steps);
             }
             Mutation::Cauchy => {
-                let law = Cauchy::new(self.sigma);
-                self.propose_by::<L, _>(law, counter, current, proposed, steps);
+                let proposal = Cauchy::new(self.sigma);
+                self.propose_by::<L, _>(proposal, counter, current, proposed, steps);
             }
         }
     }
@@ -119,7 +125,7 @@ impl Kernel {
     #[inline(always)]
     fn propose_by<L: Lanes, O: Offsets>(
         &self,
-        law: O,
+        proposal: O,
         (ids, iteration): (&[u32], u32),
         current: &Samples,
         proposed: &mut Samples,
@@ -135,11 +141,11 @@ impl Kernel {
             let dimensions = current.dimensions();
             for block in 0..dimensions.div_ceil(4) {
                 let words = self.mutation.words::<L>(x, y, block as u32);
-                let offsets = law.offsets::<L>(words);
+                let offsets = proposal.offsets::<L>(words);
                 for c in 0..4.min(dimensions - 4 * block) {
                     let d = 4 * block + c;
                     let old = L::load(&current.row(d)[start..]);
-                    let moved = wrap(offsets[c].mul_add(L::splat(law.scale()), old));
+                    let moved = wrap(offsets[c].mul_add(L::splat(proposal.scale()), old));
                     let new = L::select(is_large, unit_float::<L>(words[c]), moved);
                     new.store(&mut proposed.row_mut(d)[start..]);
                 }
@@ -148,7 +154,7 @@ impl Kernel {
     }
 }
 
-/// A law of small steps.
+/// A proposal of small steps.
 trait Offsets {
     /// Offsets over [`Self::scale`], of four random words.
     fn offsets<L: Lanes>(&self, words: [L::Uint; 4]) -> [L; 4];
@@ -203,8 +209,9 @@ impl Offsets for Kelemen {
     }
 }
 
-/// Wound around a ring, a Cauchy law is the image of the uniform one: where `phi` is uniform, `2 atan(tanh(g / 2) tan(phi / 2))` is wrapped
-/// Cauchy with the scale `g` (McCullagh 1996, "Mobius transformation and Cauchy parameter estimation"), in radians, so that `g = 2 pi sigma`.
+/// Wound around a ring, a Cauchy proposal is the image of the uniform one: where `phi` is uniform,
+/// `2 atan(tanh(g / 2) tan(phi / 2))` is wrapped Cauchy with the scale `g` (McCullagh 1996, "Mobius
+/// transformation and Cauchy parameter estimation"), in radians, so that `g = 2 pi sigma`.
 /// No offset is longer than half the ring, and none loses digits.
 struct Cauchy {
     /// `tanh(pi sigma)`.
@@ -293,24 +300,26 @@ mod tests {
         assert_eq!(tanh(f64::INFINITY), 1.0);
     }
 
-    /// Every offset there is and its negative move every sample into the ring, and are opposite to the last bit.
-    fn expect_symmetric(law: impl Offsets, signs: [u32; 4], longest: f32) {
+    /// Every offset there is and its negative move every sample into the ring, and are opposite to
+    /// the last bit.
+    fn expect_symmetric(proposal: impl Offsets, signs: [u32; 4], longest: f32) {
         for i in 0..1 << 19 {
             let words = f32x8_words(i);
-            let there = law.offsets::<f32x8>(words);
+            let there = proposal.offsets::<f32x8>(words);
             let flipped = std::array::from_fn(|c| words[c].xor(UintLanes::splat(signs[c])));
-            let back = law.offsets::<f32x8>(flipped);
+            let back = proposal.offsets::<f32x8>(flipped);
             for c in 0..4 {
                 assert!(f32x8::uint_eq((-there[c]).to_bits(), back[c].to_bits()).all());
                 for old in [0.0, 1e-30, 0.25, ONE_MINUS_EPSILON] {
-                    let new = wrap(there[c].mul_add(f32x8::splat(law.scale()), f32x8::splat(old)));
+                    let new =
+                        wrap(there[c].mul_add(f32x8::splat(proposal.scale()), f32x8::splat(old)));
                     assert!(
                         new.ge(f32x8::zero()).and(new.lt(f32x8::one())).all(),
                         "{new:?}"
                     );
                 }
                 assert!(
-                    (there[c].abs() * f32x8::splat(law.scale()))
+                    (there[c].abs() * f32x8::splat(proposal.scale()))
                         .le(f32x8::splat(longest))
                         .all()
                 );
@@ -318,7 +327,8 @@ mod tests {
         }
     }
 
-    /// Each value of 24 bits in some lane of some word, for `i` below 2^19; other bits as they come.
+    /// Each value of 24 bits in some lane of some word, for `i` below 2^19; other bits as they
+    /// come.
     fn f32x8_words(i: u32) -> [<f32x8 as Lanes>::Uint; 4] {
         std::array::from_fn(|c| {
             let low = i.wrapping_mul(0x9e37_79b9) >> 24;

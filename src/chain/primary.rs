@@ -1,21 +1,25 @@
-//! Primary sample space: states are the numbers in `[0, 1)` that a host makes paths of (Kelemen et al. 2002).
+//! Primary sample space: states are the numbers in `[0, 1)` that a sampler makes paths of (Kelemen
+//! et al. 2002).
 //!
-//! Some states are drawn afresh, by number: the paths of the bootstrap. The dimensions that decide where on the film a path starts
-//! and which strategy it takes are not drawn independently: they follow additive recurrences (Roberts 2018, "The Unreasonable
-//! Effectiveness of Quasirandom Sequences"), [`REPLICAS`] of them, each with a random offset. A small bright light in view is then
-//! counted by area and not by luck: most of the variance of `b` in common scenes. The replicas are independent, so their scatter is
-//! an honest standard error.
+//! Some states are drawn afresh, by number: the paths of the bootstrap. The dimensions that decide
+//! where on the film a path starts and which strategy it takes are not drawn independently: they
+//! follow additive recurrences (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
+//! Sequences"), [`REPLICAS`] of them, each with a random offset. A small bright light in view is
+//! then counted by area and not by luck: most of the variance of `b` in common scenes. The replicas
+//! are independent, so their scatter is an honest standard error.
 //!
 //! # Where chains choose strategies otherwise than the bootstrap
 //!
-//! A bootstrap path chooses its strategy uniformly, whatever the choice of the chains that start from it. Only the sample that
-//! chooses the strategy differs: it moves to the same part of that strategy's interval ([`Choice::carry`]). A path `x` of strategy
-//! `s` then has the target `F'(x) = f(x) / q_s` in place of `F(x) = n f(x)`, with `q_s` the new probability and `n` the number of
-//! strategies; and first states drawn in proportion to `F` are what first states should be, in proportion to `F'`: the density of
-//! the state at `u'`, the image of `u`, is `F(u) du / du'`, and the map stretches an interval of length `1 / n` to `q_s`, so that
-//! `du / du' = 1 / (n q_s)` and the density is `n f / (n q_s) = f / q_s = F'(u')`. Both integrate to the same `b`. So neither the
-//! bootstrap's estimate nor [`Bootstrap::seeds`](super::bootstrap::Bootstrap::seeds) has to know of the new choice, and chains start
-//! in equilibrium.
+//! A bootstrap path chooses its strategy uniformly, whatever the choice of the chains that start
+//! from it. Only the sample that chooses the strategy differs: it moves to the same part of that
+//! strategy's interval ([`Choice::carry`]). A path `x` of strategy `s` then has the target `F'(x) =
+//! f(x) / q_s` in place of `F(x) = n f(x)`, with `q_s` the new probability and `n` the number of
+//! strategies; and first states drawn in proportion to `F` are what first states should be, in
+//! proportion to `F'`: the density of the state at `u'`, the image of `u`, is `F(u) du / du'`, and
+//! the map stretches an interval of length `1 / n` to `q_s`, so that `du / du' = 1 / (n q_s)` and
+//! the density is `n f / (n q_s) = f / q_s = F'(u')`. Both integrate to the same `b`. So neither
+//! the bootstrap's estimate nor [`Bootstrap::seeds`](super::bootstrap::Bootstrap::seeds) has to
+//! know of the new choice, and chains start in equilibrium.
 
 use super::mutate::{Kernel, ONE_MINUS_EPSILON};
 use super::target::{Steps, Target};
@@ -23,12 +27,13 @@ use crate::plan::Choice;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::samples::Samples;
-use crate::transport::{Host, Paths, World};
+use crate::transport::{PathSampler, Paths, World};
 
 /// Independent quasirandom sets; path `i` is point `i / REPLICAS` of set `i % REPLICAS`.
 pub const REPLICAS: usize = 8;
 
-/// Additive recurrences in two and three dimensions: powers of the reciprocals of the plastic number and its analogue.
+/// Additive recurrences in two and three dimensions: powers of the reciprocals of the plastic
+/// number and its analogue.
 const RECURRENCE_2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 const RECURRENCE_3: [f64; 3] = [
     0.819_172_513_396_164_4,
@@ -39,9 +44,9 @@ const RECURRENCE_3: [f64; 3] = [
 /// Beyond every block of dimensions.
 const OFFSET_BLOCK: u32 = u32::MAX;
 
-/// Primary samples of a batch of chains over one host, current and proposed.
+/// Primary samples of a batch of chains over one sampler, current and proposed.
 pub struct PrimarySampleSpace {
-    host: Host,
+    sampler: PathSampler,
     /// Empty before the first commit.
     current: Samples,
     proposed: Samples,
@@ -50,19 +55,19 @@ pub struct PrimarySampleSpace {
 
 impl PrimarySampleSpace {
     /// Room for so many chains.
-    pub fn new(host: impl Into<Host>, chains: usize) -> Self {
-        let host = host.into();
+    pub fn new(sampler: impl Into<PathSampler>, chains: usize) -> Self {
+        let sampler = sampler.into();
         Self {
             current: Samples::default(),
-            proposed: Samples::new(host.dimensions(), chains),
-            host,
+            proposed: Samples::new(sampler.dimensions(), chains),
+            sampler,
             chains,
         }
     }
 
     /// Rows of the sample matrix that follow an additive recurrence, and its steps.
     fn recurrences(&self) -> ([usize; 3], &'static [f64]) {
-        match self.host.foremost() {
+        match self.sampler.foremost() {
             (Some(strategy), raster) => ([strategy, raster, raster + 1], &RECURRENCE_3),
             (None, raster) => ([raster, raster + 1, 0], &RECURRENCE_2),
         }
@@ -71,13 +76,13 @@ impl PrimarySampleSpace {
 
 impl Target for PrimarySampleSpace {
     type Kernel = Kernel;
-    /// Laid out as the host says.
+    /// Laid out as the sampler says.
     type State = Vec<f32>;
     // Offsets are as probable as their negatives, and large steps do not look at the current state.
     const SYMMETRIC: bool = true;
 
     fn id(&self) -> u32 {
-        self.host.id()
+        self.sampler.id()
     }
 
     fn chains(&self) -> usize {
@@ -85,11 +90,11 @@ impl Target for PrimarySampleSpace {
     }
 
     fn splats(&self) -> usize {
-        self.host.splats()
+        self.sampler.splats()
     }
 
     fn strategies(&self) -> &[u32] {
-        self.host.strategies()
+        self.sampler.strategies()
     }
 
     fn draw<L: Lanes>(&mut self, seed: u64, n: usize, index: impl Fn(usize) -> u64) {
@@ -97,7 +102,7 @@ impl Target for PrimarySampleSpace {
             return;
         }
         let stream = Stream::new(seed, Purpose::Bootstrap);
-        let id = self.host.id();
+        let id = self.sampler.id();
         self.proposed.fill::<L>(&stream, n, |i| {
             let path = index(i);
             [path as u32, id | ((path >> 32) as u32) << 16]
@@ -115,7 +120,7 @@ impl Target for PrimarySampleSpace {
                 *u = (v as f32).min(ONE_MINUS_EPSILON);
             }
         }
-        if let Host::Multiplexed(depth) = &self.host
+        if let PathSampler::Multiplexed(depth) = &self.sampler
             && !depth.choice.is_uniform()
         {
             let uniform = Choice::uniform(&depth.strategies);
@@ -138,14 +143,14 @@ impl Target for PrimarySampleSpace {
 
     #[inline(always)]
     fn evaluate<L: Lanes>(&self, world: &World, n: usize, paths: &mut Paths) {
-        world.evaluate_host::<L>(&self.host, &self.proposed, n, paths);
+        world.evaluate_sampler::<L>(&self.sampler, &self.proposed, n, paths);
     }
 
     fn commit<L: Lanes>(&mut self, taken: &[f32]) {
         if self.current.dimensions() == 0 {
-            self.current.resize(self.host.dimensions(), self.chains);
+            self.current.resize(self.sampler.dimensions(), self.chains);
         }
-        for d in 0..self.host.dimensions() {
+        for d in 0..self.sampler.dimensions() {
             let to = self.current.row_mut(d).chunks_exact_mut(L::N);
             let from = self.proposed.row(d).chunks_exact(L::N);
             for ((to, from), taken) in to.zip(from).zip(taken.chunks_exact(L::N)) {
@@ -164,9 +169,14 @@ impl Target for PrimarySampleSpace {
     }
 }
 
-/// The primary samples of bootstrap paths `indices` of the run with this `seed`, as columns of a new matrix.
-pub fn regenerate<L: Lanes>(host: impl Into<Host>, seed: u64, indices: &[u64]) -> Samples {
-    let mut target = PrimarySampleSpace::new(host, indices.len());
+/// The primary samples of bootstrap paths `indices` of the run with this `seed`, as columns of a
+/// new matrix.
+pub fn regenerate<L: Lanes>(
+    sampler: impl Into<PathSampler>,
+    seed: u64,
+    indices: &[u64],
+) -> Samples {
+    let mut target = PrimarySampleSpace::new(sampler, indices.len());
     target.draw::<L>(seed, indices.len(), |i| indices[i]);
     target.proposed
 }

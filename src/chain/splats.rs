@@ -4,14 +4,15 @@ use super::accept::colour;
 use crate::film::{Destination, SplatLog};
 use crate::simd::record::record;
 use crate::simd::{Lanes, Vec3};
-use crate::transport::records::OutcomeLanes;
+use crate::transport::records::SplatLanes;
 
-/// Weights are kept as integers in units of 2^-32, so that a state's weight is exact however its visits are grouped.
+/// Weights are kept as integers in units of 2^-32, so that a state's weight is exact however its
+/// visits are grouped.
 pub(super) const WEIGHT_BITS: u32 = 32;
 
 record! {
     /// A splat of a chain's state. It is written when chains accept or reject, and read by the film's logs and by monitors.
-    pub struct StateSplat / StateSplatLanes {
+    pub struct ChainSplat / ChainSplatLanes {
         /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share of what it shares with large
         /// steps, if it does.
         colour: [f32; 3],
@@ -25,13 +26,13 @@ record! {
 /// A splat with its colour over the target of its state, times `scale`.
 #[inline(always)]
 pub(super) fn normalised<L: Lanes>(
-    splat: &OutcomeLanes<L>,
+    splat: &SplatLanes<L>,
     target: L,
     scale: Option<L>,
-) -> StateSplatLanes<L> {
+) -> ChainSplatLanes<L> {
     let [r, g, b] = colour(splat.rgb.to_array(), target);
     let colour = Vec3::new(r, g, b);
-    StateSplatLanes {
+    ChainSplatLanes {
         colour: scale.map_or(colour, |scale| colour * scale),
         raster: splat.raster,
         s: splat.s,
@@ -42,19 +43,19 @@ pub(super) fn normalised<L: Lanes>(
 #[inline(always)]
 pub(super) fn exchange<L: Lanes>(
     taken: L::Mask,
-    new: StateSplatLanes<L>,
-    states: &mut [StateSplat],
-    left: &mut [StateSplat],
+    new: ChainSplatLanes<L>,
+    states: &mut [ChainSplat],
+    left: &mut [ChainSplat],
     list: &[u32],
-) -> StateSplatLanes<L> {
-    let old = StateSplatLanes::load(states, list);
-    StateSplatLanes::select(taken, new, old).store(states, list);
-    let goes = StateSplatLanes::select(taken, old, new);
+) -> ChainSplatLanes<L> {
+    let old = ChainSplatLanes::load(states, list);
+    ChainSplatLanes::select(taken, new, old).store(states, list);
+    let goes = ChainSplatLanes::select(taken, old, new);
     goes.store(left, list);
     goes
 }
 
-impl<L: Lanes> StateSplatLanes<L> {
+impl<L: Lanes> ChainSplatLanes<L> {
     #[inline(always)]
     fn select(mask: L::Mask, a: Self, b: Self) -> Self {
         Self {
@@ -68,14 +69,16 @@ impl<L: Lanes> StateSplatLanes<L> {
 /// `w` of the module's equations.
 #[inline(always)]
 pub(super) fn weight<L: Lanes>(target: L, constant: L) -> L {
-    // In this order nothing overflows that matters: a target beyond c has the weight 1, one far below it that of its ratio.
+    // In this order nothing overflows that matters: a target beyond c has the weight 1, one far
+    // below it that of its ratio.
     let one = L::one();
     (one / (one + constant / target)).or_zero(target.gt(L::zero()))
 }
 
-/// Logs splats with their weights; those without light need none, where there are several to a state (`sparse`).
+/// Logs splats with their weights; those without light need none, where there are several to a
+/// state (`sparse`).
 #[inline(always)]
-pub(super) fn push(log: &mut SplatLog, states: &[StateSplat], weights: &[u64], sparse: bool) {
+pub(super) fn push(log: &mut SplatLog, states: &[ChainSplat], weights: &[u64], sparse: bool) {
     for (state, weight) in states.iter().zip(weights) {
         let [r, g, b] = state.colour;
         let dark = sparse && r + g + b == 0.0;
@@ -87,9 +90,9 @@ pub(super) fn push(log: &mut SplatLog, states: &[StateSplat], weights: &[u64], s
 #[inline(always)]
 pub(super) fn proposal<'a>(
     taken: f32,
-    current: &'a StateSplat,
-    left: &'a StateSplat,
-) -> &'a StateSplat {
+    current: &'a ChainSplat,
+    left: &'a ChainSplat,
+) -> &'a ChainSplat {
     if taken > 0.0 { current } else { left }
 }
 
@@ -104,8 +107,8 @@ pub(super) fn in_units(to: Destination) -> Destination {
 /// A weight of 1.
 pub(super) const ONE: u64 = 1 << WEIGHT_BITS;
 
-/// `x` in `[0, 1]` in units of 2^-32, rounded. In a sum with 2^52 the integer is the mantissa; a cast would have to look for numbers
-/// that do not fit.
+/// `x` in `[0, 1]` in units of 2^-32, rounded. In a sum with 2^52 the integer is the mantissa; a
+/// cast would have to look for numbers that do not fit.
 #[inline(always)]
 pub(super) fn fixed(x: f32) -> u64 {
     let sum = f64::from(x) * ONE as f64 + (1u64 << 52) as f64;

@@ -1,13 +1,15 @@
-//! Chains over a target that is no primary sample space, and whose proposals are not as probable as their reversals.
+//! Chains over a target that is no primary sample space, and whose proposals are not as probable as
+//! their reversals.
 
 use super::batch::{Batch, Workspace};
 use super::target::{Steps, Target};
 use crate::pbrt::load_str;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
-use crate::transport::{Outcome, Paths, World};
+use crate::transport::{Paths, Splat, World};
 
-/// States are cells of a ring with brightnesses `1 + cell`. Chains go right with the probability 3/4, left with 1/4.
+/// States are cells of a ring with brightnesses `1 + cell`. Chains go right with the probability
+/// 3/4, left with 1/4.
 struct Ring {
     current: Vec<f32>,
     proposed: Vec<f32>,
@@ -53,7 +55,7 @@ impl Target for Ring {
     fn evaluate<L: Lanes>(&self, _: &World, n: usize, paths: &mut Paths) {
         paths.resize(n);
         for (splat, cell) in paths.splats.camera.iter_mut().zip(&self.proposed) {
-            *splat = Outcome::new([1.0 + cell; 3], [*cell, 0.0]);
+            *splat = Splat::new([1.0 + cell; 3], [*cell, 0.0]);
         }
     }
     fn log_ratio<L: Lanes>(&self, start: usize) -> L {
@@ -74,7 +76,8 @@ impl Target for Ring {
     }
 }
 
-/// Cells are visited in proportion to their brightness: detailed balance holds with the ratio of proposals, and without it does not.
+/// Cells are visited in proportion to their brightness: detailed balance holds with the ratio of
+/// proposals, and without it does not.
 #[test]
 fn chains_over_biased_proposals_keep_their_target() {
     let text = "Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\nShape \"sphere\"\n";

@@ -1,36 +1,47 @@
-//! How far small steps go, and how often steps are large: tuned on chains of their own before any sample counts, then frozen.
+//! How far small steps go, and how often steps are large: tuned on chains of their own before any
+//! sample counts, then frozen.
 //!
-//! The chains that tune a host (a depth, if paths are multiplexed) start from its bootstrap like those that count, so that they are in equilibrium from the first step on, and
-//! make small steps only. Whatever comes of it the picture's expectation is the same: a chain with any fixed kernel keeps its target.
+//! The chains that tune a sampler (a depth, if paths are multiplexed) start from its bootstrap like
+//! those that count, so that they are in equilibrium from the first step on, and make small steps
+//! only. Whatever comes of it the picture's expectation is the same: a chain with any fixed kernel
+//! keeps its target.
 //!
-//! **Sigma** is moved until small steps are accepted with the probability [`ACCEPTANCE`] on average: stochastic approximation (Robbins
-//! and Monro 1951) of the logarithm, as in Andrieu and Thoms 2008 ("A tutorial on adaptive MCMC", section 5), with the mean over all chains in
-//! place of one, and the mean of the second half of the iterates (Polyak and Juditsky 1992) as the result. In many dimensions and for smooth targets
-//! 0.234 would be best (Roberts, Gelman and Gilks 1997); [`ACCEPTANCE`] is what renders liked better (PERF.md).
+//! **Sigma** is moved until small steps are accepted with the probability [`ACCEPTANCE`] on
+//! average: stochastic approximation (Robbins and Monro 1951) of the logarithm, as in Andrieu and
+//! Thoms 2008 ("A tutorial on adaptive MCMC", section 5), with the mean over all chains in place of
+//! one, and the mean of the second half of the iterates (Polyak and Juditsky 1992) as the result.
+//! In many dimensions and for smooth targets 0.234 would be best (Roberts, Gelman and Gilks 1997);
+//! [`ACCEPTANCE`] is what renders liked better (PERF.md).
 //!
-//! **The probability of large steps.** Zsolnai and Szirmay-Kalos 2013 ("Automatic Parameter Control for Metropolis Light Transport") gather
-//! statistics in the first phase of a render and set the probability for the rest from a model of the error. That plan is theirs; the model here
-//! is another. Let chains make small steps only, and let `c(j)` be the probability that states `j` steps apart are in one pixel, less
-//! that of two independent states. With large steps in between, of probability `p` and accepted with probability `a`, after which all is forgotten,
-//! a chain has made `j` small steps since for a mean of `h g^j` mutations, `h = 1 / (1 - p + p a)`, `g = (1 - p) h`: rejected large steps
-//! leave it where it is. The squared error of the pixels, for a number of mutations, is then in proportion to the integrated autocorrelation
+//! **The probability of large steps.** Zsolnai and Szirmay-Kalos 2013 ("Automatic Parameter Control
+//! for Metropolis Light Transport") gather statistics in the first phase of a render and set the
+//! probability for the rest from a model of the error. That plan is theirs; the model here
+//! is another. Let chains make small steps only, and let `c(j)` be the probability that states `j`
+//! steps apart are in one pixel, less that of two independent states. With large steps in between,
+//! of probability `p` and accepted with probability `a`, after which all is forgotten, a chain has
+//! made `j` small steps since for a mean of `h g^j` mutations, `h = 1 / (1 - p + p a)`, `g = (1 -
+//! p) h`: rejected large steps leave it where it is. The squared error of the pixels, for a number
+//! of mutations, is then in proportion to the integrated autocorrelation
 //!
 //! ```text
 //! t(p) = 2 h sum over j of c(j) g^j  -  1
 //! ```
 //!
-//! and `p` the minimum of its mean over chains, each with its own `a` and `c`. Of a chain of `n` mutations, pairs `k` apart count with weight
-//! `1 - k / n` only: each mutation also ends it with the probability `2 / n`, which gives the same sum. Chains that are short start independently often
-//! enough. `c` is counted up to `LAGS`; beyond, it falls from each octave of `j` to the next as in the last two (small steps diffuse: a
-//! power law, by a half an octave over a plane, by nothing for chains in a corner that they cannot leave). `a` is exact for the targets that the bootstrap has seen: the mean of
-//! `min(1, f / f(x))` over its paths `f`, along the states `x`. (Where strategies are chosen as learned it is that of uniform choice.)
+//! and `p` the minimum of its mean over chains, each with its own `a` and `c`. Of a chain of `n`
+//! mutations, pairs `k` apart count with weight `1 - k / n` only: each mutation also ends it with
+//! the probability `2 / n`, which gives the same sum. Chains that are short start independently
+//! often enough. `c` is counted up to `LAGS`; beyond, it falls from each octave of `j` to the next
+//! as in the last two (small steps diffuse: a power law, by a half an octave over a plane, by
+//! nothing for chains in a corner that they cannot leave). `a` is exact for the targets that the
+//! bootstrap has seen: the mean of `min(1, f / f(x))` over its paths `f`, along the states `x`.
+//! (Where strategies are chosen as learned it is that of uniform choice.)
 
 use super::batch::Batch;
 use super::bootstrap::Bootstrap;
 use super::mutate::Kernel;
 use crate::simd::rng::{Purpose, Stream};
 use crate::simd::{Lanes, math};
-use crate::transport::{Host, Paths, World};
+use crate::transport::{PathSampler, Paths, World};
 
 /// What is tuned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,8 +68,9 @@ pub const ACCEPTANCE: f64 = 0.5;
 /// Between these sigma stays: a hundredth of a pixel of a large picture, and anywhere.
 const SIGMA: [f32; 2] = [1e-6, 0.5];
 const SIGMA_STEPS: u32 = 64;
-/// Gains are `GAIN * SLOWDOWN / (SLOWDOWN + n)` in step `n`. In ordinary scenes acceptance falls by 0.1 to 0.25 where sigma
-/// grows by a factor of e: the first gain is that of Newton's method, and later ones average.
+/// Gains are `GAIN * SLOWDOWN / (SLOWDOWN + n)` in step `n`. In ordinary scenes acceptance falls by
+/// 0.1 to 0.25 where sigma grows by a factor of e: the first gain is that of Newton's method, and
+/// later ones average.
 const GAIN: f64 = 4.0;
 const SLOWDOWN: f64 = 8.0;
 
@@ -67,17 +79,17 @@ const STEPS: u32 = 128;
 const LAGS: usize = 64;
 /// Octaves of distances beyond.
 const OCTAVES: u32 = 24;
-/// Probabilities that are compared are multiples of this, between these: large steps are never left out, for what small ones cannot reach, nor small
-/// ones, for what the bootstrap has not seen.
+/// Probabilities that are compared are multiples of this, between these: large steps are never left
+/// out, for what small ones cannot reach, nor small ones, for what the bootstrap has not seen.
 const GRID: f32 = 1.0 / 64.0;
 const LARGE: [u32; 2] = [3, 61];
 
-/// Most chains that tune a host.
+/// Most chains that tune a sampler.
 pub const CHAINS: usize = 512;
 /// Values that acceptance probabilities of large steps are computed from; more would not tell more.
 const VALUES: usize = 1 << 16;
 
-/// Tunes one host.
+/// Tunes one sampler.
 pub struct Tuner {
     tune: Tune,
     batch: Batch,
@@ -100,18 +112,18 @@ pub struct Tuner {
     done: u32,
 }
 
-/// Chains that tune a host with so many bootstrap paths: those make about as many steps.
+/// Chains that tune a sampler with so many bootstrap paths: those make about as many steps.
 pub fn chains(tune: Tune, bootstrap: u64) -> usize {
     let chains = bootstrap / u64::from(tune.steps().max(1));
     (chains as usize).clamp(64, CHAINS).next_multiple_of(8)
 }
 
 impl Tuner {
-    /// `kernel` is what chains have that is not tuned, and where the search for sigma begins. `host` is that of the chains that count,
-    /// which make so many `iterations`.
+    /// `kernel` is what chains have that is not tuned, and where the search for sigma begins.
+    /// `sampler` is that of the chains that count, which make so many `iterations`.
     pub fn new<L: Lanes>(
         world: &World,
-        host: &Host,
+        sampler: &PathSampler,
         bootstrap: &Bootstrap,
         seed: u64,
         kernel: Kernel,
@@ -119,9 +131,9 @@ impl Tuner {
         iterations: u32,
     ) -> Self {
         let stream = Stream::new(seed, Purpose::TuningSeeding);
-        let seeds = bootstrap.draw(&stream, host.id(), chains(tune, bootstrap.len()));
+        let seeds = bootstrap.draw(&stream, sampler.id(), chains(tune, bootstrap.len()));
         let mut paths = Paths::new(world);
-        let batch = Batch::new::<L>(world, host, 0, &seeds, seed, &mut paths);
+        let batch = Batch::new::<L>(world, sampler, 0, &seeds, seed, &mut paths);
         let sigma = kernel.sigma.clamp(SIGMA[0], SIGMA[1]);
         Self {
             tune,
@@ -274,7 +286,8 @@ impl Curve {
     }
 }
 
-/// Of all chains: what is left of coincidences when the distance doubles, at the end of what is counted.
+/// Of all chains: what is left of coincidences when the distance doubles, at the end of what is
+/// counted.
 fn octave(chains: &[Curve]) -> f64 {
     let early = |c: &Curve| c.at[c.at.len() / 4..c.at.len() / 2].iter().sum::<f64>();
     // Half as many.
@@ -288,8 +301,8 @@ fn octave(chains: &[Curve]) -> f64 {
     }
 }
 
-/// Mean integrated autocorrelation of chains that make large steps with the probability `p` and end with the probability `end`. `octave` is what is
-/// left of coincidences when the distance doubles.
+/// Mean integrated autocorrelation of chains that make large steps with the probability `p` and end
+/// with the probability `end`. `octave` is what is left of coincidences when the distance doubles.
 fn error(chains: &[Curve], octave: f64, end: f64, p: f64) -> f64 {
     let (mut near, mut far) = (0.0, 0.0);
     for chain in chains {
@@ -309,7 +322,8 @@ fn error(chains: &[Curve], octave: f64, end: f64, p: f64) -> f64 {
             power *= power;
         }
     }
-    // Chains that have forgotten all are not better than independent ones: what is below 0 is noise.
+    // Chains that have forgotten all are not better than independent ones: what is below 0 is
+    // noise.
     (2.0 * near + 2.0 * far.max(0.0)) / chains.len().max(1) as f64 - 1.0
 }
 

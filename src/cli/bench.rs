@@ -14,7 +14,9 @@ use super::messages::Messages;
 use super::outputs;
 use super::table::{Table, heading};
 use super::units;
-use crate::integrate::measure::{self, MeasureError, Report, Spread, StageFigures, thread_counts};
+use crate::integrate::measure::{
+    self, MeasureError, Spread, StageFigures, ThroughputReport, thread_counts,
+};
 use crate::integrate::{RenderError, Settings, worker_threads};
 use crate::memory::Bytes;
 use crate::scene::IntegratorKind;
@@ -62,7 +64,7 @@ struct Document<'a> {
     scene_file: &'a str,
     load_seconds: f64,
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a ThroughputReport,
 }
 
 /// What the scene asks of Metropolis integrators, and what the flags do.
@@ -86,7 +88,7 @@ fn duration(args: &BenchArgs) -> Duration {
     args.seconds * (6 + thread_counts(threads).len() as u32)
 }
 
-fn text(report: &Report, input: &Input) -> String {
+fn text(report: &ThroughputReport, input: &Input) -> String {
     let mut out = String::new();
     about(&mut out, report, input);
     lanes(&mut out, report);
@@ -105,7 +107,7 @@ fn text(report: &Report, input: &Input) -> String {
     out
 }
 
-fn about(out: &mut String, report: &Report, input: &Input) {
+fn about(out: &mut String, report: &ThroughputReport, input: &Input) {
     let (scene, boot, machine) = (&report.scene, &report.bootstrap, &report.machine);
     let cpu = machine.cpu.as_deref().unwrap_or(machine.arch);
     let built = machine.target_features.join(" ");
@@ -156,7 +158,7 @@ fn about(out: &mut String, report: &Report, input: &Input) {
     }
 }
 
-fn lanes(out: &mut String, report: &Report) {
+fn lanes(out: &mut String, report: &ThroughputReport) {
     heading(out, "SIMD lanes, one thread");
     let mut table = Table::new(&[
         "lanes",
@@ -189,7 +191,7 @@ fn lanes(out: &mut String, report: &Report) {
     ));
 }
 
-fn stages(out: &mut String, report: &Report) {
+fn stages(out: &mut String, report: &ThroughputReport) {
     heading(
         out,
         "Where the time goes: ns a mutation, one thread, with the stage clock on",
@@ -221,7 +223,7 @@ fn stages(out: &mut String, report: &Report) {
     table.print(out);
 }
 
-fn threads(out: &mut String, report: &Report) {
+fn threads(out: &mut String, report: &ThroughputReport) {
     heading(out, "Threads, 8 lanes");
     let mut table = Table::new(&[
         "threads",

@@ -1,4 +1,5 @@
-//! What is said of a variant: errors by budget, the line through them, and the times and efficiencies that follow.
+//! What is said of a variant: errors by budget, the line through them, and the times and
+//! efficiencies that follow.
 
 use super::fit::{Estimate, Line};
 use super::plan::{Cost, Label, effort_unit, names};
@@ -29,7 +30,8 @@ pub struct VariantFigures {
     pub cost: Cost,
     /// Budgets that have runs.
     pub budgets: Vec<BudgetFigures>,
-    /// Error over seconds of rendering, without the start; through the means of those budgets that the reference is good enough for.
+    /// Error over seconds of rendering, without the start; through the means of those budgets that
+    /// the reference is good enough for.
     pub line: Option<Line>,
     pub slope: Option<Estimate>,
     pub targets: Vec<TargetFigures>,
@@ -130,9 +132,10 @@ struct Means {
     error: f64,
 }
 
-/// Of one variant's runs. Errors are means over seeds before they are logarithms: single runs may be negative, and a mean of
-/// logarithms is not the logarithm of the mean. Lines go through errors over the time after the start (tree and bootstrap), which is what a
-/// longer render has more of; times to an error have the start added again.
+/// Of one variant's runs. Errors are means over seeds before they are logarithms: single runs may
+/// be negative, and a mean of logarithms is not the logarithm of the mean. Lines go through errors
+/// over the time after the start (tree and bootstrap), which is what a longer render has more of;
+/// times to an error have the start added again.
 fn statistics(
     runs: &[&Run],
     reference: &ReferenceFigures,

@@ -10,7 +10,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// Least squares through the logarithms of `(x, y)`; `None` for fewer than two different `x`, or numbers that have no logarithm.
+    /// Least squares through the logarithms of `(x, y)`; `None` for fewer than two different `x`,
+    /// or numbers that have no logarithm.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let logs: Vec<(f64, f64)> = points.iter().map(|p| (p.0.log10(), p.1.log10())).collect();
         if logs.len() < 2 || logs.iter().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
@@ -38,7 +39,8 @@ impl Line {
     }
 }
 
-/// A value and its standard error over the seeds; `None` where one seed, or too few that could be used, tell of no error.
+/// A value and its standard error over the seeds; `None` where one seed, or too few that could be
+/// used, tell of no error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Estimate {
     pub value: f64,
@@ -57,9 +59,10 @@ impl Estimate {
         }
     }
 
-    /// Jackknife: the standard error is `sqrt((n - 1) / n * sum((theta_i - mean theta)^2))`, with `theta_i` the statistic without seed
-    /// `i` of `n` (Efron and Stein 1981). For a mean that is `s / sqrt(n)`, unlike the bootstrap, which for the handful of seeds
-    /// that one can afford is too small by `sqrt((n - 1) / n)`; and it needs no random numbers.
+    /// Jackknife: the standard error is `sqrt((n - 1) / n * sum((theta_i - mean theta)^2))`, with
+    /// `theta_i` the statistic without seed `i` of `n` (Efron and Stein 1981). For a mean that
+    /// is `s / sqrt(n)`, unlike the bootstrap, which for the handful of seeds that one can
+    /// afford is too small by `sqrt((n - 1) / n)`; and it needs no random numbers.
     ///
     /// `statistic` is told the seed to leave out. `None` if it has no value on all seeds.
     pub fn jackknife(
@@ -77,7 +80,8 @@ impl Estimate {
         Some(Self { value, stderr })
     }
 
-    /// `10^value`, with the error as a fraction of it: for statistics that were computed in logarithms.
+    /// `10^value`, with the error as a fraction of it: for statistics that were computed in
+    /// logarithms.
     pub fn exp10(self) -> Self {
         let value = 10f64.powf(self.value);
         Self {
@@ -163,7 +167,8 @@ mod tests {
 
     #[test]
     fn jackknifed_slopes_err_as_much_as_they_say() {
-        // 400 studies of 4 seeds: the scatter of their slopes is what the jackknife says, on average.
+        // 400 studies of 4 seeds: the scatter of their slopes is what the jackknife says, on
+        // average.
         let mut state = 1;
         let (mut squares, mut said) = (0.0, 0.0);
         for _ in 0..400 {

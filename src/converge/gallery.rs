@@ -16,8 +16,8 @@ pub struct Shown {
     pub relmse_corrected: f64,
 }
 
-/// Pictures of the first round: of the budget under way, and of the largest that all variants have been through. Later rounds add to
-/// the errors of the last.
+/// Pictures of the first round: of the budget under way, and of the largest that all variants have
+/// been through. Later rounds add to the errors of the last.
 #[derive(Default)]
 pub(super) struct Gallery {
     budget: usize,

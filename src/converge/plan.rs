@@ -92,7 +92,8 @@ pub fn with_effort(settings: &Settings, effort: u64) -> Settings {
     settings
 }
 
-/// Every combination of an integrator and the axes that mean something to it; the last axis changes fastest.
+/// Every combination of an integrator and the axes that mean something to it; the last axis changes
+/// fastest.
 pub fn variants(base: &Settings, kinds: &[IntegratorKind], axes: &[Axis]) -> Vec<Variant> {
     let mut all: Vec<Variant> = Vec::new();
     for &kind in kinds {
@@ -134,7 +135,8 @@ pub fn variants(base: &Settings, kinds: &[IntegratorKind], axes: &[Axis]) -> Vec
     all
 }
 
-/// What variants are called beside each other: the integrator, and the labels in which variants of one integrator differ.
+/// What variants are called beside each other: the integrator, and the labels in which variants of
+/// one integrator differ.
 pub fn names(variants: &[Variant]) -> Vec<String> {
     let differs = |variant: &Variant, label: &Label| {
         let kin = |v: &&Variant| v.label(INTEGRATOR) == variant.label(INTEGRATOR);
@@ -220,9 +222,10 @@ pub struct Turn {
     pub variant: usize,
 }
 
-/// All runs. Each round, of one seed, goes through all budgets, and in each the variants of a scene take turns, another one first each time:
-/// a machine that becomes slower does so for all variants and all budgets, and what is left of that is in the scatter over seeds.
-/// With all seeds of a budget in a row it would be in the slopes, unseen.
+/// All runs. Each round, of one seed, goes through all budgets, and in each the variants of a scene
+/// take turns, another one first each time: a machine that becomes slower does so for all variants
+/// and all budgets, and what is left of that is in the scatter over seeds. With all seeds of a
+/// budget in a row it would be in the slopes, unseen.
 pub fn order(budgets: usize, seeds: u64, variants: &[usize]) -> Vec<Turn> {
     let mut turns = Vec::new();
     for round in 0..seeds {

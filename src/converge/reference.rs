@@ -1,11 +1,13 @@
 //! References, and what they themselves are wrong by.
 //!
-//! A measured error is that of the picture and that of the reference together: with `R` the reference, independent of the picture `A` and
-//! both right on average, `E (A - R)^2 = Var A + Var R`. A reference rendered here is the mean of `k` independent parts of equal
-//! effort; their scatter estimates `Var R` without bias, pixel by pixel, as `sum((P_j - R)^2) / (k (k - 1))` (two halves:
-//! `(P_1 - P_2)^2 / 4`). Divided as the relative mean squared error divides, and averaged over the picture, that is what every
-//! measurement has too much. The reference in the denominator leaves a bias of second order: the corrected error is too large by a few times
-//! the reference's own relMSE, as a fraction.
+//! A measured error is that of the picture and that of the reference together: with `R` the
+//! reference, independent of the picture `A` and both right on average, `E (A - R)^2 = Var A + Var
+//! R`. A reference rendered here is the mean of `k` independent parts of equal effort; their
+//! scatter estimates `Var R` without bias, pixel by pixel, as `sum((P_j - R)^2) / (k (k - 1))` (two
+//! halves: `(P_1 - P_2)^2 / 4`). Divided as the relative mean squared error divides, and averaged
+//! over the picture, that is what every measurement has too much. The reference in the denominator
+//! leaves a bias of second order: the corrected error is too large by a few times the reference's
+//! own relMSE, as a fraction.
 
 use crate::metrics::RELATIVE_EPSILON;
 use serde::Serialize;
@@ -23,9 +25,11 @@ pub struct Reference {
 pub struct ReferenceFigures {
     /// File, or integrator it was rendered by.
     pub source: String,
-    /// Its own relative mean squared error, which is subtracted from measured ones; `None` is unknown, and nothing is subtracted.
+    /// Its own relative mean squared error, which is subtracted from measured ones; `None` is
+    /// unknown, and nothing is subtracted.
     pub relmse: Option<f64>,
-    /// Standard error of `relmse`, by the scatter over pixels as if they were independent; `None` is unknown.
+    /// Standard error of `relmse`, by the scatter over pixels as if they were independent; `None`
+    /// is unknown.
     pub relmse_stderr: Option<f64>,
     /// Independent renders it is the mean of; 0 for files.
     pub parts: u64,
@@ -35,7 +39,8 @@ pub struct ReferenceFigures {
 }
 
 impl ReferenceFigures {
-    /// A measured error without the reference's share. May be negative, as unbiased estimates of small numbers are.
+    /// A measured error without the reference's share. May be negative, as unbiased estimates of
+    /// small numbers are.
     pub fn correct(&self, measured: f64) -> f64 {
         measured - self.relmse.unwrap_or(0.0)
     }
@@ -80,7 +85,8 @@ impl Parts {
         self.mean.iter().map(|p| p.map(|v| v as f32)).collect()
     }
 
-    /// Relative mean squared error of the mean, and its standard error over pixels; `None` of fewer than two parts.
+    /// Relative mean squared error of the mean, and its standard error over pixels; `None` of fewer
+    /// than two parts.
     pub fn error(&self) -> Option<(f64, f64)> {
         if self.count < 2 || self.mean.is_empty() {
             return None;
@@ -143,7 +149,8 @@ mod tests {
 
     #[test]
     fn subtraction_leaves_the_error_of_the_picture() {
-        // The reference is no better than the pictures: uncorrected, errors would be 1.25 to 1.5 times too large.
+        // The reference is no better than the pictures: uncorrected, errors would be 1.25 to 1.5
+        // times too large.
         let mut source = Source(7);
         let truth = source.picture(0.0);
         for parts in [2, 4] {

@@ -32,7 +32,8 @@ pub struct Options {
     /// Runs of every variant at every budget, with the seeds `first_seed..first_seed + seeds`.
     pub seeds: u64,
     pub first_seed: u64,
-    /// Effort of a reference that is rendered, all parts together, in multiples of the largest budget.
+    /// Effort of a reference that is rendered, all parts together, in multiples of the largest
+    /// budget.
     pub reference_factor: f64,
     /// Independent parts of such a reference, at least 2.
     pub reference_parts: u64,
@@ -103,14 +104,15 @@ pub struct SceneStudy {
     /// Linear sRGB of the crop window.
     #[serde(skip)]
     pub reference: Vec<[f32; 3]>,
-    /// A picture of every variant at the largest budget that all of them have; empty if there is none.
+    /// A picture of every variant at the largest budget that all of them have; empty if there is
+    /// none.
     #[serde(skip)]
     pub shown: Vec<Shown>,
 }
 
 /// What happens next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum StudyStep {
     /// What does a variant cost?
     Trial {
         scene: usize,
@@ -129,7 +131,7 @@ pub trait Watch: Sync {
     fn total(&self, amount: f64) {
         let _ = amount;
     }
-    fn begins(&self, step: Step) {
+    fn begins(&self, step: StudyStep) {
         let _ = step;
     }
     /// So much of the total has been done.
@@ -197,7 +199,7 @@ pub fn study(
     let mut stopped = false;
     for turn in turns {
         let (subject, scenery) = (&subjects[turn.scene], &mut scenes[turn.scene]);
-        watch.begins(Step::Run(turn));
+        watch.begins(StudyStep::Run(turn));
         let cost = &scenery.costs[turn.variant];
         let amount = options.budgets.get(turn.budget);
         if options.budgets.is_too_small(turn.budget, cost) {
@@ -321,7 +323,7 @@ fn render_reference(
     watch: &dyn Watch,
 ) -> Result<Option<Reference>, RenderError> {
     let amount = part_amount(options);
-    watch.begins(Step::Reference { scene, part: 0 });
+    watch.begins(StudyStep::Reference { scene, part: 0 });
     let Some(cost) = trial(&subject.scene, settings, options, watch)? else {
         return Ok(None);
     };
@@ -330,7 +332,7 @@ fn render_reference(
     let mut parts = Parts::default();
     let mut taken = 0.0;
     for part in 0..options.reference_parts {
-        watch.begins(Step::Reference { scene, part });
+        watch.begins(StudyStep::Reference { scene, part });
         // Seeds that no run has.
         settings.seed = options.first_seed.wrapping_sub(1 + part);
         let Some(done) = whole(&subject.scene, &settings, watch)? else {

@@ -1,13 +1,14 @@
 //! What variants cost on this machine, by trial.
 
 use super::plan::{BudgetUnit, Cost, names, with_effort};
-use super::run::{Options, Step, Subject, Watch, whole};
+use super::run::{Options, StudyStep, Subject, Watch, whole};
 use crate::integrate::{RenderError, Settings};
 use crate::scene::Scene;
 
 /// Longest trial run; the shortest is the first budget, if it is less.
 const TRIAL_SECONDS: f64 = 0.5;
-/// Trial runs of full length. The fastest counts: what else a machine does makes runs slower, never faster.
+/// Trial runs of full length. The fastest counts: what else a machine does makes runs slower, never
+/// faster.
 const TRIALS: u32 = 3;
 
 /// What each variant of a scene costs; nothing is tried where budgets are efforts. `None`: stopped.
@@ -19,7 +20,7 @@ pub(super) fn costs(
 ) -> Result<Option<Vec<Cost>>, RenderError> {
     let mut costs = Vec::new();
     for (variant, v) in subject.variants.iter().enumerate() {
-        watch.begins(Step::Trial { scene, variant });
+        watch.begins(StudyStep::Trial { scene, variant });
         match trial(&subject.scene, &v.settings, options, watch)? {
             Some(cost) => costs.push(cost),
             None => return Ok(None),

@@ -1,14 +1,17 @@
 //! Reconstruction filters, normalised to integrate to 1 over the raster plane.
 //!
-//! A sample at raster position `p` adds `filter(p - centre) * value` to every pixel whose centre is in reach; with samples over the whole
-//! [`crate::camera::Region`] that is the filtered picture in expectation, also for light subpaths, whose positions are not chosen. Samples that
-//! are placed in the cells of the raster lie in the part of each that its pixel's filter reaches ([`FilterTable::cell`]).
+//! A sample at raster position `p` adds `filter(p - centre) * value` to every pixel whose centre is
+//! in reach; with samples over the whole [`crate::camera::Region`] that is the filtered picture in
+//! expectation, also for light subpaths, whose positions are not chosen. Samples that are placed in
+//! the cells of the raster lie in the part of each that its pixel's filter reaches
+//! ([`FilterTable::cell`]).
 
 use super::TILE;
 use crate::scene::{Filter, FilterKind};
 use std::ops::Range;
 
-/// Intervals of a table, even so that kinks at half the radius are at a step. Linear in between: off by some 1e-6 of the peak.
+/// Intervals of a table, even so that kinks at half the radius are at a step. Linear in between:
+/// off by some 1e-6 of the peak.
 const STEPS: usize = 2048;
 
 /// A filter over the pixels of a crop window.
@@ -118,7 +121,8 @@ impl FilterTable {
             .product()
     }
 
-    /// Weight of the filter of a pixel along one axis up to `x` pixels beyond its centre, of 1 in all.
+    /// Weight of the filter of a pixel along one axis up to `x` pixels beyond its centre, of 1 in
+    /// all.
     pub fn below(&self, axis: usize, x: f64) -> f64 {
         let r = f64::from(self.radius[axis]);
         if x >= r {
@@ -140,7 +144,8 @@ impl FilterTable {
         ((self.crop[1] - self.crop[0]) * (self.crop[3] - self.crop[2])) as usize
     }
 
-    /// Side of the part of a pixel along one axis that its own filter reaches: 1, or less where the filter is narrower than the pixel.
+    /// Side of the part of a pixel along one axis that its own filter reaches: 1, or less where the
+    /// filter is narrower than the pixel.
     pub fn cell(&self, axis: usize) -> f64 {
         (2.0 * f64::from(self.radius[axis])).min(1.0)
     }
@@ -173,7 +178,8 @@ impl FilterTable {
         (y * (x1 - x0) + x) as usize
     }
 
-    /// Calls `add(pixel, weight)` for every pixel of the crop window (row by row from its top left) that a sample at `raster` reaches.
+    /// Calls `add(pixel, weight)` for every pixel of the crop window (row by row from its top left)
+    /// that a sample at `raster` reaches.
     #[inline]
     pub fn splat(&self, raster: [f32; 2], mut add: impl FnMut(usize, f64)) {
         self.rows(raster, |first, weights, row| {
@@ -183,7 +189,8 @@ impl FilterTable {
         });
     }
 
-    /// The same in runs: calls `add(first, weights, row)` for pixels `first..first + weights.len()` of weights `weights[i] * row`.
+    /// The same in runs: calls `add(first, weights, row)` for pixels `first..first + weights.len()`
+    /// of weights `weights[i] * row`.
     #[inline]
     pub fn rows(&self, raster: [f32; 2], mut add: impl FnMut(usize, &[f32], f64)) {
         if self.single {
@@ -212,7 +219,8 @@ impl FilterTable {
         }
     }
 
-    /// Calls `add([column, row], weight)` for every tile that a sample at `raster` reaches, with its weight in all pixels there.
+    /// Calls `add([column, row], weight)` for every tile that a sample at `raster` reaches, with
+    /// its weight in all pixels there.
     pub fn by_tile(&self, raster: [f32; 2], mut add: impl FnMut([usize; 2], f64)) {
         let [x0, x1, y0, y1] = self.crop;
         // Weights along an axis, of the pixels of a tile at a time.
@@ -234,7 +242,7 @@ impl FilterTable {
 
     /// Calls `touch(pixel)` at both ends of every row that [`Self::rows`] will add to.
     #[inline]
-    pub fn announce(&self, raster: [f32; 2], mut touch: impl FnMut(usize)) {
+    pub fn prefetch(&self, raster: [f32; 2], mut touch: impl FnMut(usize)) {
         let [x0, x1, y0, y1] = self.crop;
         let width = (x1 - x0) as usize;
         let columns = reach(raster[0], self.radius[0], x0, x1);
@@ -261,7 +269,8 @@ impl FilterTable {
     }
 }
 
-/// Pixels in `low..high` whose centres are within `r` of `p`. Casts saturate, and NaN becomes 0: positions are finite anyway.
+/// Pixels in `low..high` whose centres are within `r` of `p`. Casts saturate, and NaN becomes 0:
+/// positions are finite anyway.
 #[inline(always)]
 fn reach(p: f32, r: f32, low: i64, high: i64) -> Range<i64> {
     let first = i64::from((p - 0.5 - r).ceil() as i32).max(low);

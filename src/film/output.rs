@@ -1,5 +1,6 @@
-//! Writing finished pictures: `.exr`, `.pfm` and `.png` by extension, in one step, so that a reader never sees half a picture and a
-//! failure keeps the old one. What cannot be replaced, like a pipe, is written into.
+//! Writing finished pictures: `.exr`, `.pfm` and `.png` by extension, in one step, so that a reader
+//! never sees half a picture and a failure keeps the old one. What cannot be replaced, like a pipe,
+//! is written into.
 
 use std::ffi::OsString;
 use std::fs;
@@ -12,7 +13,8 @@ use crate::formats::{exr, file_bytes, pfm, srgb};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-/// Something about the render that EXR files carry in the header; other formats have no place for it.
+/// Something about the render that EXR files carry in the header; other formats have no place for
+/// it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     pub name: String,
@@ -93,14 +95,15 @@ pub fn is_exr(path: &Path) -> bool {
     matches!(format(path), Ok(Format::Exr))
 }
 
-/// Fails now where [`write()`] would fail after the render: unknown extension, missing or read-only folder, read-only file.
+/// Fails now where [`write()`] would fail after the render: unknown extension, missing or read-only
+/// folder, read-only file.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     format(path)?;
     files::check(path).map_err(io_error(path))
 }
 
-/// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which shows
-/// `2^exposure * pixel` in 8-bit sRGB; the others keep linear values.
+/// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which
+/// shows `2^exposure * pixel` in 8-bit sRGB; the others keep linear values.
 pub fn write(
     path: &Path,
     picture: &Picture,

@@ -2,8 +2,8 @@
 
 use super::FilterTable;
 
-/// Samples that each pixel has had, one in each unit cell of the raster being 1: whole passes, and what of one more is done. A pass goes over
-/// the cells row by row.
+/// Samples that each pixel has had, one in each unit cell of the raster being 1: whole passes, and
+/// what of one more is done. A pass goes over the cells row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passes {
     pub whole: u64,
@@ -22,16 +22,19 @@ enum Part {
 /// `above[y] + beside[y] * left[x]`.
 #[derive(Clone, Debug, PartialEq)]
 struct Cells {
-    /// By row of pixels: the weight of its filter over the rows of cells that are done, and over the row that is begun.
+    /// By row of pixels: the weight of its filter over the rows of cells that are done, and over
+    /// the row that is begun.
     above: Vec<f64>,
     beside: Vec<f64>,
-    /// By column of pixels: the weight of its filter over the cells that are done in the row that is begun.
+    /// By column of pixels: the weight of its filter over the cells that are done in the row that
+    /// is begun.
     left: Vec<f64>,
     /// Cells of the crop window that are done, row by row.
     done: usize,
 }
 
-/// A pixel that has seen less than this of its only pass is not rendered: what its filter has seen may be next to nothing, or negative.
+/// A pixel that has seen less than this of its only pass is not rendered: what its filter has seen
+/// may be next to nothing, or negative.
 const LEAST: f64 = 0.5;
 
 impl Passes {
@@ -42,7 +45,8 @@ impl Passes {
         }
     }
 
-    /// Of one more pass all cells above raster row `row` are done, and those of that row that lie left of `column`.
+    /// Of one more pass all cells above raster row `row` are done, and those of that row that lie
+    /// left of `column`.
     pub fn with_part(count: u64, filter: &FilterTable, [column, row]: [f64; 2]) -> Self {
         let [x0, x1, y0, y1] = filter.crop();
         // Cells between `low` and `high` that lie below a border.
@@ -70,7 +74,8 @@ impl Passes {
         }
     }
 
-    /// Of one more pass a part is done, of samples that fall where they like: the same part of every pixel.
+    /// Of one more pass a part is done, of samples that fall where they like: the same part of
+    /// every pixel.
     pub fn with_part_everywhere(count: u64, part: f64) -> Self {
         Self {
             whole: count,
@@ -83,7 +88,8 @@ impl Passes {
         self.whole as f64 + self.part(pixel)
     }
 
-    /// Samples in a pixel's own cell; there is one for each pass over the cells. None if the pixel is not rendered.
+    /// Samples in a pixel's own cell; there is one for each pass over the cells. None if the pixel
+    /// is not rendered.
     pub fn inside(&self, pixel: usize) -> f64 {
         let more = match &self.part {
             Some(Part::Cells(part)) => {

@@ -9,20 +9,23 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Film for radiance samples of any size that `f32` has (`film::sum`).
 ///
-/// A film whose samples were placed, in each cell as many, divides what a pixel's filter has seen by what it has weighed, so that a picture of
-/// one value is flat, however few samples there are. That is a ratio of two sums, as pbrt-v3 has it: right in the limit of many samples, and
-/// off by less than its noise before. Where a filter has negative lobes the weights of a few samples can cancel each other, and
+/// A film whose samples were placed, in each cell as many, divides what a pixel's filter has seen
+/// by what it has weighed, so that a picture of one value is flat, however few samples there are.
+/// That is a ratio of two sums, as pbrt-v3 has it: right in the limit of many samples, and
+/// off by less than its noise before. Where a filter has negative lobes the weights of a few
+/// samples can cancel each other, and
 ///
 /// ```text
 /// radiance = (A - S m) / n + m
 /// ```
 ///
-/// with `A` and `S` the sums of weighted samples and of weights, `n` the passes and `m` the plain mean of the samples that lie in the pixel: as
-/// flat, and the same in the limit (a regression estimator; Cochran 1977, chapter 7). What was splatted, wherever it fell, is divided by the
+/// with `A` and `S` the sums of weighted samples and of weights, `n` the passes and `m` the plain
+/// mean of the samples that lie in the pixel: as flat, and the same in the limit (a regression
+/// estimator; Cochran 1977, chapter 7). What was splatted, wherever it fell, is divided by the
 /// number of passes alone.
 ///
-/// A film that knows its own error ([`Self::judged`]) sums even and odd passes over the picture apart, and the samples of [`GROUPS`] groups
-/// of passes tile by tile.
+/// A film that knows its own error ([`Self::judged`]) sums even and odd passes over the picture
+/// apart, and the samples of [`GROUPS`] groups of passes tile by tile.
 pub struct SampleFilm {
     filter: FilterTable,
     weighing: Weighing,
@@ -30,7 +33,8 @@ pub struct SampleFilm {
     entries: usize,
     /// `[half][block]`, each `[pixel][entry]`.
     halves: Vec<Vec<Mutex<Sums>>>,
-    /// `[block]`, each `[pixel][channel]`: samples that lie in the pixel, as they are. Empty where no weight is negative.
+    /// `[block]`, each `[pixel][channel]`: samples that lie in the pixel, as they are. Empty where
+    /// no weight is negative.
     inside: Vec<Mutex<Sums>>,
     /// Of nothing if the film is not judged.
     tiles: TileSums,
@@ -77,7 +81,8 @@ pub struct Sample {
     pub pass: u64,
 }
 
-/// A pixel's radiance, and a number for each channel whose square is its squared standard error: infinite if there is but one pass.
+/// A pixel's radiance, and a number for each channel whose square is its squared standard error:
+/// infinite if there is but one pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Estimate {
     pub radiance: [f64; 3],
@@ -117,7 +122,8 @@ impl SampleFilm {
         Self::with(filter, judged, Weighing::Passes, 3)
     }
 
-    /// Of a part of the light that the samples of another film bring, which has their weights ([`Self::resolve_part`]).
+    /// Of a part of the light that the samples of another film bring, which has their weights
+    /// ([`Self::resolve_part`]).
     pub fn part(filter: FilterTable) -> Self {
         let weighing = Weighing::of(&filter);
         Self::with(filter, false, weighing, 3)
@@ -182,7 +188,8 @@ impl SampleFilm {
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
         let mut tiles = self.tiles.pending();
         let (mut lit, mut full) = (false, 0);
-        // Placed samples lie only where the filter of their cell's pixel is: there are more of them.
+        // Placed samples lie only where the filter of their cell's pixel is: there are more of
+        // them.
         let dense = match self.weighing {
             Weighing::Passes => 1.0,
             Weighing::Weights | Weighing::Signed => self.filter.cell(0) * self.filter.cell(1),
@@ -230,7 +237,8 @@ impl SampleFilm {
         self.resolve_part(self, passes)
     }
 
-    /// The same of a film of a part of the light, with the weights of the film of all of it: parts add up to the whole.
+    /// The same of a film of a part of the light, with the weights of the film of all of it: parts
+    /// add up to the whole.
     pub fn resolve_part(&self, whole: &SampleFilm, passes: &Passes) -> Vec<[f32; 3]> {
         let n = self.filter.pixels();
         let mut picture = Vec::with_capacity(n);
@@ -241,8 +249,8 @@ impl SampleFilm {
         picture
     }
 
-    /// Pixels of the picture, and a standard error of each of their values from the difference of the halves alone; infinite if there is
-    /// but one. Its square is right in the mean.
+    /// Pixels of the picture, and a standard error of each of their values from the difference of
+    /// the halves alone; infinite if there is but one. Its square is right in the mean.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -308,8 +316,8 @@ impl SampleFilm {
     }
 
     /// What pixels hold.
-    fn held(&self, pixels: Range<usize>) -> Vec<Held> {
-        let mut held = vec![Held::default(); pixels.len()];
+    fn held(&self, pixels: Range<usize>) -> Vec<LockedStripe> {
+        let mut held = vec![LockedStripe::default(); pixels.len()];
         let mut next = pixels.start;
         while next < pixels.end {
             let block = next / BLOCK;
@@ -334,7 +342,8 @@ impl SampleFilm {
         self.tiles.light()
     }
 
-    /// Sums of the weights that pixels are divided by, the same way; `None` if that is the number of passes.
+    /// Sums of the weights that pixels are divided by, the same way; `None` if that is the number
+    /// of passes.
     pub(super) fn tile_weights(&self) -> Option<Vec<[f64; GROUPS]>> {
         self.tiles.weights()
     }
@@ -355,7 +364,8 @@ impl Turns {
         }
     }
 
-    /// What the difference of the means of two halves comes to in the mean of all; infinite if there is but one half.
+    /// What the difference of the means of two halves comes to in the mean of all; infinite if
+    /// there is but one half.
     fn weigh(self, difference: impl FnOnce([f64; 2]) -> f64) -> f64 {
         let [even, odd] = self.halves;
         match odd > 0.0 {
@@ -367,9 +377,9 @@ impl Turns {
 
 /// What a pixel holds, by half: its channels, and its weights.
 #[derive(Clone, Copy, Default)]
-struct Held([[f64; 4]; 2]);
+struct LockedStripe([[f64; 4]; 2]);
 
-impl Held {
+impl LockedStripe {
     fn weight(&self) -> [f64; 2] {
         self.0.map(|half| half[3])
     }
@@ -469,7 +479,8 @@ mod tests {
         assert!((of_tile / (4.0 * f64::from(f32::MAX)) - 1.0).abs() < 1e-9);
     }
 
-    /// The parts of a picture add up to it under filters of any kind, and what is flat is flat where a pass was broken off.
+    /// The parts of a picture add up to it under filters of any kind, and what is flat is flat
+    /// where a pass was broken off.
     #[test]
     fn parts_add_up_and_broken_passes_are_flat() {
         let kinds = [

@@ -1,12 +1,14 @@
 //! Exact sums of numbers of any size.
 //!
-//! A number is written in digits of base 2^30, each rounded to nearest and so between -2^29 and 2^29, and digits of the same place are added as
-//! integers. A [`Sum`] keeps two places: that of the largest number so far, and the one below; what a larger number pushes out at the
-//! bottom is forgotten. The digits of a number depend on it alone, and which places remain on the largest: the same numbers give the same
-//! bits in any order, however they are grouped.
+//! A number is written in digits of base 2^30, each rounded to nearest and so between -2^29 and
+//! 2^29, and digits of the same place are added as integers. A [`Sum`] keeps two places: that of
+//! the largest number so far, and the one below; what a larger number pushes out at the
+//! bottom is forgotten. The digits of a number depend on it alone, and which places remain on the
+//! largest: the same numbers give the same bits in any order, however they are grouped.
 //!
-//! What is forgotten of a number is at most 2^-30 of the largest. A sample so much brighter than the others leaves far more noise than that, unless
-//! there are billions of them. Tried, and left: 128 bits with one binary point for all pixels lose what is small or large; sums of all
+//! What is forgotten of a number is at most 2^-30 of the largest. A sample so much brighter than
+//! the others leaves far more noise than that, unless there are billions of them. Tried, and left:
+//! 128 bits with one binary point for all pixels lose what is small or large; sums of all
 //! digits that `f32` has need 40 bytes, not 17.
 
 /// Bits of a digit.
@@ -52,7 +54,8 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// Adds a finite number. Returns true if the sum is full and stays at its limit: after 2^34 numbers at the earliest.
+    /// Adds a finite number. Returns true if the sum is full and stays at its limit: after 2^34
+    /// numbers at the earliest.
     #[inline(always)]
     pub fn add(&mut self, value: f64) -> bool {
         if value == 0.0 {

@@ -1,8 +1,9 @@
-//! Exact accumulation. Integer addition is associative: the same samples give the same bits in any order, on any number of threads.
+//! Exact accumulation. Integer addition is associative: the same samples give the same bits in any
+//! order, on any number of threads.
 
 use super::FilterTable;
-use super::held::Held;
-use super::judged::Half;
+use super::error_halves::Half;
+use super::locked_stripe::LockedStripe;
 use super::log::{Logged, SplatLog};
 use crate::memory::Table;
 use std::ops::Range;
@@ -10,13 +11,15 @@ use std::sync::{Mutex, MutexGuard};
 
 /// Film for splats of bounded size: layers of 64-bit fixed-point pixels.
 ///
-/// A splat is a colour normalised by its own mean channel (so at most [`Self::MAX_COLOUR`] a channel) times a weight of at most 1. The binary
-/// point is chosen from the number of splats a run can make, so that no sum can overflow, and is as far left as that allows.
+/// A splat is a colour normalised by its own mean channel (so at most [`Self::MAX_COLOUR`] a
+/// channel) times a weight of at most 1. The binary point is chosen from the number of splats a run
+/// can make, so that no sum can overflow, and is as far left as that allows.
 ///
-/// Threads collect splats in a [`SplatLog`] each and hand it in when it is full: no pixel is shared while chains march.
+/// Threads collect splats in a [`SplatLog`] each and hand it in when it is full: no pixel is shared
+/// while chains march.
 ///
-/// A film can also know its own error ([`Self::judged`]): the splats of one half of all chains are summed once more, in one layer of their
-/// own.
+/// A film can also know its own error ([`Self::judged`]): the splats of one half of all chains are
+/// summed once more, in one layer of their own.
 pub struct SplatFilm {
     pub(super) filter: FilterTable,
     pub(super) layers: usize,
@@ -41,8 +44,8 @@ pub struct Destination {
     pub half: bool,
 }
 
-/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time rarely meet, but each of a huge page, or of
-/// three in large films, which they fill.
+/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time
+/// rarely meet, but each of a huge page, or of three in large films, which they fill.
 fn stripe(pixels: usize) -> usize {
     const LARGE: usize = 1 << 18;
     if pixels >= 4 * LARGE {
@@ -124,7 +127,7 @@ impl SplatFilm {
         let scale = to.scale * (1u64 << self.fraction_bits) as f64;
         let half = self.half.get(to.layer).filter(|_| to.half);
         let half = half.map(|h| h.scale * h.factors()[0]);
-        let mut held = Held::new(self, to.layer, half, shift);
+        let mut held = LockedStripe::new(self, to.layer, half, shift);
         held.enter(log.order[0].1 >> shift);
         let single = self.filter.is_single();
         for i in 0..log.len {
@@ -133,7 +136,7 @@ impl SplatFilm {
                     held.prefetch(nearest as usize);
                 } else {
                     let raster = log.splats[splat as usize].raster;
-                    (self.filter).announce(raster, |pixel| held.prefetch(pixel));
+                    (self.filter).prefetch(raster, |pixel| held.prefetch(pixel));
                 }
             }
             let (splat, nearest) = log.order[i];

@@ -5,7 +5,8 @@ use crate::simd::{Lanes, UintLanes};
 /// Pixels along each side of a tile; those at the right and the bottom may be smaller.
 pub const TILE: u32 = 16;
 
-/// Independent groups, of chains of a depth or of passes over the picture, whose sums are kept apart tile by tile.
+/// Independent groups, of chains of a depth or of passes over the picture, whose sums are kept
+/// apart tile by tile.
 pub const GROUPS: usize = 16;
 
 /// The tiles of a crop window, row by row from its top left.

@@ -1,4 +1,5 @@
-//! How points and normals change along texture coordinates, for what displaces surfaces. In `f64`, one hit at a time: few hits ask.
+//! How points and normals change along texture coordinates, for what displaces surfaces. In `f64`,
+//! one hit at a time: few hits ask.
 
 use super::Geometry;
 use glam::{DMat3, DVec3};
@@ -18,7 +19,8 @@ pub struct Derivatives {
 }
 
 impl Geometry<'_> {
-    /// The derivatives at a point `p` of a primitive; `b1`, `b2` are its barycentric coordinates if that is a triangle.
+    /// The derivatives at a point `p` of a primitive; `b1`, `b2` are its barycentric coordinates if
+    /// that is a triangle.
     pub fn derivatives(&self, primitive: u32, b: [f64; 2], p: DVec3) -> Derivatives {
         let triangles = self.triangles();
         if primitive < triangles {

@@ -59,7 +59,8 @@ impl<'a> LargeSurfaces<'a> {
         self.places.is_empty()
     }
 
-    /// The point of a primitive next to `x`, and its barycentric coordinates; `None` if the primitive is not large.
+    /// The point of a primitive next to `x`, and its barycentric coordinates; `None` if the
+    /// primitive is not large.
     fn nearest(
         &self,
         prim: u32,
@@ -122,7 +123,8 @@ impl<'a> LargeSurfaces<'a> {
         found
     }
 
-    /// Points that were sampled on primitives, `p` and its barycentric coordinates, where those are large.
+    /// Points that were sampled on primitives, `p` and its barycentric coordinates, where those are
+    /// large.
     #[cold]
     #[inline(never)]
     pub(super) fn sampled<L: Lanes>(

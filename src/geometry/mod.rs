@@ -1,7 +1,9 @@
-//! Points on surfaces: from what the tracer reports to positions, normals and texture coordinates, eight hits at a time.
+//! Points on surfaces: from what the tracer reports to positions, normals and texture coordinates,
+//! eight hits at a time.
 //!
-//! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere), never taken from the ray, and
-//! come with a bound of their rounding error (pbrt-v3, section 3.9). Rays start that far off the surface: no absolute epsilon.
+//! Positions are recomputed on the primitive (barycentrics, or the projection to the unit sphere),
+//! never taken from the ray, and come with a bound of their rounding error (pbrt-v3, section 3.9).
+//! Rays start that far off the surface: no absolute epsilon.
 
 mod derivatives;
 mod large;
@@ -146,8 +148,8 @@ impl<'a> Geometry<'a> {
         (shape, light)
     }
 
-    /// The surface points of hits. `prim` has 1 to `N` entries, none of them [`NONE`]; `origin`, `direction`, `t` are read for
-    /// spheres, `b1`, `b2` for triangles.
+    /// The surface points of hits. `prim` has 1 to `N` entries, none of them [`NONE`]; `origin`,
+    /// `direction`, `t` are read for spheres, `b1`, `b2` for triangles.
     #[inline(always)]
     pub fn surface_point<L: Lanes>(
         &self,
@@ -163,7 +165,8 @@ impl<'a> Geometry<'a> {
         self.small_point(prim, origin, direction, [t, b1, b2], wanted)
     }
 
-    /// [`Self::surface_point`] where some surfaces are large. Not inlined: the others keep their registers.
+    /// [`Self::surface_point`] where some surfaces are large. Not inlined: the others keep their
+    /// registers.
     #[cold]
     #[inline(never)]
     fn large_point<L: Lanes>(
@@ -242,7 +245,8 @@ impl<'a> Geometry<'a> {
         let ng = unit_cross(e1, e2);
         let mut ns = ng;
         if wanted.normals {
-            // Interpolated as they are, normalised after. They may be of any length: its square must stay a number.
+            // Interpolated as they are, normalised after. They may be of any length: its square
+            // must stay a number.
             let smooth = blend(a.n, b.n, c.n);
             let tiny = L::splat(f32::MIN_POSITIVE);
             let smooth = smooth * (L::one() / smooth.max_abs().max(tiny));
@@ -299,7 +303,8 @@ impl<'a> Geometry<'a> {
         }
     }
 
-    /// Texture coordinates at barycentric coordinates of triangles; lanes whose `prim` is none get those of vertex 0.
+    /// Texture coordinates at barycentric coordinates of triangles; lanes whose `prim` is none get
+    /// those of vertex 0.
     #[inline(always)]
     pub fn triangle_uv<L: Lanes>(&self, prim: &[u32], b1: L, b2: L) -> [L; 2] {
         let wanted = Wanted {
@@ -350,7 +355,8 @@ impl<'a> Geometry<'a> {
         sample
     }
 
-    /// Uniform over the unit sphere behind each sphere (`sphere` are sphere indices); uniform over area for true spheres.
+    /// Uniform over the unit sphere behind each sphere (`sphere` are sphere indices); uniform over
+    /// area for true spheres.
     #[inline(always)]
     pub fn sample_spheres<L: Lanes>(&self, sphere: &[u32], u: L, v: L, uv: bool) -> AreaSample<L> {
         let (_, map) = self.sphere_maps::<L>(sphere.iter().copied());
@@ -392,7 +398,8 @@ impl<'a> Geometry<'a> {
         (0.5 * (b - a).cross(c - a).length()) as f32
     }
 
-    /// Internal area of a sphere or ellipsoid: the mean over directions of its area density's inverse.
+    /// Internal area of a sphere or ellipsoid: the mean over directions of its area density's
+    /// inverse.
     pub fn sphere_area(&self, sphere: u32) -> f32 {
         let n = 4096;
         let (_, map) = self.sphere_maps::<f32>(std::iter::once(sphere));
@@ -406,7 +413,8 @@ impl<'a> Geometry<'a> {
             .sum::<f64>() as f32
     }
 
-    /// The maps of up to `N` spheres; lanes whose index is out of range get sphere 0 and a false mask.
+    /// The maps of up to `N` spheres; lanes whose index is out of range get sphere 0 and a false
+    /// mask.
     #[inline(always)]
     fn sphere_maps<L: Lanes>(&self, index: impl Iterator<Item = u32>) -> (L::Mask, SphereMap<L>) {
         let mut valid = 0u32;

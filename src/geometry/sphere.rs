@@ -1,4 +1,5 @@
-//! Affine maps between the unit sphere and internal space: what makes an analytic sphere or ellipsoid.
+//! Affine maps between the unit sphere and internal space: what makes an analytic sphere or
+//! ellipsoid.
 
 use crate::scene::Sphere;
 use crate::simd::record::record;
@@ -24,7 +25,8 @@ record! {
 
 /// Spheres as kernels read them.
 pub(super) struct SphereTables {
-    /// To internal space: the first two rows; the last, and the first of the way back; the last two of that.
+    /// To internal space: the first two rows; the last, and the first of the way back; the last
+    /// two of that.
     maps: [Vec<MapRows>; 3],
     facing: Vec<Facing>,
 }

@@ -1,10 +1,10 @@
-//! The bootstrap of all hosts, in rounds: however early it is stopped, every host has had about as
-//! many paths as the others, and the picture has all its light.
+//! The bootstrap of all samplers, in rounds: however early it is stopped, every sampler has had
+//! about as many paths as the others, and the picture has all its light.
 
 use super::{EndedBy, ROUND, Settings};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
 use crate::simd::Lanes;
-use crate::transport::{Host, World};
+use crate::transport::{PathSampler, World};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -15,10 +15,10 @@ const GRACE: Duration = Duration::from_secs(2);
 /// Shortest round aimed at: its end is a barrier.
 const SHORTEST: Duration = Duration::from_millis(50);
 
-/// The bootstraps of all hosts.
+/// The bootstraps of all samplers.
 pub(super) struct Bootstraps {
     /// In their order; empty where no path can carry light.
-    pub hosts: Vec<Bootstrap>,
+    pub samplers: Vec<Bootstrap>,
     /// What has cut it short.
     pub ended_by: Option<EndedBy>,
 }
@@ -26,14 +26,14 @@ pub(super) struct Bootstraps {
 impl Bootstraps {
     /// A part of the paths asked for.
     pub fn part(&self, wanted: u64) -> f64 {
-        let least = self.hosts.iter().filter(|b| b.is_short());
+        let least = self.samplers.iter().filter(|b| b.is_short());
         let least = least.map(Bootstrap::len).min();
         least.map_or(1.0, |n| n as f64 / wanted as f64)
     }
 
-    /// A host that could carry light has had no path: nothing is known of the whole picture.
+    /// A sampler that could carry light has had no path: nothing is known of the whole picture.
     pub fn is_void(&self) -> bool {
-        self.hosts.iter().any(|b| b.is_empty() && b.is_short())
+        self.samplers.iter().any(|b| b.is_empty() && b.is_short())
     }
 }
 
@@ -41,15 +41,15 @@ impl Bootstraps {
 /// done and wanted.
 pub(super) fn bootstraps<L: Lanes>(
     world: &World,
-    hosts: &[Host],
+    samplers: &[PathSampler],
     settings: &Settings,
     ended: &(dyn Fn() -> Option<EndedBy> + Sync),
     mut progress: impl FnMut(u64, u64),
 ) -> Bootstraps {
     let wanted = settings.bootstrap;
-    let paths = |host: &Host| if host.carries_light() { wanted } else { 0 };
-    let mut all: Vec<Bootstrap> = (hosts.iter())
-        .map(|host| Bootstrap::new(paths(host)))
+    let paths = |sampler: &PathSampler| if sampler.carries_light() { wanted } else { 0 };
+    let mut all: Vec<Bootstrap> = (samplers.iter())
+        .map(|sampler| Bootstrap::new(paths(sampler)))
         .collect();
     let total = wanted * all.len() as u64;
     let stopped: OnceLock<(EndedBy, Instant)> = OnceLock::new();
@@ -67,8 +67,8 @@ pub(super) fn bootstraps<L: Lanes>(
             since.is_some_and(|since| !first || since.elapsed() >= GRACE)
         };
         let until = (done + step).min(wanted);
-        (all.par_iter_mut().zip(hosts)).for_each(|(bootstrap, host)| {
-            bootstrap.extend::<L>(world, host, settings.seed, until, &cancelled);
+        (all.par_iter_mut().zip(samplers)).for_each(|(bootstrap, sampler)| {
+            bootstrap.extend::<L>(world, sampler, settings.seed, until, &cancelled);
         });
         done = until;
         progress(done * all.len() as u64, total);
@@ -85,6 +85,6 @@ pub(super) fn bootstraps<L: Lanes>(
     let short = all.iter().any(Bootstrap::is_short);
     Bootstraps {
         ended_by: stopped.get().map(|(by, _)| *by).filter(|_| short),
-        hosts: all,
+        samplers: all,
     }
 }

@@ -1,17 +1,17 @@
 //! What all Metropolis integrators share: bootstrap, chains in lockstep, and their splats made a
 //! picture.
 //!
-//! A [`Method`] is a list of hosts. Every host has its own integral, its own chains, and (up to
-//! [`LAYERS`]) its own layer of the film. Mutations are allotted to hosts in proportion to the
-//! bootstrap's integrals ([`super::schedule`]); [`super::light`] makes sums of splats radiance.
+//! A [`Method`] is a list of samplers. Every sampler has its own integral, its own chains, and (up
+//! to [`LAYERS`]) its own layer of the film. Mutations are shared out to samplers in proportion to
+//! the bootstrap's integrals ([`super::schedule`]); [`super::light`] makes sums of splats radiance.
 
 use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};
-use super::light::{Chains, Light};
 use super::method::Method;
-use super::schedule::{Allotment, March, Start, allot, density};
+use super::normalisation::{Chains, Light};
+use super::schedule::{ChainBudget, March, Start, chain_budgets, density};
 use super::tuning::{self, Tuned};
-use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixed, per_second};
+use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixing_check, per_second};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::Counts;
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
@@ -23,30 +23,34 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     let mut counts = Counts::default();
     let boot_start = Instant::now();
     let bootstraps = bootstrap::<L>(run, method);
-    for b in &bootstraps.hosts {
+    for b in &bootstraps.samplers {
         counts.rejected += b.rejected;
         counts.rays += b.rays;
     }
     let (short, void) = (bootstraps.ended_by, bootstraps.is_void());
     let part = bootstraps.part(settings.bootstrap);
-    let bootstraps = if void { Vec::new() } else { bootstraps.hosts };
+    let bootstraps = if void {
+        Vec::new()
+    } else {
+        bootstraps.samplers
+    };
 
     let (width, height) = run.size();
     let area = run.world.camera.region.area();
     let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
-    let mut allotments = allot(run, method, &bootstraps, wanted);
-    let tuned = tune::<L>(run, method, &mut allotments, &bootstraps, short);
+    let mut budgets = chain_budgets(run, method, &bootstraps, wanted);
+    let tuned = tune::<L>(run, method, &mut budgets, &bootstraps, short);
     counts.rays += tuned.rays;
     let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
-    let starts: Vec<Start> = (allotments.iter())
+    let starts: Vec<Start> = (budgets.iter())
         .map(|a| Start::new(run, a, &bootstraps))
         .collect();
     drop(bootstraps);
-    let film = film(run, method, &allotments, &starts);
+    let film = film(run, method, &budgets, &starts);
 
     let render_start = Instant::now();
     let tiling = Tiling::new(run.scene.film.crop);
-    let mut march = March::new::<L>(run, &allotments, &starts, &tiling);
+    let mut march = March::new::<L>(run, &budgets, &starts, &tiling);
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
     let least = short.or(tuned.ended_by).map_or(Duration::ZERO, |_| ROUND);
@@ -110,7 +114,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
         ..Stats::default()
     };
     if settings.estimate_error {
-        mixed::judge(run, &tiling, &chains, &light, &mut stats, &mut warnings);
+        mixing_check::judge(run, &tiling, &chains, &light, &mut stats, &mut warnings);
     }
     Render {
         stats,
@@ -136,10 +140,10 @@ fn relmse_of(run: &Run, film: &SplatFilm, light: &Light) -> f64 {
     })
 }
 
-fn film(run: &Run, method: &Method, allotments: &[Allotment], starts: &[Start]) -> SplatFilm {
-    let layers = Method::layers(method.hosts.len(), method.combined);
+fn film(run: &Run, method: &Method, budgets: &[ChainBudget], starts: &[Start]) -> SplatFilm {
+    let layers = Method::layers(method.samplers.len(), method.combined);
     let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
-    let most = (allotments.iter())
+    let most = (budgets.iter())
         .map(|a| f64::from(a.iterations) * a.chains as f64)
         .sum();
     if !run.settings.estimate_error {
@@ -147,7 +151,7 @@ fn film(run: &Run, method: &Method, allotments: &[Allotment], starts: &[Start]) 
     }
     // The scales that the layers would have at the end if the bootstrap knew all about the light.
     let half = |layer: usize| {
-        let members = allotments.iter().zip(starts);
+        let members = budgets.iter().zip(starts);
         // Large steps are as many as their probability says, and weigh as much.
         let members = members.filter(|(a, _)| a.layer == layer || a.independent == Some(layer));
         members.fold(Half::default(), |half, (a, start)| Half {
@@ -171,7 +175,10 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
             .settings
             .target_error
             .is_some_and(|target| error <= target);
-        reached && mixed::depths(chains, &light).iter().all(|d| d.mixed())
+        reached
+            && mixing_check::depths(chains, &light)
+                .iter()
+                .all(|d| d.mixed())
     });
     seen == Some(true)
 }
@@ -188,11 +195,11 @@ fn ready(run: &Run) -> Option<EndedBy> {
 }
 
 fn bootstrap<L: Lanes>(run: &Run, method: &Method) -> Bootstraps {
-    let later = tuning::mutations(run, method.hosts.len());
+    let later = tuning::mutations(run, method.samplers.len());
     let progress = |done, total| (run.observer).progress(Phase::Bootstrap, done, total + later);
     bootstraps::<L>(
         run.world,
-        &method.hosts,
+        &method.samplers,
         run.settings,
         &|| ready(run),
         progress,
@@ -203,26 +210,26 @@ fn bootstrap<L: Lanes>(run: &Run, method: &Method) -> Bootstraps {
 fn tune<L: Lanes>(
     run: &Run,
     method: &Method,
-    allotments: &mut [Allotment],
+    budgets: &mut [ChainBudget],
     bootstraps: &[Bootstrap],
     short: Option<EndedBy>,
 ) -> Tuned {
-    let hosts = method.hosts.len();
-    let before = run.settings.bootstrap * hosts as u64;
-    let own = tuning::mutations(run, hosts);
+    let samplers = method.samplers.len();
+    let before = run.settings.bootstrap * samplers as u64;
+    let own = tuning::mutations(run, samplers);
     let progress = |part: f64| {
         let done = before + (own as f64 * part) as u64;
         (run.observer).progress(Phase::Bootstrap, done, before + own);
     };
     let ended = || short.or_else(|| ready(run));
-    tuning::tune::<L>(run, allotments, bootstraps, &ended, progress)
+    tuning::tune::<L>(run, budgets, bootstraps, &ended, progress)
 }
 
 fn dark_reason(run: &Run, method: &Method) -> String {
     if run.settings.bootstrap >= 100_000 || run.world.lights.is_empty() {
         return black_reason(run, "no bootstrap path");
     }
-    let per_depth = if method.hosts.len() > 1 {
+    let per_depth = if method.samplers.len() > 1 {
         " per depth"
     } else {
         ""

@@ -7,13 +7,13 @@ use super::method::Method;
 use super::{Render, Run};
 use crate::plan::Plan;
 use crate::simd::Lanes;
-use crate::transport::Host;
+use crate::transport::PathSampler;
 
-/// A host for each depth.
+/// A sampler for each depth.
 pub(super) fn method(plan: &Plan) -> Method {
     Method {
         name: "mmlt",
-        hosts: plan.depths.iter().map(Host::from).collect(),
+        samplers: plan.depths.iter().map(PathSampler::from).collect(),
         combined: false,
     }
 }

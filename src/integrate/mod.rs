@@ -7,17 +7,17 @@ mod chains;
 mod error;
 mod failure;
 mod grid;
-mod light;
 mod lt;
 pub mod measure;
 mod method;
-mod mixed;
+mod mixing_check;
 mod mmlt;
 mod needs;
+mod normalisation;
 mod pssmlt;
 mod pt;
+mod rerun;
 mod result;
-mod revisit;
 mod run;
 mod sampled;
 mod schedule;
@@ -26,10 +26,10 @@ mod tuning;
 
 pub use self::error::{Tiles, standard_errors};
 pub use self::failure::RenderError;
-pub use self::mixed::{CrossCheck, DepthStats};
+pub use self::mixing_check::{CrossCheck, DepthStats};
 pub use self::needs::{Need, Needs};
+pub use self::rerun::{Visit, Whose, rerun};
 pub use self::result::{Render, Stats, StrategyPictures};
-pub use self::revisit::{Visit, Whose, revisit};
 pub use self::run::{EndedBy, Observer, Phase, Silent, peak_rss_bytes};
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
 
@@ -140,7 +140,7 @@ fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32, colour: Option<&[[f32; 3]
 fn integrate<L: Lanes>(run: &Run) -> Render {
     match run.settings.integrator {
         IntegratorKind::Mmlt => mmlt::render::<L>(run),
-        IntegratorKind::Pssmlt(host) => pssmlt::render::<L>(run, host),
+        IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler),
         IntegratorKind::Pt => pt::render::<L>(run),
         IntegratorKind::Lt => lt::render::<L>(run),
         IntegratorKind::Bdpt => bdpt::render::<L>(run),

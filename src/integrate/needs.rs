@@ -3,10 +3,10 @@
 use super::method::Method;
 use super::{Settings, sampled, worker_threads};
 use crate::chain::bootstrap::CHUNK;
-use crate::chain::splats::StateSplat;
+use crate::chain::splats::ChainSplat;
 use crate::film::{FilterTable, GROUPS, SampleFilm, SplatFilm, Tiling};
 use crate::memory::Bytes;
-use crate::scene::{HostKind, IntegratorKind, LightKind, Scene};
+use crate::scene::{IntegratorKind, LightKind, PathSamplerKind, Scene};
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 use std::collections::HashSet;
 use std::fmt;
@@ -188,7 +188,7 @@ fn kept_bytes(settings: &Settings) -> u64 {
     let paths = match settings.integrator {
         IntegratorKind::Lt | IntegratorKind::Bdpt => sampled::BATCH,
         // The bootstrap's.
-        IntegratorKind::Pssmlt(HostKind::Bdpt) => CHUNK as usize,
+        IntegratorKind::Pssmlt(PathSamplerKind::Bdpt) => CHUNK as usize,
         _ => return 0,
     };
     let paths = settings.batch.unwrap_or(0).max(paths) as u64;
@@ -199,14 +199,14 @@ fn kept_bytes(settings: &Settings) -> u64 {
 
 /// Chains: their primary samples twice, their states, and what is recorded of them.
 fn chains(scene: &Scene, settings: &Settings) -> Need {
-    if let IntegratorKind::Pssmlt(host) = settings.integrator {
-        return whole_chains(scene, settings, host);
+    if let IntegratorKind::Pssmlt(sampler) = settings.integrator {
+        return whole_chains(scene, settings, sampler);
     }
     let chain = |depth: u64| {
         // Strategy, raster, lens; three numbers a bounce on either side; light choice, emission,
         // connection.
         let samples = 16 + 6 * depth;
-        let states = 2 * size_of::<StateSplat>() as u64 + 64;
+        let states = 2 * size_of::<ChainSplat>() as u64 + 64;
         let recorded = if settings.estimate_error {
             260 + 16 * depth
         } else {
@@ -233,15 +233,15 @@ fn chains(scene: &Scene, settings: &Settings) -> Need {
 }
 
 /// Chains of all depths at once.
-fn whole_chains(scene: &Scene, settings: &Settings, host: HostKind) -> Need {
+fn whole_chains(scene: &Scene, settings: &Settings, sampler: PathSamplerKind) -> Need {
     let depth = u64::from(settings.max_depth);
     // Raster, lens, wavelength; and a bounce with everything that can be chosen at it, its
     // connection included.
-    let (samples, splats) = match host {
-        HostKind::Pt => (5 + 7 * depth, 1),
-        HostKind::Bdpt => (10 + 13 * depth, 1 + depth),
+    let (samples, splats) = match sampler {
+        PathSamplerKind::Pt => (5 + 7 * depth, 1),
+        PathSamplerKind::Bdpt => (10 + 13 * depth, 1 + depth),
     };
-    let states = splats * 2 * size_of::<StateSplat>() as u64 + 64;
+    let states = splats * 2 * size_of::<ChainSplat>() as u64 + 64;
     let mut bytes = settings.chains * (8 * samples + states);
     if settings.estimate_error {
         let batches = settings.chains / 256 + 2;

@@ -1,35 +1,37 @@
 //! Primary sample space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002):
-//! the primary samples of a whole sample of a host, a path tracer's or a bidirectional one's, are
-//! mutated together. All depths are one integral, and all that a sample contributes, wherever on
-//! the film, is one state: accepted or rejected at once, splatted with one weight.
+//! the primary samples of a whole sample of a sampler, a path tracer's or a bidirectional one's,
+//! are mutated together. All depths are one integral, and all that a sample contributes, wherever
+//! on the film, is one state: accepted or rejected at once, splatted with one weight.
 //!
 //! Large steps count twice: as proposals of the chain, and as independent samples, by Kelemen's
 //! weights ([`chain::batch`](crate::chain::batch) has the equations). What is dim in the picture is
-//! then as certain as the host alone would make it.
+//! then as certain as the sampler alone would make it.
 
 use super::chains;
 use super::method::Method;
 use super::{Render, Run};
-use crate::scene::{HostKind, IntegratorKind};
+use crate::scene::{IntegratorKind, PathSamplerKind};
 use crate::simd::Lanes;
 use crate::transport::bidirectional::BidirectionalLayout;
 use crate::transport::evaluate::UnidirectionalLayout;
-use crate::transport::{Host, World};
+use crate::transport::{PathSampler, World};
 
-/// One host for all depths.
-pub(super) fn method(world: &World, max_depth: u32, kind: HostKind) -> Method {
-    let host = match kind {
-        HostKind::Bdpt => Host::Bidirectional(BidirectionalLayout::new(world)),
-        HostKind::Pt => Host::Unidirectional(UnidirectionalLayout::new(&world.plan, max_depth)),
+/// One sampler for all depths.
+pub(super) fn method(world: &World, max_depth: u32, kind: PathSamplerKind) -> Method {
+    let sampler = match kind {
+        PathSamplerKind::Bdpt => PathSampler::Bidirectional(BidirectionalLayout::new(world)),
+        PathSamplerKind::Pt => {
+            PathSampler::Unidirectional(UnidirectionalLayout::new(&world.plan, max_depth))
+        }
     };
     Method {
         name: IntegratorKind::Pssmlt(kind).name(),
-        hosts: vec![host],
+        samplers: vec![sampler],
         combined: true,
     }
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, kind: HostKind) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, kind: PathSamplerKind) -> Render {
     let method = method(run.world, run.settings.max_depth, kind);
     chains::render::<L>(run, &method)
 }

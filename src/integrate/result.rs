@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::error::Tiles;
-use super::mixed::CrossCheck;
-use super::mixed::DepthStats;
+use super::mixing_check::CrossCheck;
+use super::mixing_check::DepthStats;
 use super::run::EndedBy;
 use crate::transport::bidirectional::Strategy;
 

@@ -4,13 +4,13 @@
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
-use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, ScatteredFilm};
+use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, SplattingFilm};
 use crate::scene::Clamp;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
 use crate::transport::paths::Splats;
 use crate::transport::samples::Samples;
-use crate::transport::{Outcome, Paths};
+use crate::transport::{Paths, Splat};
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -62,7 +62,7 @@ impl Numbers {
 /// A render, its film, and how far it came.
 pub(super) struct Sampled {
     pub render: Render,
-    pub film: ScatteredFilm,
+    pub film: SplattingFilm,
     pub done: Done,
 }
 
@@ -73,7 +73,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
     let stream = Stream::new(settings.seed, method.purpose);
     let filter = FilterTable::new(&film.filter, film.crop);
     let grid = Grid::new(run, &filter);
-    let sums = ScatteredFilm::new(filter, settings.estimate_error, method.splats);
+    let sums = SplattingFilm::new(filter, settings.estimate_error, method.splats);
     let batch = settings.batch.unwrap_or(BATCH) as u64;
     let spp = settings.samples_per_pixel;
     let per_pass = grid.cells();
@@ -143,7 +143,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
     let tiles = settings.estimate_error.then(|| {
         let layer = Groups {
             sums: &groups,
-            thrown: ScatteredFilm::thrown(whole.max(1)),
+            thrown: SplattingFilm::thrown(whole.max(1)),
             scale: 1.0 / whole.max(1) as f64,
             relative_variance: 0.0,
         };
@@ -209,11 +209,11 @@ fn clamp_all(clamp: Clamp, paths: &mut Paths) {
 }
 
 /// Adds a batch to the film; how many of its contributions were rejected.
-fn add(sums: &ScatteredFilm, method: &Method, paths: &Paths, numbers: Numbers) -> u64 {
+fn add(sums: &SplattingFilm, method: &Method, paths: &Paths, numbers: Numbers) -> u64 {
     sums.add(
         (paths.splats.camera.iter().enumerate()).map(|(i, o)| numbers.placed(i, o.raster, o.rgb)),
     );
-    let rejected = |outcomes: &[Outcome]| outcomes.iter().map(|o| u64::from(o.rejected)).sum();
+    let rejected = |splats: &[Splat]| splats.iter().map(|o| u64::from(o.rejected)).sum();
     let mut bad: u64 = rejected(&paths.splats.camera);
     if method.splats {
         for splats in &paths.splats.light {
@@ -272,7 +272,7 @@ fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
         sums.iter_mut().zip(tile).for_each(|(sum, v)| *sum += v);
     }
     let mean = sums.iter().sum::<f64>() / passes as f64;
-    let spread: f64 = (sums.iter().zip(ScatteredFilm::thrown(passes)))
+    let spread: f64 = (sums.iter().zip(SplattingFilm::thrown(passes)))
         .map(|(sum, n)| (sum - mean * n).powi(2))
         .sum();
     (spread * count / (count - 1.0)).sqrt() / passes as f64
@@ -289,7 +289,7 @@ fn is_hopeless(run: &Run, done: u64) -> bool {
 }
 
 /// Looks at the error now and then, tells the observer, and says whether the target is reached.
-fn good_enough(run: &Run, sums: &ScatteredFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
+fn good_enough(run: &Run, sums: &SplattingFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
     if !run.settings.estimate_error || done < 2 * grid.cells() || sums.is_black() {
         return false;
     }
@@ -304,7 +304,7 @@ fn good_enough(run: &Run, sums: &ScatteredFilm, grid: &Grid, done: u64, looks: &
 }
 
 /// Estimated relMSE of the picture so far.
-fn relmse_of(run: &Run, sums: &ScatteredFilm, done: &Done) -> f64 {
+fn relmse_of(run: &Run, sums: &SplattingFilm, done: &Done) -> f64 {
     let (width, height) = run.size();
     let width = width as usize;
     let scale = run.scene.film.scale;

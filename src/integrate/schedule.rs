@@ -1,31 +1,31 @@
-//! Who marches when: chains and mutations per host (per depth, if paths are multiplexed), and the
-//! rounds in which threads march them.
+//! Who marches when: chains and mutations per sampler (per depth, if paths are multiplexed), and
+//! the rounds in which threads march them.
 
 use super::Run;
 use super::method::{LAYERS, Method};
 use crate::chain::batch::{Batch, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
-use crate::chain::learn::learned;
 use crate::chain::mutate::{Kernel, large_step_probability};
+use crate::chain::strategy_choice::learned;
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
 use crate::integrate::{EndedBy, Phase, Settings, StrategyChoice};
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
-use crate::transport::{Host, Paths};
+use crate::transport::{PathSampler, Paths};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-/// The layer of a host.
-pub(super) fn layer_of(host: usize) -> usize {
-    host.min(LAYERS - 1)
+/// The layer of a sampler.
+pub(super) fn layer_of(sampler: usize) -> usize {
+    sampler.min(LAYERS - 1)
 }
 
 /// Chains that a layer has at least, if the settings ask for as many: with fewer, lanes stay empty.
 const FEWEST: usize = 512;
-/// The same for each host of a shared layer.
+/// The same for each sampler of a shared layer.
 const FEWEST_SHARED: usize = 64;
 /// Most chains of a batch: its working set of about a kilobyte a path should fit the second-level
 /// cache (`benches/batch`).
@@ -35,26 +35,26 @@ const SMALLEST_BATCH: usize = 64;
 
 /// Iterations a thread marches a batch before it looks for another.
 pub(super) const STRIDE: u32 = 16;
-/// The chains of a host, and how they reach the film.
-pub(super) struct Allotment {
-    /// Index into the method's hosts.
+/// The chains of a sampler, and how they reach the film.
+pub(super) struct ChainBudget {
+    /// Index into the method's samplers.
     pub index: usize,
-    /// The host, with the choice of strategies that its chains make.
-    pub host: Host,
+    /// The sampler, with the choice of strategies that its chains make.
+    pub sampler: PathSampler,
     pub chains: usize,
     pub layer: usize,
     /// The layer of large steps, if they are splatted as independent samples.
     pub independent: Option<usize>,
-    /// Iterations of every chain in the whole run, the same for all hosts of a layer.
+    /// Iterations of every chain in the whole run, the same for all samplers of a layer.
     pub iterations: u32,
-    /// Weight of this host's splats within its layer, at most 1.
+    /// Weight of this sampler's splats within its layer, at most 1.
     pub share: f64,
     pub bootstrap: Estimate,
     /// How its chains mutate.
     pub kernel: Kernel,
 }
 
-impl Allotment {
+impl ChainBudget {
     /// Probability of a large step of its chains, exactly.
     pub fn large_step_probability(&self) -> f64 {
         large_step_probability(self.kernel.large_step_probability)
@@ -66,18 +66,18 @@ impl Allotment {
     }
 }
 
-/// Allots `mutations` to the hosts in proportion to `b_k`. Chains are allotted likewise, but at
-/// least as many as fill the lanes, with accordingly fewer iterations; hosts that share a layer of
-/// the film make the same number.
-pub(super) fn allot(
+/// Shares out `mutations` to the samplers in proportion to `b_k`. Chains are shared out likewise,
+/// but at least as many as fill the lanes, with accordingly fewer iterations; samplers that share a
+/// layer of the film make the same number.
+pub(super) fn chain_budgets(
     run: &Run,
     method: &Method,
     bootstraps: &[Bootstrap],
     mutations: f64,
-) -> Vec<Allotment> {
+) -> Vec<ChainBudget> {
     let chains = run.settings.chains as usize;
     let b: f64 = bootstraps.iter().map(|b| b.estimate.mean()).sum();
-    let mut list: Vec<Allotment> = (bootstraps.iter().enumerate())
+    let mut list: Vec<ChainBudget> = (bootstraps.iter().enumerate())
         .filter(|(_, boot)| boot.estimate.mean() > 0.0)
         .map(|(index, boot)| {
             let layer = layer_of(index);
@@ -88,9 +88,9 @@ pub(super) fn allot(
             };
             let wish = chains as f64 * boot.estimate.mean() / b;
             let wish = (wish.ceil() as usize).max(fewest.min(chains));
-            Allotment {
+            ChainBudget {
                 index,
-                host: chosen(run.settings, &method.hosts[index], boot),
+                sampler: chosen(run.settings, &method.samplers[index], boot),
                 // Two halves of full lanes.
                 chains: wish.next_multiple_of(16).min(MAX_CHAINS_PER_DEPTH),
                 layer,
@@ -110,25 +110,32 @@ pub(super) fn allot(
         for a in list.iter_mut().filter(|a| a.layer == layer) {
             let iterations = (mutations * light / b / chains as f64).ceil();
             a.iterations = iterations.min(f64::from(u32::MAX)) as u32;
-            // Hosts that share a layer keep the proportions the bootstrap gave them.
+            // Path samplers that share a layer keep the proportions the bootstrap gave them.
             a.share = density(a) / most;
         }
     }
     list
 }
 
-/// `host` with the choice of strategies that chains make after this bootstrap.
-pub(super) fn chosen(settings: &Settings, host: &Host, bootstrap: &Bootstrap) -> Host {
-    match (settings.strategy_choice, host) {
-        (StrategyChoice::Learned, Host::Multiplexed(plan)) => Host::Multiplexed(DepthPlan {
-            choice: learned(plan, bootstrap.strategies()).unwrap_or_else(|| plan.choice.clone()),
-            ..plan.clone()
-        }),
-        _ => host.clone(),
+/// `sampler` with the choice of strategies that chains make after this bootstrap.
+pub(super) fn chosen(
+    settings: &Settings,
+    sampler: &PathSampler,
+    bootstrap: &Bootstrap,
+) -> PathSampler {
+    match (settings.strategy_choice, sampler) {
+        (StrategyChoice::Learned, PathSampler::Multiplexed(plan)) => {
+            PathSampler::Multiplexed(DepthPlan {
+                choice: learned(plan, bootstrap.strategies())
+                    .unwrap_or_else(|| plan.choice.clone()),
+                ..plan.clone()
+            })
+        }
+        _ => sampler.clone(),
     }
 }
 
-/// First states of the chains of an allotment, and the independent groups they fall into.
+/// First states of the chains of a budget, and the independent groups they fall into.
 pub(super) struct Start {
     /// Bootstrap paths, ascending; one a chain.
     seeds: Vec<u64>,
@@ -140,10 +147,10 @@ pub(super) struct Start {
 
 impl Start {
     /// Chains that start from one path are not independent while they remember it: they belong to
-    /// one group, so that groups can differ in size; and to one half, if their host has a layer
+    /// one group, so that groups can differ in size; and to one half, if their sampler has a layer
     /// of the film to itself.
-    pub fn new(run: &Run, a: &Allotment, bootstraps: &[Bootstrap]) -> Self {
-        let seeds = bootstraps[a.index].seeds(run.settings.seed, a.host.id(), a.chains);
+    pub fn new(run: &Run, a: &ChainBudget, bootstraps: &[Bootstrap]) -> Self {
+        let seeds = bootstraps[a.index].seeds(run.settings.seed, a.sampler.id(), a.chains);
         let n = seeds.len();
         let mut groups = vec![0; n];
         for group in 1..GROUPS {
@@ -180,13 +187,13 @@ fn border(seeds: &[u64], at: usize) -> usize {
 }
 
 /// Light per chain.
-pub(super) fn density(a: &Allotment) -> f64 {
+pub(super) fn density(a: &ChainBudget) -> f64 {
     a.bootstrap.mean() / a.chains as f64
 }
 
 /// Chains per batch unless the settings say otherwise: few enough that every thread finds work.
-fn batch_size(run: &Run, allotments: &[Allotment]) -> usize {
-    let chains: usize = allotments.iter().map(|a| a.chains).sum();
+fn batch_size(run: &Run, budgets: &[ChainBudget]) -> usize {
+    let chains: usize = budgets.iter().map(|a| a.chains).sum();
     let spread = (chains / (4 * rayon::current_num_threads())).next_multiple_of(8);
     run.settings
         .batch
@@ -197,9 +204,9 @@ fn batch_size(run: &Run, allotments: &[Allotment]) -> usize {
 /// Chains on their way.
 pub(super) struct March<'a> {
     run: &'a Run<'a>,
-    allotments: &'a [Allotment],
-    /// With the allotment each belongs to, and where its splats go.
-    batches: Vec<(&'a Allotment, Destination, Mutex<Batch>)>,
+    budgets: &'a [ChainBudget],
+    /// With the budget each belongs to, and where its splats go.
+    batches: Vec<(&'a ChainBudget, Destination, Mutex<Batch>)>,
     /// One for every thread.
     workspaces: Vec<Mutex<Workspace>>,
     /// Batches that have not reached the end of a round.
@@ -217,14 +224,14 @@ impl<'a> March<'a> {
     /// Starts all chains.
     pub fn new<L: Lanes>(
         run: &'a Run<'a>,
-        allotments: &'a [Allotment],
+        budgets: &'a [ChainBudget],
         starts: &[Start],
         tiling: &Tiling,
     ) -> Self {
         let settings = run.settings;
-        let size = batch_size(run, allotments);
+        let size = batch_size(run, budgets);
         let mut parts = Vec::new();
-        for (a, start) in allotments.iter().zip(starts) {
+        for (a, start) in budgets.iter().zip(starts) {
             // No batch belongs to both halves.
             for (half, range) in [(true, 0..start.half), (false, start.half..a.chains)] {
                 let to = Destination {
@@ -244,7 +251,7 @@ impl<'a> March<'a> {
                     let first = chains.start;
                     let seeds = &start.seeds[chains.clone()];
                     let mut batch =
-                        Batch::new::<L>(run.world, &a.host, first, seeds, settings.seed, paths);
+                        Batch::new::<L>(run.world, &a.sampler, first, seeds, settings.seed, paths);
                     if let Some(layer) = a.independent {
                         batch.combine(a.constant(), layer);
                     }
@@ -257,7 +264,7 @@ impl<'a> March<'a> {
             .collect();
         Self {
             run,
-            allotments,
+            budgets,
             batches,
             workspaces: (0..rayon::current_num_threads())
                 .map(|_| Mutex::new(Workspace::new(run.world)))
@@ -273,10 +280,10 @@ impl<'a> March<'a> {
         &mut self,
         film: &SplatFilm,
         least: Duration,
-        mut enough: impl FnMut(&[(&Allotment, Destination, MutexGuard<Batch>)]) -> bool,
+        mut enough: impl FnMut(&[(&ChainBudget, Destination, MutexGuard<Batch>)]) -> bool,
     ) -> EndedBy {
-        let total = mutations(self.allotments, |a| a.iterations);
-        let longest = self.allotments.iter().map(|a| a.iterations).max();
+        let total = mutations(self.budgets, |a| a.iterations);
+        let longest = self.budgets.iter().map(|a| a.iterations).max();
         let Some(longest) = longest.filter(|i| *i > 0) else {
             return EndedBy::Effort;
         };
@@ -287,7 +294,7 @@ impl<'a> March<'a> {
             let begin = Instant::now();
             let until = if done + step < 1.0 { done + step } else { 1.0 };
             self.round::<L>(film, until);
-            let made = mutations(self.allotments, |a| part(a, until));
+            let made = mutations(self.budgets, |a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
             if until < 1.0 {
                 if let Some(by) = self.run.ended().filter(|_| start.elapsed() >= least) {
@@ -334,8 +341,8 @@ impl<'a> March<'a> {
         });
     }
 
-    /// All batches, with their allotments and where their splats go.
-    pub fn finish(self) -> Vec<(&'a Allotment, Destination, Batch)> {
+    /// All batches, with their budgets and where their splats go.
+    pub fn finish(self) -> Vec<(&'a ChainBudget, Destination, Batch)> {
         let own = |batch: Mutex<Batch>| {
             batch
                 .into_inner()
@@ -347,14 +354,14 @@ impl<'a> March<'a> {
     }
 }
 
-/// Iterations that are a fraction of an allotment's; a pure function, so that all batches of a
+/// Iterations that are a fraction of a budget's; a pure function, so that all batches of a
 /// layer reach the same.
-fn part(a: &Allotment, fraction: f64) -> u32 {
+fn part(a: &ChainBudget, fraction: f64) -> u32 {
     (f64::from(a.iterations) * fraction).ceil() as u32
 }
 
-fn mutations(allotments: &[Allotment], iterations: impl Fn(&Allotment) -> u32) -> u64 {
-    (allotments.iter())
+fn mutations(budgets: &[ChainBudget], iterations: impl Fn(&ChainBudget) -> u32) -> u64 {
+    (budgets.iter())
         .map(|a| u64::from(iterations(a)) * a.chains as u64)
         .sum()
 }

@@ -89,7 +89,8 @@ impl Settings {
 impl Settings {
     /// How chains mutate that nobody tunes.
     pub(super) fn kernel(&self) -> Kernel {
-        Kernel::new(self.seed, self.large_step_probability, self.sigma).with_law(self.mutation)
+        Kernel::new(self.seed, self.large_step_probability, self.sigma)
+            .with_proposals(self.mutation)
     }
 }
 
@@ -98,8 +99,8 @@ impl Settings {
 pub enum StrategyChoice {
     /// Each as often as any other.
     Uniform,
-    /// As the bootstrap suggests, see [`learn`](crate::chain::learn). The picture's expectation is
-    /// the same.
+    /// As the bootstrap suggests, see [`strategy_choice`](crate::chain::strategy_choice). The
+    /// picture's expectation is the same.
     Learned,
 }
 

@@ -1,7 +1,7 @@
 //! Mutations that tune those that count, in rounds, after the bootstrap: progress and stops are
 //! prompt.
 
-use super::schedule::Allotment;
+use super::schedule::ChainBudget;
 use super::{EndedBy, Run};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::tune::{Tuner, chains};
@@ -20,19 +20,19 @@ pub(super) struct Tuned {
     pub rays: u64,
 }
 
-/// Mutations that tuning makes if all of so many hosts carry light.
-pub(super) fn mutations(run: &Run, hosts: usize) -> u64 {
+/// Mutations that tuning makes if all of so many samplers carry light.
+pub(super) fn mutations(run: &Run, samplers: usize) -> u64 {
     let tune = run.settings.tune;
     let each = chains(tune, run.settings.bootstrap) as u64 * u64::from(tune.steps());
-    each * hosts as u64
+    each * samplers as u64
 }
 
-/// Tunes the kernels of all allotments, as the settings ask for. `ended` is asked whether to stop,
+/// Tunes the kernels of all budgets, as the settings ask for. `ended` is asked whether to stop,
 /// and by whom; what is not known then stays as it was. `progress` is told the part of them that is
 /// done.
 pub(super) fn tune<L: Lanes>(
     run: &Run,
-    allotments: &mut [Allotment],
+    budgets: &mut [ChainBudget],
     bootstraps: &[Bootstrap],
     ended: &dyn Fn() -> Option<EndedBy>,
     mut progress: impl FnMut(f64),
@@ -43,12 +43,12 @@ pub(super) fn tune<L: Lanes>(
     let mut ended_by = if steps > 0 { ended() } else { None };
     let mut rays = 0;
     if steps > 0 && ended_by.is_none() {
-        let start = |a: &Allotment| {
+        let start = |a: &ChainBudget| {
             let bootstrap = &bootstraps[a.index];
             let (seed, tune) = (settings.seed, settings.tune);
             Tuner::new::<L>(
                 run.world,
-                &a.host,
+                &a.sampler,
                 bootstrap,
                 seed,
                 a.kernel,
@@ -56,7 +56,7 @@ pub(super) fn tune<L: Lanes>(
                 a.iterations,
             )
         };
-        let mut tuners: Vec<Tuner> = allotments.par_iter().map(start).collect();
+        let mut tuners: Vec<Tuner> = budgets.par_iter().map(start).collect();
         while done < steps && ended_by.is_none() {
             (tuners.par_iter_mut()).for_each(|tuner| tuner.advance::<L>(run.world, STEPS));
             done = (done + STEPS).min(steps);
@@ -64,7 +64,7 @@ pub(super) fn tune<L: Lanes>(
             ended_by = ended().filter(|_| done < steps);
         }
         let kernels = tuners.par_iter().map(Tuner::kernel);
-        (allotments.par_iter_mut().zip(kernels)).for_each(|(a, kernel)| a.kernel = kernel);
+        (budgets.par_iter_mut().zip(kernels)).for_each(|(a, kernel)| a.kernel = kernel);
         rays = tuners.iter().map(Tuner::rays).sum();
     }
     let part = if steps > 0 {

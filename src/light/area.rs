@@ -1,4 +1,5 @@
-//! Emissive triangles and spheres: Lambertian, of one radiance or of one that an image gives by texture coordinates.
+//! Emissive triangles and spheres: Lambertian, of one radiance or of one that an image gives by
+//! texture coordinates.
 
 use super::records::BaseLanes;
 use super::{DirectSample, EmissionSample, Emitted, Kind, LightTable, Lot};
@@ -87,8 +88,9 @@ impl LightTable {
         !self.pictures.is_empty()
     }
 
-    /// What a camera subpath sees of area lights it hit: `p` on the light, `cos` of the viewing direction against its front normal. `surface` are
-    /// the barycentric coordinates that the tracer reported; only lights that have an image look at them.
+    /// What a camera subpath sees of area lights it hit: `p` on the light, `cos` of the viewing
+    /// direction against its front normal. `surface` are the barycentric coordinates that the
+    /// tracer reported; only lights that have an image look at them.
     #[inline(always)]
     pub fn emitted<L: Lanes>(
         &self,
@@ -148,7 +150,8 @@ impl LightTable {
         }
     }
 
-    /// Radiance at texture coordinates, and where it is not zero. Lights without an image are lit all over.
+    /// Radiance at texture coordinates, and where it is not zero. Lights without an image are lit
+    /// all over.
     #[inline(always)]
     fn shown<L: Lanes>(&self, lot: Lot<L>, uv: [L; 2]) -> (Vec3<L>, L::Mask) {
         let base = lot.base;

@@ -1,10 +1,12 @@
-//! Choosing a light in proportion to its power, in constant time, by inversion: neighbouring primary samples keep choosing the same light,
-//! which an alias table would not.
+//! Choosing a light in proportion to its power, in constant time, by inversion: neighbouring
+//! primary samples keep choosing the same light, which an alias table would not.
 //!
-//! Primary samples are drawn on a grid of `2^24` cells, and small steps move them off it only within a cell. The lights' intervals therefore
-//! end on that grid: the probability of a light is the number of its cells, exactly, and fits `f32`. A guide table says for each of as many
-//! equal parts of `[0, 1)` as there are lights, or up to twice as many, which lights it touches (Chen and Asau 1974, "On Generating Random
-//! Variates from an Empirical Distribution"): fewer than three on average, however uneven the powers.
+//! Primary samples are drawn on a grid of `2^24` cells, and small steps move them off it only
+//! within a cell. The lights' intervals therefore end on that grid: the probability of a light is
+//! the number of its cells, exactly, and fits `f32`. A guide table says for each of as many
+//! equal parts of `[0, 1)` as there are lights, or up to twice as many, which lights it touches
+//! (Chen and Asau 1974, "On Generating Random Variates from an Empirical Distribution"): fewer than
+//! three on average, however uneven the powers.
 
 /// Cells of a primary sample's grid; more lights than this cannot all be chosen.
 pub const CELLS: u32 = 1 << 24;
@@ -19,8 +21,8 @@ pub struct LightChoice {
     shift: u32,
 }
 
-/// A light whose power is estimated at zero is still chosen this often relative to a uniform choice: the estimate averages
-/// over the picture, and a zero here would lose light.
+/// A light whose power is estimated at zero is still chosen this often relative to a uniform
+/// choice: the estimate averages over the picture, and a zero here would lose light.
 const FLOOR: f64 = 1e-3;
 
 impl LightChoice {
@@ -54,7 +56,8 @@ impl LightChoice {
         };
         let mut table = ends(CELLS.into(), 0);
         let width = |i: usize, table: &[u32]| table[i] - if i == 0 { 0 } else { table[i - 1] };
-        // Lights too weak for a cell get one: it is set aside for each, and the rest is shared by power.
+        // Lights too weak for a cell get one: it is set aside for each, and the rest is shared by
+        // power.
         if (0..n).any(|i| width(i, &table) == 0) {
             table = ends(f64::from(CELLS - n as u32), 1);
         }

@@ -1,9 +1,11 @@
-//! A piecewise-constant density over the texels of an image, sampled by inversion of rows and then columns.
+//! A piecewise-constant density over the texels of an image, sampled by inversion of rows and then
+//! columns.
 
 use super::choice::CELLS;
 
-/// Cumulative tables. Intervals end on the grid of primary samples ([`CELLS`]), so the probability of a texel is exactly how many of them
-/// choose it; one that shines has at least a cell of its row, and its row one of the image, however bright the sun beside it.
+/// Cumulative tables. Intervals end on the grid of primary samples ([`CELLS`]), so the probability
+/// of a texel is exactly how many of them choose it; one that shines has at least a cell of its
+/// row, and its row one of the image, however bright the sun beside it.
 pub struct Distribution {
     width: usize,
     height: usize,
@@ -13,7 +15,8 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// In proportion to `value(x, y) * row_weight(y)`, none of them negative. If all are zero, it is texel (0, 0).
+    /// In proportion to `value(x, y) * row_weight(y)`, none of them negative. If all are zero, it
+    /// is texel (0, 0).
     pub fn new(
         [width, height]: [usize; 2],
         value: impl Fn(i64, i64) -> f64,
@@ -53,8 +56,8 @@ impl Distribution {
     }
 }
 
-/// Upper ends of intervals in proportion to values that are not negative, on the grid of primary samples; a value that is not 0 has a cell
-/// or more. If all are zero, the first has all.
+/// Upper ends of intervals in proportion to values that are not negative, on the grid of primary
+/// samples; a value that is not 0 has a cell or more. If all are zero, the first has all.
 pub fn intervals(values: &[f64]) -> Vec<f32> {
     let total: f64 = values.iter().sum();
     if total.is_nan() || total <= 0.0 {
@@ -84,7 +87,8 @@ pub fn intervals(values: &[f64]) -> Vec<f32> {
         .collect()
 }
 
-/// What a bilinear look-up within texel `(x, y)` comes to on average: the tent-filtered image, positive wherever the look-up is.
+/// What a bilinear look-up within texel `(x, y)` comes to on average: the tent-filtered image,
+/// positive wherever the look-up is.
 pub fn tent(value: impl Fn(i64, i64) -> f64, x: i64, y: i64) -> f64 {
     let mut sum = 0.0;
     for (dy, wy) in [(-1, 0.25), (0, 0.5), (1, 0.25)] {
@@ -95,7 +99,8 @@ pub fn tent(value: impl Fn(i64, i64) -> f64, x: i64, y: i64) -> f64 {
     sum
 }
 
-/// Bilinear interpolation between texel centres at `(x, y)`, which are texel coordinates less one half.
+/// Bilinear interpolation between texel centres at `(x, y)`, which are texel coordinates less one
+/// half.
 pub fn bilinear(texel: impl Fn(i64, i64) -> [f32; 3], x: f32, y: f32) -> [f32; 3] {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
@@ -139,7 +144,8 @@ mod tests {
         }
     }
 
-    /// Every primary sample, counted: what a texel's width says is how often it is chosen, and nothing that shines is left out.
+    /// Every primary sample, counted: what a texel's width says is how often it is chosen, and
+    /// nothing that shines is left out.
     #[test]
     fn beside_a_sun_every_texel_has_its_samples() {
         let n = 4096;

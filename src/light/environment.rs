@@ -1,4 +1,5 @@
-//! Spherical maps: radiance or intensity by direction, importance sampled by a piecewise-constant density over their texels.
+//! Spherical maps: radiance or intensity by direction, importance sampled by a piecewise-constant
+//! density over their texels.
 
 use super::distribution::{Distribution, bilinear, tent};
 use crate::scene::{EnvLayout, Filtering, Image, Rgb};
@@ -68,7 +69,8 @@ impl Environment {
         sum.map(|s| (s / weights) as f32)
     }
 
-    /// What the map has along unit `direction` (internal space, away from its centre) and the density of sampling it, per solid angle.
+    /// What the map has along unit `direction` (internal space, away from its centre) and the
+    /// density of sampling it, per solid angle.
     #[inline(always)]
     pub fn radiance_and_pdf<L: Lanes>(&self, direction: Vec3<L>) -> (Vec3<L>, L) {
         let mut out = [[0.0f32; 4]; 8];
@@ -107,14 +109,15 @@ impl Environment {
         self.at(u, v, solid)
     }
 
-    /// What the map has at a place of its square, and the density of sampling it, per solid angle; there are `solid` steradians to the
-    /// square there.
+    /// What the map has at a place of its square, and the density of sampling it, per solid angle;
+    /// there are `solid` steradians to the square there.
     fn at(&self, u: f32, v: f32, solid: f32) -> [f32; 4] {
         let (x, y) = (u * self.width as f32, v * self.height as f32);
         let tx = (x as usize).min(self.width - 1);
         let ty = (y as usize).min(self.height - 1);
         let density = self.distribution.density(tx, ty);
-        // The density within a texel of a lat-long map varies with the sine; at the very pole it has no limit.
+        // The density within a texel of a lat-long map varies with the sine; at the very pole it
+        // has no limit.
         let pdf = if solid > 0.0 { density / solid } else { 0.0 };
         let [r, g, b] = match self.filtering {
             Filtering::Nearest => self.texels[ty * self.width + tx],
@@ -127,8 +130,9 @@ impl Environment {
         [r, g, b, pdf]
     }
 
-    /// A unit direction towards the map, and what [`Self::look_up`] means to find there: of the sample itself, as its direction may be
-    /// rounded into the texel beside, which may be a sun.
+    /// A unit direction towards the map, and what [`Self::look_up`] means to find there: of the
+    /// sample itself, as its direction may be rounded into the texel beside, which may be a
+    /// sun.
     pub fn sample(&self, u: [f32; 2]) -> [f32; 7] {
         let [u, v] = self.distribution.sample(u);
         let (local, solid) = match self.layout {

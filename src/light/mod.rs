@@ -1,13 +1,15 @@
 //! Lights: choice, emission, direct sampling, and the densities of both.
 //!
-//! Every light answers four questions, eight lanes at a time: a point of it as seen from a surface ([`LightTable::sample_direct`], `s = 1`),
-//! a ray leaving it ([`LightTable::sample_emission`], `s >= 2`), and, for `s = 0`, what a camera subpath that hit it
-//! ([`LightTable::emitted`]) or escaped to it ([`LightTable::escaped`]) sees and with which densities it could have been sampled.
+//! Every light answers four questions, eight lanes at a time: a point of it as seen from a surface
+//! ([`LightTable::sample_direct`], `s = 1`), a ray leaving it ([`LightTable::sample_emission`], `s
+//! >= 2`), and, for `s = 0`, what a camera subpath that hit it ([`LightTable::emitted`]) or escaped
+//! to it ([`LightTable::escaped`]) sees and with which densities it could have been sampled.
 //!
-//! Densities follow Georgiev 2012 ("Implementing Vertex Connection and Merging"): for a light at a finite distance the *direct* density is
-//! over area and the *emission* density over area times solid angle; for one at infinity the direct density is over solid angle and the
-//! emission density over solid angle times area of a disk that covers the scene. This module is the only place that knows: a file for
-//! area lights, one for lights at a point, one for those at infinity.
+//! Densities follow Georgiev 2012 ("Implementing Vertex Connection and Merging"): for a light at a
+//! finite distance the *direct* density is over area and the *emission* density over area times
+//! solid angle; for one at infinity the direct density is over solid angle and the emission density
+//! over solid angle times area of a disk that covers the scene. This module is the only place that
+//! knows: a file for area lights, one for lights at a point, one for those at infinity.
 //!
 //! # Adding a light
 //!
@@ -111,7 +113,8 @@ impl Kind {
     }
 }
 
-/// All lights of a scene. There may be none: samples of such a table are not valid, whatever light they are asked of.
+/// All lights of a scene. There may be none: samples of such a table are not valid, whatever light
+/// they are asked of.
 pub struct LightTable {
     kinds: Vec<Kind>,
     base: Vec<Base>,
@@ -149,10 +152,11 @@ pub struct DirectSample<L: Lanes> {
     pub target: Vec3<L>,
     /// Radiance towards the surface, or intensity for point lights.
     pub radiance: Vec3<L>,
-    /// Density over solid angle at the surface, choice included; point lights: squared distance times choice.
+    /// Density over solid angle at the surface, choice included; point lights: squared distance
+    /// times choice.
     pub pdf: L,
-    /// What multiplies a camera subpath's `cos * (dVCM + dVC * pdf_reverse)`: emission over direct density and over the cosine at the
-    /// light (Georgiev 2012, equation 45).
+    /// What multiplies a camera subpath's `cos * (dVCM + dVC * pdf_reverse)`: emission over direct
+    /// density and over the cosine at the light (Georgiev 2012, equation 45).
     pub emission_ratio: L,
     /// Sampling by chance is impossible (delta light).
     pub delta: L::Mask,
@@ -179,14 +183,16 @@ pub struct EmissionSample<L: Lanes> {
 pub struct Emitted<L: Lanes> {
     /// Towards the viewer.
     pub radiance: Vec3<L>,
-    /// Density of direct sampling, choice included: over area, or over solid angle for environments.
+    /// Density of direct sampling, choice included: over area, or over solid angle for
+    /// environments.
     pub direct_pdf: L,
     /// Density of emission, choice included.
     pub emission_pdf: L,
 }
 
 impl LightTable {
-    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were there; a table without lights stays as it is.
+    /// Has the kernels of all kinds looked for in every packet, as if lights of all kinds were
+    /// there; a table without lights stays as it is.
     pub fn try_every_kind(&mut self) {
         if !self.is_empty() {
             self.present = Kind::ALL.into();
@@ -265,7 +271,8 @@ impl LightTable {
         L::Mask::from_bits(bits)
     }
 
-    /// Primitive or environment index per lane; 0 in lanes of other kinds, which would be out of range.
+    /// Primitive or environment index per lane; 0 in lanes of other kinds, which would be out of
+    /// range.
     #[inline(always)]
     fn column_bits<L: Lanes>(column: L::Uint, mask: L::Mask, n: usize) -> [u32; 8] {
         let column = L::uint_select(mask, column, L::Uint::splat(0));

@@ -22,8 +22,8 @@ impl Picture {
         }
     }
 
-    /// Bilinear, clamped to the border; row 0 is at `v = 1` (pbrt-v4, `DiffuseAreaLight::L`). Not negative, and 0 where the coordinates are not
-    /// numbers.
+    /// Bilinear, clamped to the border; row 0 is at `v = 1` (pbrt-v4, `DiffuseAreaLight::L`). Not
+    /// negative, and 0 where the coordinates are not numbers.
     pub fn at(&self, u: f32, v: f32) -> Rgb {
         let (w, h) = (self.width as f32, self.height as f32);
         let x = (u * w - 0.5).clamp(-1.0, w);
@@ -36,7 +36,8 @@ impl Picture {
         bilinear(texel, x, y).map(|c| c.max(0.0))
     }
 
-    /// Mean over a triangle with these texture coordinates at its corners and of the channels, by the midpoint rule.
+    /// Mean over a triangle with these texture coordinates at its corners and of the channels, by
+    /// the midpoint rule.
     pub fn mean_over_triangle(&self, corners: [[f32; 2]; 3]) -> f64 {
         // As fine as the texels it covers, within reason: there may be many triangles.
         let [w, h] = [self.width as f32, self.height as f32];
@@ -51,7 +52,8 @@ impl Picture {
         };
         for j in 0..n {
             for i in 0..n - j {
-                // The centres of a cell's triangle and, but at the diagonal, of the one that completes the square.
+                // The centres of a cell's triangle and, but at the diagonal, of the one that
+                // completes the square.
                 add(i as f32 + 1.0 / 3.0, j as f32 + 1.0 / 3.0);
                 if i + j + 1 < n {
                     add(i as f32 + 2.0 / 3.0, j as f32 + 2.0 / 3.0);

@@ -39,7 +39,8 @@ impl LightTable {
         let base = lot.base;
         let inv_choice = L::one() / base.choice;
         let place = PlaceLanes::<L>::load(&self.place, lot.light);
-        // Intensity and density are those of the sample, not of its direction as rounded, which may lie outside a narrow cone.
+        // Intensity and density are those of the sample, not of its direction as rounded, which may
+        // lie outside a narrow cone.
         let (direction, intensity, pdf) = if lot.kind.is_mapped() {
             self.mapped_sample(lot, [u[2], u[3]])
         } else {
@@ -70,15 +71,16 @@ impl LightTable {
         }
     }
 
-    /// One minus the cosine between unit `w` and the axis. From the chord between them, which keeps its digits where they are close.
+    /// One minus the cosine between unit `w` and the axis. From the chord between them, which keeps
+    /// its digits where they are close.
     #[inline(always)]
     fn versine<L: Lanes>(place: &PlaceLanes<L>, w: Vec3<L>) -> L {
         let chord = w - place.axis;
         chord.length2() * L::splat(0.5)
     }
 
-    /// Intensity factor of a point or spot at one minus the cosine to its axis, and the density over solid angle that emission samples
-    /// it with.
+    /// Intensity factor of a point or spot at one minus the cosine to its axis, and the density
+    /// over solid angle that emission samples it with.
     #[inline(always)]
     fn directional<L: Lanes>(
         kind: Kind,
@@ -104,7 +106,8 @@ impl LightTable {
         (factor, pdf)
     }
 
-    /// A direction in proportion to the image of a goniometric or projection light, the intensity and the density over solid angle there.
+    /// A direction in proportion to the image of a goniometric or projection light, the intensity
+    /// and the density over solid angle there.
     #[inline(always)]
     fn mapped_sample<L: Lanes>(&self, lot: Lot<L>, u: [L; 2]) -> (Vec3<L>, Vec3<L>, L) {
         let n = lot.light.len();
@@ -125,7 +128,8 @@ impl LightTable {
         )
     }
 
-    /// Intensity of a goniometric or projection light towards unit `w`, and the density over solid angle that emission samples it with.
+    /// Intensity of a goniometric or projection light towards unit `w`, and the density over solid
+    /// angle that emission samples it with.
     #[inline(always)]
     fn mapped<L: Lanes>(&self, lot: Lot<L>, w: Vec3<L>) -> (Vec3<L>, L) {
         let n = lot.light.len();

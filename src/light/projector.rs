@@ -1,9 +1,11 @@
-//! Slide projectors: an image thrown through a frustum, importance sampled by texel and solid angle (pbrt-v4, section 12.2.3).
+//! Slide projectors: an image thrown through a frustum, importance sampled by texel and solid angle
+//! (pbrt-v4, section 12.2.3).
 
 use super::distribution::{Distribution, bilinear, tent};
 use crate::scene::{Filtering, Image, Rgb};
 
-/// Cosine to the axis from which on pbrt's projection takes directions for such as lie before it: the distance of its near plane.
+/// Cosine to the axis from which on pbrt's projection takes directions for such as lie before it:
+/// the distance of its near plane.
 const HITHER: f32 = 1e-3;
 
 /// Intensity by direction.
@@ -103,14 +105,15 @@ impl Projector {
         (intensity, self.distribution.density(tx, ty))
     }
 
-    /// From a density over the image to one over solid angle, at this cosine to the axis: by the plane at unit distance.
+    /// From a density over the image to one over solid angle, at this cosine to the axis: by the
+    /// plane at unit distance.
     fn to_solid_angle(&self, density: f32, cos: f32) -> f32 {
         let area = 4.0 * self.extent[0] * self.extent[1];
         density / (area * (cos * cos * cos))
     }
 
-    /// A unit direction into the frustum, and what [`Self::look_up`] means to find there. It would not always: narrow frusta are as
-    /// fine as directions are rounded.
+    /// A unit direction into the frustum, and what [`Self::look_up`] means to find there. It would
+    /// not always: narrow frusta are as fine as directions are rounded.
     pub fn sample(&self, u: [f32; 2]) -> [f32; 7] {
         let [u, v] = self.distribution.sample(u);
         let local = [
@@ -139,7 +142,8 @@ fn cos3([width, height]: [usize; 2], extent: [f32; 2], x: usize, y: usize) -> f6
     (1.0 + x * x + y * y).powf(-1.5)
 }
 
-/// Index of a texel of the image repeated over the plane, as pbrt-v3 looks it up; the other way never asks beyond the border.
+/// Index of a texel of the image repeated over the plane, as pbrt-v3 looks it up; the other way
+/// never asks beyond the border.
 fn repeated([width, height]: [usize; 2], x: i64, y: i64) -> usize {
     let (x, y) = (x.rem_euclid(width as i64), y.rem_euclid(height as i64));
     y as usize * width + x as usize

@@ -1,4 +1,5 @@
-//! Lights as kernels read them. Both tables are written by [`LightTable::new`](super::LightTable::new).
+//! Lights as kernels read them. Both tables are written by
+//! [`LightTable::new`](super::LightTable::new).
 
 use crate::simd::record::record;
 

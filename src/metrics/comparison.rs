@@ -80,8 +80,9 @@ pub struct Tile {
 }
 
 impl<'a> Comparison<'a> {
-    /// Compares rows of `width` pixels; `ppd`: pixels per degree, for FLIP. Pixels that are not finite in one of the pictures are black in both
-    /// for FLIP's filters, and left out of everything else.
+    /// Compares rows of `width` pixels; `ppd`: pixels per degree, for FLIP. Pixels that are not
+    /// finite in one of the pictures are black in both for FLIP's filters, and left out of
+    /// everything else.
     ///
     /// # Panics
     /// If the numbers of pixels differ, or do not fill rows.

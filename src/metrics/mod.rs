@@ -1,7 +1,7 @@
 //! How far two pictures are apart.
 //!
-//! Pictures are linear sRGB, `[f32; 3]` a pixel, row by row from the top; both of the same size. With `p` the picture and `r` the reference,
-//! means are over pixels and channels:
+//! Pictures are linear sRGB, `[f32; 3]` a pixel, row by row from the top; both of the same size.
+//! With `p` the picture and `r` the reference, means are over pixels and channels:
 //!
 //! | metric | formula | from |
 //! |---|---|---|
@@ -21,8 +21,8 @@ pub use self::comparison::{Comparison, Figures, Flip, Map, NotFinite, Tile};
 
 use crate::formats::srgb;
 
-/// Keeps relative errors of dark pixels finite, as usual since Rousselle, Knaus and Zwicker 2011: a channel below 0.1 is judged by absolute
-/// error.
+/// Keeps relative errors of dark pixels finite, as usual since Rousselle, Knaus and Zwicker 2011: a
+/// channel below 0.1 is judged by absolute error.
 pub const RELATIVE_EPSILON: f64 = 1e-2;
 
 /// Mean squared error. 0 for no pixels.
@@ -33,8 +33,8 @@ pub fn mse(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     mean(picture, reference, squared)
 }
 
-/// Relative mean squared error: mean over pixels and channels of `(picture - reference)^2 / (reference^2 + eps)`, with `eps` =
-/// [`RELATIVE_EPSILON`]; not symmetric. 0 for no pixels.
+/// Relative mean squared error: mean over pixels and channels of `(picture - reference)^2 /
+/// (reference^2 + eps)`, with `eps` = [`RELATIVE_EPSILON`]; not symmetric. 0 for no pixels.
 ///
 /// # Panics
 /// If the numbers of pixels differ.
@@ -42,8 +42,8 @@ pub fn relmse(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     mean(picture, reference, relative_squared)
 }
 
-/// Symmetric mean absolute percentage error: mean over pixels and channels of `|p - r| / (|p| + |r| + eps)`, with `eps` =
-/// [`RELATIVE_EPSILON`] (Vogels et al. 2018); 0 to 1. 0 for no pixels.
+/// Symmetric mean absolute percentage error: mean over pixels and channels of `|p - r| / (|p| + |r|
+/// + eps)`, with `eps` = [`RELATIVE_EPSILON`] (Vogels et al. 2018); 0 to 1. 0 for no pixels.
 ///
 /// # Panics
 /// If the numbers of pixels differ.
@@ -51,8 +51,8 @@ pub fn smape(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
     mean(picture, reference, symmetric_absolute)
 }
 
-/// Peak signal-to-noise ratio in dB, of what a display shows: `-10 log10` of the mean squared error of sRGB values clamped to 0 to 1.
-/// Infinite where that error is 0.
+/// Peak signal-to-noise ratio in dB, of what a display shows: `-10 log10` of the mean squared error
+/// of sRGB values clamped to 0 to 1. Infinite where that error is 0.
 ///
 /// # Panics
 /// If the numbers of pixels differ.

@@ -69,9 +69,9 @@ pub(super) struct Setting {
     pub place: Place,
     pub reverse: bool,
     pub material: u32,
-    /// Index into the scene's table of cut-outs, or [`NONE`](scene::NONE).
+    /// Index into the scene's table of alpha masks, or [`NONE`](scene::NONE).
     pub alpha: u32,
-    /// The material or the cut-out looks at texture coordinates.
+    /// The material or the alpha mask looks at texture coordinates.
     pub needs_uv: bool,
     /// It matters to the material how tangents lie.
     pub sees_tangents: bool,

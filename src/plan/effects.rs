@@ -29,9 +29,9 @@ pub enum Effect {
     /// Bump and normal maps.
     Bumps,
     /// Rays that go on where they meet what is cut out.
-    Cutouts,
+    AlphaMasks,
     /// Lights of which parts are cut out.
-    CutLights,
+    MaskedLights,
     /// A primary sample that chooses the wavelength of a path.
     Dispersion,
     /// A primary sample per surface vertex that chooses the component of a mixture.
@@ -55,7 +55,7 @@ pub enum Effect {
     /// Light can scatter more than once: surfaces that scatter see each other.
     MoreBounces,
     /// Camera subpaths can meet lights: `s = 0`.
-    ChanceHits,
+    EmitterHits,
     /// Camera subpaths can be joined to lights, and light subpaths to the camera: `s = 1` and `t =
     /// 1`.
     Connections,
@@ -74,8 +74,8 @@ impl Effect {
             Effect::TextureCoordinates => "texture coordinates",
             Effect::SolidTextures => "solid textures",
             Effect::Bumps => "bump and normal maps",
-            Effect::Cutouts => "cut-outs",
-            Effect::CutLights => "cut-outs of lights",
+            Effect::AlphaMasks => "cut-outs",
+            Effect::MaskedLights => "cut-outs of lights",
             Effect::Dispersion => "dispersion",
             Effect::Mixtures => "mixtures",
             Effect::Spheres => "spheres",
@@ -87,7 +87,7 @@ impl Effect {
             Effect::Panorama => "camera of every direction",
             Effect::Bounces => "paths with bounces",
             Effect::MoreBounces => "paths of two or more bounces",
-            Effect::ChanceHits => "lights met by chance (s = 0)",
+            Effect::EmitterHits => "lights met by chance (s = 0)",
             Effect::Connections => "connections (s = 1, t = 1)",
             Effect::Joins => "joined subpaths (s, t >= 2)",
         }
@@ -102,7 +102,7 @@ impl Effect {
                 Forced::Textures
             }
             Effect::Bumps => Forced::Bumps,
-            Effect::Cutouts | Effect::CutLights => Forced::Cutouts,
+            Effect::AlphaMasks | Effect::MaskedLights => Forced::AlphaMasks,
             Effect::Dispersion => Forced::Dispersion,
             Effect::Mixtures => Forced::Mixtures,
             Effect::Tangents => Forced::Tangents,
@@ -114,7 +114,7 @@ impl Effect {
             Effect::Orthographic | Effect::Panorama => return None,
             Effect::Bounces
             | Effect::MoreBounces
-            | Effect::ChanceHits
+            | Effect::EmitterHits
             | Effect::Connections
             | Effect::Joins => Forced::Strategies,
         })
@@ -130,8 +130,8 @@ impl Effect {
             Effect::Tangents,
             Effect::ShadingNormals,
             Effect::Bumps,
-            Effect::Cutouts,
-            Effect::CutLights,
+            Effect::AlphaMasks,
+            Effect::MaskedLights,
             Effect::Dispersion,
             Effect::Mixtures,
             Effect::Spheres,
@@ -142,7 +142,7 @@ impl Effect {
             Effect::Panorama,
             Effect::Bounces,
             Effect::MoreBounces,
-            Effect::ChanceHits,
+            Effect::EmitterHits,
             Effect::Connections,
             Effect::Joins,
         ];
@@ -175,8 +175,8 @@ pub enum Forced {
     Normals,
     /// A look for bump and normal maps at every textured hit.
     Bumps,
-    /// A look for cut-outs at every hit.
-    Cutouts,
+    /// A look for alpha masks at every hit.
+    AlphaMasks,
     /// A sample for the wavelength.
     Dispersion,
     /// Samples that choose components of mixtures.
@@ -202,7 +202,7 @@ impl Forced {
         Forced::Tangents,
         Forced::Normals,
         Forced::Bumps,
-        Forced::Cutouts,
+        Forced::AlphaMasks,
         Forced::Dispersion,
         Forced::Mixtures,
         Forced::Spheres,
@@ -222,7 +222,7 @@ impl Forced {
             Forced::Tangents => "tangents",
             Forced::Normals => "normals",
             Forced::Bumps => "bumps",
-            Forced::Cutouts => "cut-outs",
+            Forced::AlphaMasks => "cut-outs",
             Forced::Dispersion => "dispersion",
             Forced::Mixtures => "mixtures",
             Forced::Spheres => "spheres",
@@ -369,13 +369,13 @@ impl Effects {
             });
         }
         let cut = |s: &&Shape| s.alpha != NONE;
-        let cut_lights = scene.shapes.iter().filter(cut).any(|s| s.light != NONE);
+        let masked_lights = scene.shapes.iter().filter(cut).any(|s| s.light != NONE);
         match scene.shapes.iter().filter(cut).count() {
             0 => {}
-            n => self.add(Effect::Cutouts, || format!("{n} shapes with alpha")),
+            n => self.add(Effect::AlphaMasks, || format!("{n} shapes with alpha")),
         }
-        if cut_lights {
-            self.add(Effect::CutLights, || "a light with alpha".into());
+        if masked_lights {
+            self.add(Effect::MaskedLights, || "a light with alpha".into());
         }
         let smooth = || scene.vertices.iter().filter(|v| v.n != [0.0; 3]);
         if smooth().next().is_some() {
@@ -391,7 +391,7 @@ impl Effects {
             let why = || format!("light, {}", light.origin);
             self.add(Effect::Light(kind), why);
             if table.is_met(i as u32) {
-                self.add(Effect::ChanceHits, why);
+                self.add(Effect::EmitterHits, why);
             }
         }
         if table.needs_choice() {

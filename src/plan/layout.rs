@@ -1,9 +1,11 @@
-//! Where primary samples live in the matrix `[dimension][path]`: one description for every evaluator.
+//! Where primary samples live in the matrix `[dimension][path]`: one description for every
+//! evaluator.
 //!
-//! The samples of a path come in parts: what places it on the film and its lens, the bounces of its camera subpath, the start and the
-//! bounces of its light subpath, and what joins them. A part that a scene does not call for has no samples. Multiplexed paths have a
-//! part after the other, so that a change of strategy re-labels no sample; path-traced ones have all that belongs to a vertex in one
-//! place, so that shorter paths have the first samples of longer ones.
+//! The samples of a path come in parts: what places it on the film and its lens, the bounces of its
+//! camera subpath, the start and the bounces of its light subpath, and what joins them. A part that
+//! a scene does not call for has no samples. Multiplexed paths have a part after the other, so that
+//! a change of strategy re-labels no sample; path-traced ones have all that belongs to a vertex in
+//! one place, so that shorter paths have the first samples of longer ones.
 
 use super::Plan;
 use std::ops::Range;
@@ -21,7 +23,8 @@ pub struct Layout {
     pub wavelength: usize,
     /// [`Self::per_bounce`] samples for every vertex of the camera subpath that scatters.
     pub camera_bounce: usize,
-    /// If there are mixtures, one sample for every surface vertex that scatters or is joined; they choose components.
+    /// If there are mixtures, one sample for every surface vertex that scatters or is joined; they
+    /// choose components.
     pub camera_label: usize,
     /// One sample, if there are several lights.
     pub light_choice: usize,
@@ -33,13 +36,15 @@ pub struct Layout {
     pub light_label: usize,
     /// One sample for every vertex that is joined, if there are several lights.
     pub connection_choice: usize,
-    /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed paths are joined once, to a light, the
-    /// lens, or one of several places on the film (`t = 1`).
+    /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed
+    /// paths are joined once, to a light, the lens, or one of several places on the film (`t =
+    /// 1`).
     pub connection: usize,
-    /// Two samples for every light vertex that is joined to the camera, if the camera reads them; of multiplexed paths those of
-    /// [`Self::connection`].
+    /// Two samples for every light vertex that is joined to the camera, if the camera reads them;
+    /// of multiplexed paths those of [`Self::connection`].
     pub camera_point: usize,
-    /// Samples that a bounce reads: two for its direction, and one more if some BSDF has several lobes.
+    /// Samples that a bounce reads: two for its direction, and one more if some BSDF has several
+    /// lobes.
     pub per_bounce: usize,
     /// Dimensions from vertex to vertex.
     pub strides: Strides,
@@ -124,8 +129,8 @@ impl Layout {
         }
     }
 
-    /// Of path-traced paths of up to `max_depth` scattering events. Every vertex that scatters has its bounce, its point on a light and
-    /// its label in one place.
+    /// Of path-traced paths of up to `max_depth` scattering events. Every vertex that scatters has
+    /// its bounce, its point on a light and its label in one place.
     pub fn unidirectional(plan: &Plan, max_depth: u32) -> Self {
         let mut next = Dimensions::default();
         let start = Self::start(plan, 0, &mut next);

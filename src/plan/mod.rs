@@ -13,7 +13,7 @@ mod surfaces;
 pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Forced, Member};
 pub use self::layout::{Layout, Strides, Vertices};
-pub use self::report::Report;
+pub use self::report::PlanReport;
 use crate::surface::Kind;
 
 /// The plan of a render.
@@ -52,9 +52,9 @@ pub struct Plan {
     /// Some material has a bump or normal map.
     pub bumps: bool,
     /// Parts of shapes are cut out: rays pass there.
-    pub cutouts: bool,
+    pub alpha_masks: bool,
     /// Some of these shapes are lights: not every point of a light emits.
-    pub cut_lights: bool,
+    pub masked_lights: bool,
 }
 
 /// The plan for paths with `depth` scattering events.
@@ -83,10 +83,10 @@ impl Plan {
             interreflects: effects.has(Effect::MoreBounces),
             connectable: effects.has(Effect::Connections),
             joinable: effects.has(Effect::Joins),
-            hits_lights: effects.has(Effect::ChanceHits),
+            hits_lights: effects.has(Effect::EmitterHits),
             bumps: effects.has(Effect::Bumps),
-            cutouts: effects.has(Effect::Cutouts),
-            cut_lights: effects.has(Effect::CutLights),
+            alpha_masks: effects.has(Effect::AlphaMasks),
+            masked_lights: effects.has(Effect::MaskedLights),
             effects,
             depths: Vec::new(),
         };

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// A plan as figures and names; serialises.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct PlanReport {
     pub effects: Vec<Member>,
     /// Effects that do not run.
     pub absent: Vec<&'static str>,
@@ -36,7 +36,7 @@ pub struct PartReport {
     pub end: usize,
 }
 
-impl Report {
+impl PlanReport {
     pub fn of(plan: &Plan) -> Self {
         Self {
             effects: plan.effects.members(),
@@ -81,7 +81,7 @@ fn vertex_fields(plan: &Plan) -> Vec<&'static str> {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let report = Report::of(self);
+        let report = PlanReport::of(self);
         let members = &report.effects;
         let width = members.iter().map(|m| m.effect.len()).max().unwrap_or(0);
         for (i, Member { effect, reason }) in members.iter().enumerate() {

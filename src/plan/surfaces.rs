@@ -13,8 +13,8 @@ pub(super) struct Surfaces {
     /// There are some, and not all are black.
     pub scatter: bool,
     /// Points of those that are not black can see each other: they do not all lie in one plane.
-    /// Only planes across an axis of the scene are recognised, of which that is certain to the last
-    /// bit.
+    /// Only planes across an axis of the scene are recognised, of which that is certain to the
+    /// last bit.
     pub face: bool,
 }
 

@@ -8,9 +8,9 @@ use crate::transport::paths::Side;
 #[derive(Clone, Copy, Debug)]
 pub struct Densities {
     pub side: Side,
-    /// Vertex of the subpath; 1 is its first on a surface.
+    /// PathVertex of the subpath; 1 is its first on a surface.
     pub vertex: usize,
-    /// Vertex of the path, from the camera.
+    /// PathVertex of the path, from the camera.
     pub joint: usize,
     /// As sampled, and the reverse.
     pub single: [f32; 2],

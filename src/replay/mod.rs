@@ -24,8 +24,8 @@ mod retrace;
 pub mod sensitivity;
 pub mod walk;
 
-pub use self::oracle::{End, Joint, Path, Reference, Vertex, bsdf, spectral, vector};
+pub use self::oracle::{End, Joint, Path, PathVertex, Reference, bsdf, spectral, vector};
 pub use self::recorder::Recorder;
-pub use self::report::Report;
+pub use self::report::PathReport;
 pub use self::sensitivity::Sensitivity;
 pub use self::walk::{Fate, Walk};

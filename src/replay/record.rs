@@ -1,22 +1,22 @@
 //! Recording a path: the renderer's own waves walk it, alone, and a probe notes what they say.
 
-use super::oracle::path::{End, Vertex};
+use super::oracle::path::{End, PathVertex};
 use super::oracle::spectral;
 use super::oracle::vector::wide;
 use super::recorder::Recorder;
-use super::walk::{Chosen, Fate, Meeting, Sampled, Step, Subpath, Walk};
+use super::walk::{Chosen, Fate, Meeting, Sampled, Subpath, SubpathVertex, Walk};
 use crate::camera::{CameraConnection, CameraRay};
 use crate::light::{DirectSample, EmissionSample, Kind};
 use crate::plan::DepthPlan;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Vec3};
-use crate::surface::bump::Relief;
+use crate::surface::bump::Perturbation;
 use crate::transport::mis::Partial;
 use crate::transport::paths::Side;
 use crate::transport::probe::{Arrived, Ended, Probe, Scattered};
 use crate::transport::records::LinkLanes;
 use crate::transport::samples::Samples;
-use crate::transport::{Outcome, Paths};
+use crate::transport::{Paths, Splat};
 
 impl Recorder<'_> {
     /// The path of the given depth that `samples`, laid out as `plan.layout`, stand for; samples
@@ -37,11 +37,11 @@ impl Recorder<'_> {
             meetings: Vec::new(),
             lens: [0.0; 3],
             visible: None,
-            relief: None,
+            perturbation: None,
         };
         self.world
             .evaluate_multiplexed_with::<f32, _>(plan, &matrix, 1, &mut paths, &mut witness);
-        let Outcome {
+        let Splat {
             rgb,
             raster,
             s,
@@ -85,7 +85,7 @@ struct Witness<'a> {
     lens: [f32; 3],
     visible: Option<bool>,
     /// What a bump or normal map says of the vertex that is being arrived at.
-    relief: Option<Relief>,
+    perturbation: Option<Perturbation>,
 }
 
 impl Witness<'_> {
@@ -132,15 +132,15 @@ impl Witness<'_> {
         Some(self.end_on(*light, *origin, direction.map(|x| -x)))
     }
 
-    fn step(&mut self, path: u32, at: &Arrived) -> Step {
+    fn step(&mut self, path: u32, at: &Arrived) -> SubpathVertex {
         let i = path as usize;
         let place = &at.endpoints.place[i];
         let frame = &at.endpoints.frame[i];
         let energy = &at.endpoints.energy[i];
         let material = at.material(path);
         let entry = &self.recorder.world.materials.entries[material as usize];
-        Step {
-            vertex: Vertex {
+        SubpathVertex {
+            vertex: PathVertex {
                 p: wide(place.p),
                 error: place.error.into(),
                 ng: wide(frame.ng),
@@ -154,7 +154,7 @@ impl Witness<'_> {
                 light: energy.light,
                 primitive: energy.primitive,
                 material,
-                relief: self.relief.take(),
+                perturbation: self.perturbation.take(),
             },
             wo: place.wo,
             beta: energy.beta,
@@ -199,8 +199,8 @@ impl Probe for Witness<'_> {
         }
     }
 
-    fn tilted(&mut self, _: u32, relief: &Option<Relief>) {
-        self.relief = *relief;
+    fn perturbed(&mut self, _: u32, perturbation: &Option<Perturbation>) {
+        self.perturbation = *perturbation;
     }
 
     fn arrived(&mut self, list: &[u32], at: &Arrived) {

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 /// A path, step by step. Lengths are in internal space (see [`crate::scene`]), colours linear sRGB.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct PathReport {
     pub depth: u32,
     /// Strategy: light vertices `s`, camera vertices `t`; and how many the depth chooses among.
     pub s: u32,
@@ -25,7 +25,7 @@ pub struct Report {
     pub samples: Vec<f32>,
     /// Those of the same path where strategies are chosen uniformly.
     pub uniform_samples: Vec<f32>,
-    pub layout: Vec<Part>,
+    pub layout: Vec<SampleRange>,
     /// Of a path in a scene with dispersion, in nanometres.
     pub wavelength: Option<f32>,
     /// What its light is multiplied by, if a surface that disperses light scatters it.
@@ -49,13 +49,13 @@ pub struct Report {
 
 /// Some primary samples.
 #[derive(Clone, Debug, Serialize)]
-pub struct Part {
+pub struct SampleRange {
     pub name: &'static str,
     pub first: usize,
     pub count: usize,
 }
 
-/// A vertex of a subpath, in `f32`. Vertex 0 is on the lens, or where the light subpath starts.
+/// A vertex of a subpath, in `f32`. PathVertex 0 is on the lens, or where the light subpath starts.
 #[derive(Clone, Debug, Serialize)]
 pub struct VertexReport {
     pub subpath: &'static str,
@@ -87,8 +87,8 @@ pub struct MeetingReport {
     pub light: u32,
     pub figures: Vec<Figure>,
     pub densities: Vec<DensityReport>,
-    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32` makes
-    /// of positions.
+    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32`
+    /// makes of positions.
     pub contribution_moves: f64,
     pub weight_moves: f64,
 }
@@ -119,7 +119,7 @@ pub struct DensityReport {
 
 impl Recorder<'_> {
     /// Everything about the path that `samples` stand for.
-    pub fn report(&self, plan: &DepthPlan, samples: &[f32]) -> Report {
+    pub fn report(&self, plan: &DepthPlan, samples: &[f32]) -> PathReport {
         let walk = self.walk(plan, samples);
         let whole = walk.fate == Fate::Whole;
         let exact = whole.then(|| self.retrace(plan, samples, &walk)).flatten();
@@ -134,7 +134,7 @@ impl Recorder<'_> {
             self.meeting(plan, &walk, i, &path, exact.as_ref())
         });
         let parts = plan.layout.parts().into_iter();
-        Report {
+        PathReport {
             depth: plan.depth,
             s: walk.s,
             t: walk.t,
@@ -148,7 +148,7 @@ impl Recorder<'_> {
             uniform_samples: uniform(plan, samples),
             layout: parts
                 .filter(|(_, range)| !range.is_empty())
-                .map(|(name, range)| Part {
+                .map(|(name, range)| SampleRange {
                     name,
                     first: range.start,
                     count: range.len(),

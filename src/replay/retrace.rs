@@ -8,11 +8,11 @@
 //! `f32` looked up.
 
 use super::oracle::bend::{Taken, bend};
-use super::oracle::path::{End, Path, Vertex};
+use super::oracle::path::{End, Path, PathVertex};
 use super::oracle::rays::Ray;
 use super::oracle::vector::{V, scale, wide};
 use super::recorder::Recorder;
-use super::walk::{Step, Subpath, Walk};
+use super::walk::{Subpath, SubpathVertex, Walk};
 use crate::plan::DepthPlan;
 
 impl Recorder<'_> {
@@ -88,10 +88,10 @@ impl Recorder<'_> {
     fn follow(
         &self,
         mut ray: Ray,
-        steps: &[Step],
+        steps: &[SubpathVertex],
         samples: &dyn Fn(usize) -> [f64; 3],
         leaves: bool,
-    ) -> Option<(Vec<Vertex>, Option<V>)> {
+    ) -> Option<(Vec<PathVertex>, Option<V>)> {
         let mut vertices = Vec::with_capacity(steps.len());
         for (j, step) in steps.iter().enumerate() {
             let v = self.oracle.hit(ray, &step.vertex)?;

@@ -1,6 +1,6 @@
 //! A path as the renderer walks it, in `f32`, every vertex kept.
 
-use super::oracle::path::{End, Path, Vertex};
+use super::oracle::path::{End, Path, PathVertex};
 use super::oracle::vector::{V, wide};
 use crate::transport::mis::Partial;
 use crate::transport::paths::Side;
@@ -9,8 +9,8 @@ use std::fmt;
 
 /// A subpath's vertex and how the subpath came there and went on.
 #[derive(Clone, Debug)]
-pub struct Step {
-    pub vertex: Vertex,
+pub struct SubpathVertex {
+    pub vertex: PathVertex,
     /// Unit, to the previous vertex.
     pub wo: [f32; 3],
     /// Throughput on arrival.
@@ -45,7 +45,7 @@ pub struct Subpath {
     pub pdf: f32,
     /// Light: index into the scene's lights; camera: [`NONE`](crate::scene::NONE).
     pub light: u32,
-    pub steps: Vec<Step>,
+    pub steps: Vec<SubpathVertex>,
 }
 
 /// What became of a path.
@@ -146,7 +146,7 @@ pub struct Walk {
     /// Of the joined vertices; `None` if no ray asked: nothing is joined, or the contribution is
     /// zero anyway.
     pub visible: Option<bool>,
-    /// As in [`Outcome`](crate::transport::Outcome).
+    /// As in [`Splat`](crate::transport::Splat).
     pub rgb: [f32; 3],
     pub rejected: bool,
 }
@@ -157,13 +157,13 @@ impl Walk {
     pub fn paths(&self) -> impl Iterator<Item = Path> + '_ {
         let camera = self.camera.as_ref();
         let seen = camera.map_or(&[][..], |c| &c.steps[..]);
-        // The vertex on an area light met by chance is the end, not a scattering event.
+        // The vertex on an area light hit by chance is the end, not a scattering event.
         let on_light = |m: &Meeting| self.s == 0 && matches!(m.end, End::Area { .. });
         let lit = self.light.as_ref().map_or(&[][..], |l| &l.steps[..]);
         self.meetings.iter().map(move |m| {
             let seen = &seen[..seen.len() - usize::from(on_light(m) && !seen.is_empty())];
             let steps = seen.iter().chain(lit.iter().rev());
-            let surface: Vec<Vertex> = steps.map(|s| s.vertex.clone()).collect();
+            let surface: Vec<PathVertex> = steps.map(|s| s.vertex.clone()).collect();
             Path {
                 colour: self.colour_of(&surface),
                 s: self.s,
@@ -175,7 +175,7 @@ impl Walk {
     }
 
     /// The colour of light scattered at these vertices, in `f64`.
-    pub(super) fn colour_of(&self, surface: &[Vertex]) -> V {
+    pub(super) fn colour_of(&self, surface: &[PathVertex]) -> V {
         match &self.wavelength {
             Some(w) if surface.iter().any(|v| v.dispersive) => w.colour_f64,
             _ => [1.0; 3],

@@ -36,8 +36,8 @@ pub enum IntegratorKind {
     Lt,
     /// Bidirectional path tracing.
     Bdpt,
-    /// Over a host.
-    Pssmlt(HostKind),
+    /// Over a sampler.
+    Pssmlt(PathSamplerKind),
 }
 
 impl IntegratorKind {
@@ -47,8 +47,8 @@ impl IntegratorKind {
         Self::Pt,
         Self::Lt,
         Self::Bdpt,
-        Self::Pssmlt(HostKind::Bdpt),
-        Self::Pssmlt(HostKind::Pt),
+        Self::Pssmlt(PathSamplerKind::Bdpt),
+        Self::Pssmlt(PathSamplerKind::Pt),
     ];
 
     /// As flags and figures have it.
@@ -58,8 +58,8 @@ impl IntegratorKind {
             Self::Pt => "pt",
             Self::Lt => "lt",
             Self::Bdpt => "bdpt",
-            Self::Pssmlt(HostKind::Bdpt) => "pssmlt-bdpt",
-            Self::Pssmlt(HostKind::Pt) => "pssmlt-pt",
+            Self::Pssmlt(PathSamplerKind::Bdpt) => "pssmlt-bdpt",
+            Self::Pssmlt(PathSamplerKind::Pt) => "pssmlt-pt",
         }
     }
 
@@ -70,10 +70,10 @@ impl IntegratorKind {
             Self::Pt => "path tracing",
             Self::Lt => "light tracing",
             Self::Bdpt => "bidirectional path tracing",
-            Self::Pssmlt(HostKind::Bdpt) => {
+            Self::Pssmlt(PathSamplerKind::Bdpt) => {
                 "primary sample space Metropolis light transport over bidirectional path tracing"
             }
-            Self::Pssmlt(HostKind::Pt) => {
+            Self::Pssmlt(PathSamplerKind::Pt) => {
                 "primary sample space Metropolis light transport over path tracing"
             }
         }
@@ -87,14 +87,14 @@ impl IntegratorKind {
 
 /// Whose samples are mutated ([`IntegratorKind::Pssmlt`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HostKind {
+pub enum PathSamplerKind {
     /// The bidirectional one.
     Bdpt,
     /// The path tracer.
     Pt,
 }
 
-impl HostKind {
+impl PathSamplerKind {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Bdpt, Self::Pt];
 }

@@ -26,7 +26,7 @@ mod whole;
 pub use self::camera::{Camera, Projection, SphereMap};
 pub use self::film::{Clamp, Film, FilmError, Filter, FilterKind};
 pub use self::image::Image;
-pub use self::integrator::{HostKind, IntegratorKind, IntegratorSettings};
+pub use self::integrator::{IntegratorKind, IntegratorSettings, PathSamplerKind};
 pub use self::large::Large;
 pub use self::light::{EnvLayout, Filtering, Light, LightKind, SpotFalloff};
 pub use self::material::{

@@ -1,4 +1,5 @@
-//! Width 8: `wide::f32x8`. Masks are float vectors of all-ones or all-zeros lanes, as the hardware has them.
+//! Width 8: `wide::f32x8`. Masks are float vectors of all-ones or all-zeros lanes, as the hardware
+//! has them.
 
 use super::{Lanes, Mask, Row, UintLanes};
 use wide::{f32x8, i32x8, u32x8};

@@ -1,6 +1,7 @@
-//! The few transcendental functions the kernels need, as polynomials in [`Lanes`] operations: every width gives the same
-//! bits. Coefficients of `ln`, `exp`, `atan` and `asin` are those of the Cephes library (Moshier 1992, `single/`); sine and cosine are
-//! its kernels behind an exact reduction of turns. The polynomials themselves are in [`numerics`](super::Numerics).
+//! The few transcendental functions the kernels need, as polynomials in [`Lanes`] operations: every
+//! width gives the same bits. Coefficients of `ln`, `exp`, `atan` and `asin` are those of the
+//! Cephes library (Moshier 1992, `single/`); sine and cosine are its kernels behind an exact
+//! reduction of turns. The polynomials themselves are in [`numerics`](super::Numerics).
 
 use super::{Lanes, Mask, UintLanes};
 
@@ -27,8 +28,8 @@ fn sin_cos_eighth<L: Lanes>(u: L) -> (L, L) {
     L::sin_cos_octant(u * L::splat(std::f32::consts::TAU))
 }
 
-/// A point of the unit circle from a random word, uniform: the three highest bits choose the octant, the next 21 the place in it.
-/// Neither a range to reduce nor quadrants to tell apart.
+/// A point of the unit circle from a random word, uniform: the three highest bits choose the
+/// octant, the next 21 the place in it. Neither a range to reduce nor quadrants to tell apart.
 #[inline(always)]
 pub fn on_circle<L: Lanes>(word: L::Uint) -> (L, L) {
     let place = L::from_uint24(word.shr::<8>().and(L::Uint::splat(0x1f_ffff)));
@@ -98,7 +99,8 @@ pub fn acos<L: Lanes>(x: L) -> L {
     atan2(s, x)
 }
 
-/// Uniform samples of the square to the unit disk (Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square").
+/// Uniform samples of the square to the unit disk (Shirley and Chiu 1997, "A Low Distortion Map
+/// Between Disk and Square").
 #[inline(always)]
 pub fn concentric_disk<L: Lanes>(u: L, v: L) -> (L, L) {
     let a = u.mul_add(L::splat(2.0), L::splat(-1.0));
@@ -143,8 +145,8 @@ mod tests {
     use super::*;
     use crate::simd::f32x8;
 
-    /// Largest error of `f` against `g` over a fine sweep, in units of the last place of the true value but at least of
-    /// `floor`.
+    /// Largest error of `f` against `g` over a fine sweep, in units of the last place of the true
+    /// value but at least of `floor`.
     fn worst_ulp(
         range: (f64, f64),
         floor: f64,

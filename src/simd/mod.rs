@@ -1,11 +1,15 @@
 //! Lanes: one source for every width.
 //!
-//! 1. Every kernel is generic over [`Lanes`] and is instantiated at one lane (plain `f32`) and at eight ([`wide::f32x8`]).
-//! 2. Only operations that IEEE 754 defines exactly are offered, plus polynomials built of them ([`math`]), so both widths
-//!    give the same bits. `mul_add` is fused in both widths or in neither.
-//! 3. `min` and `max` follow one NaN rule: the second operand is returned unless the comparison is true.
-//! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no faster than scalar loads,
-//!    and a record is one cache line where eight arrays are eight. [`record`] gives their fields names.
+//! 1. Every kernel is generic over [`Lanes`] and is instantiated at one lane (plain `f32`) and at
+//!    eight ([`wide::f32x8`]).
+//! 2. Only operations that IEEE 754 defines exactly are offered, plus polynomials built of them
+//!    ([`math`]), so both widths give the same bits. `mul_add` is fused in both widths or in
+//!    neither.
+//! 3. `min` and `max` follow one NaN rule: the second operand is returned unless the comparison is
+//!    true.
+//! 4. Records of eight floats ([`Row`]) are loaded whole and transposed: x86-64-v3 gathers are no
+//!    faster than scalar loads, and a record is one cache line where eight arrays are eight.
+//!    [`record`] gives their fields names.
 
 mod eight;
 pub mod math;
@@ -146,8 +150,8 @@ pub trait Lanes:
     fn uint_lt(a: Self::Uint, b: Self::Uint) -> Self::Mask;
     fn uint_select(mask: Self::Mask, a: Self::Uint, b: Self::Uint) -> Self::Uint;
 
-    /// Rows `index[lane]` of a table, transposed: component `c` of the result is column `c`. `index` has 1 to `N` entries; missing
-    /// lanes repeat the last.
+    /// Rows `index[lane]` of a table, transposed: component `c` of the result is column `c`.
+    /// `index` has 1 to `N` entries; missing lanes repeat the last.
     fn load_rows(rows: &[Row], index: &[u32]) -> [Self; Row::WIDTH];
     /// The inverse: writes `index.len()` rows.
     fn store_rows(columns: [Self; Row::WIDTH], rows: &mut [Row], index: &[u32]);

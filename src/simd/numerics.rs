@@ -1,7 +1,8 @@
-//! The choices that a lane type makes about its numbers: what polynomials leave of elementary functions, and a hash.
+//! The choices that a lane type makes about its numbers: what polynomials leave of elementary
+//! functions, and a hash.
 //!
-//! Phalanx has one choice of each. They are methods of a trait so that others can be put in their place from outside:
-//! `benches/robust` does, to measure what accuracy costs.
+//! Phalanx has one choice of each. They are methods of a trait so that others can be put in their
+//! place from outside: `benches/robust` does, to measure what accuracy costs.
 
 use super::{Lanes, UintLanes};
 
@@ -80,8 +81,8 @@ pub trait Numerics: Sized {
         (p * z2).mul_add(z, z)
     }
 
-    /// Four words that look random, a function of four: pcg4d (Jarzynski and Olano 2020, "Hash Functions for GPU
-    /// Rendering", JCGT 9(3), section 4.2).
+    /// Four words that look random, a function of four: pcg4d (Jarzynski and Olano 2020, "Hash
+    /// Functions for GPU Rendering", JCGT 9(3), section 4.2).
     #[inline(always)]
     fn hash(v: [Self::Uint; 4]) -> [Self::Uint; 4]
     where

@@ -1,9 +1,10 @@
 //! The hint that memory will be read soon.
 
-/// Asks for the cache lines of `BYTES` bytes from `table[index]` on to be brought near; does nothing where there is no such
-/// instruction, or no such entry.
+/// Asks for the cache lines of `BYTES` bytes from `table[index]` on to be brought near; does
+/// nothing where there is no such instruction, or no such entry.
 ///
-/// For trees larger than the caches this makes interleaved single rays about a third faster (`benches/rays`).
+/// For trees larger than the caches this makes interleaved single rays about a third faster
+/// (`benches/rays`).
 #[inline(always)]
 #[allow(unsafe_code)]
 pub fn prefetch<const BYTES: usize, T>(table: &[T], index: usize) {
@@ -12,8 +13,8 @@ pub fn prefetch<const BYTES: usize, T>(table: &[T], index: usize) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let start = table.as_ptr().wrapping_add(index).cast::<i8>();
         for line in (0..BYTES).step_by(64) {
-            // SAFETY: the instruction is part of SSE, which every x86-64 has, and a hint: it never faults, whatever the
-            // address, and reads nothing the program can see.
+            // SAFETY: the instruction is part of SSE, which every x86-64 has, and a hint: it never
+            // faults, whatever the address, and reads nothing the program can see.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line)) };
         }
     }

@@ -1,9 +1,10 @@
 //! Records: eight floats with names.
 //!
-//! A table of records is a slice of plain structs of one [`Row`] each, declared once by `record!`: fields in storage
-//! order, with their types, and how many floats are left free. Scalar code reads and writes fields of a record by name.
-//! Kernels load those of a list of records into lanes, field by field, and store them; both are the transposes of
-//! [`Lanes::load_rows`] and [`Lanes::store_rows`], and columns that nobody reads cost nothing.
+//! A table of records is a slice of plain structs of one [`Row`] each, declared once by `record!`:
+//! fields in storage order, with their types, and how many floats are left free. Scalar code reads
+//! and writes fields of a record by name. Kernels load those of a list of records into lanes, field
+//! by field, and store them; both are the transposes of [`Lanes::load_rows`] and
+//! [`Lanes::store_rows`], and columns that nobody reads cost nothing.
 //!
 //! The width of a record, [`Row::WIDTH`], is not the width of the lanes.
 
@@ -109,8 +110,8 @@ impl Field for [f32; 4] {
     }
 }
 
-/// Declares a record and, after the slash, its lane-wide twin. Free columns are declared, too, so that a page of
-/// records shows what room there is: `} free 2`. A record without has none.
+/// Declares a record and, after the slash, its lane-wide twin. Free columns are declared, too, so
+/// that a page of records shows what room there is: `} free 2`. A record without has none.
 ///
 /// ```ignore
 /// record! {

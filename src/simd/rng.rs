@@ -1,7 +1,8 @@
-//! Counter-based random numbers: a hash of (seed, chain, iteration, dimension block, purpose) gives four numbers.
+//! Counter-based random numbers: a hash of (seed, chain, iteration, dimension block, purpose) gives
+//! four numbers.
 //!
-//! Any number can be had in any order, so lane width, batch size, threads, sharding and resuming cannot change a result.
-//! The hash is pcg4d ([`Numerics::hash`](super::Numerics::hash)).
+//! Any number can be had in any order, so lane width, batch size, threads, sharding and resuming
+//! cannot change a result. The hash is pcg4d ([`Numerics::hash`](super::Numerics::hash)).
 
 use super::{Lanes, UintLanes};
 

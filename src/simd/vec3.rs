@@ -28,8 +28,9 @@ impl<L: Lanes> Vec3<L> {
     pub fn dot(self, o: Self) -> L {
         self.x.mul_add(o.x, self.y.mul_add(o.y, self.z * o.z))
     }
-    /// Each component is `a * d - b * c` with the second product rounded first, so that swapping the operands negates the
-    /// result exactly only for the unfused form; it is therefore not fused.
+    /// Each component is `a * d - b * c` with the second product rounded first, so that swapping
+    /// the operands negates the result exactly only for the unfused form; it is therefore not
+    /// fused.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
         Self::new(

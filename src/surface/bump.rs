@@ -23,7 +23,7 @@ const STEP: f32 = 0.0005;
 
 /// What was looked up at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Relief {
+pub enum Perturbation {
     /// Height and its derivatives along texture coordinates; internal lengths.
     Height { height: f64, by_u: f64, by_v: f64 },
     /// Along dp/du, across it, and along the normal; of any length.
@@ -32,7 +32,7 @@ pub enum Relief {
 
 /// A shading frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tilted {
+pub struct PerturbedFrame {
     /// Unit normal.
     pub ns: DVec3,
     /// Along increasing `u`, of any length.
@@ -71,12 +71,12 @@ pub fn look_up(
     d: &Derivatives,
     ns: DVec3,
     unit: f64,
-) -> Relief {
+) -> Perturbation {
     match *bump {
         Bump::Normal { image } => {
             let [u, v] = place.uv;
             let rgb = bilinear(&images[image as usize], u, v, Wrap::Repeat);
-            Relief::Direction(rgb.map(|c| 2.0 * f64::from(c) - 1.0))
+            Perturbation::Direction(rgb.map(|c| 2.0 * f64::from(c) - 1.0))
         }
         Bump::Height { height, .. } => {
             let at =
@@ -96,7 +96,7 @@ pub fn look_up(
                     0.0
                 }
             };
-            Relief::Height {
+            Perturbation::Height {
                 height: unit * here,
                 by_u: slope(0),
                 by_v: slope(1),
@@ -105,23 +105,23 @@ pub fn look_up(
     }
 }
 
-/// The shading frame with a relief on a surface of shading normal `ns` and geometric normal `ng`.
-/// Where that is not defined, the surface stays as it is.
-pub fn tilt(
+/// The shading frame with a perturbation on a surface of shading normal `ns` and geometric normal
+/// `ng`. Where that is not defined, the surface stays as it is.
+pub fn perturb(
     bump: &Bump,
-    relief: &Relief,
+    perturbation: &Perturbation,
     d: &Derivatives,
     [ns, ng]: [DVec3; 2],
     unit: f64,
-) -> Tilted {
+) -> PerturbedFrame {
     let [s, t] = axes(bump, d, ns, unit);
-    let (n, tangent) = match *relief {
-        Relief::Height { height, by_u, by_v } => {
+    let (n, tangent) = match *perturbation {
+        Perturbation::Height { height, by_u, by_v } => {
             let by_u = s + ns * by_u + d.dndu * height;
             let by_v = t + ns * by_v + d.dndv * height;
             (normalized(by_u).cross(normalized(by_v)), by_u)
         }
-        Relief::Direction([x, y, z]) => {
+        Perturbation::Direction([x, y, z]) => {
             let along = normalized(s - ns * ns.dot(s));
             let n = along * x + ns.cross(along) * y + ns * z;
             let n = normalized(n);
@@ -131,7 +131,7 @@ pub fn tilt(
     let n = normalized(n);
     let tangent = normalized(tangent);
     if !(n.is_finite() && tangent.is_finite()) || n == DVec3::ZERO {
-        return Tilted {
+        return PerturbedFrame {
             ns,
             tangent: normalized(s),
         };
@@ -139,7 +139,7 @@ pub fn tilt(
     // pbrt's Faceforward; the true normal is on the side of the vertices' normals already.
     let side = if ns.dot(ng) < 0.0 { -ng } else { ng };
     let n = if n.dot(side) < 0.0 { -n } else { n };
-    Tilted { ns: n, tangent }
+    PerturbedFrame { ns: n, tangent }
 }
 
 /// Unit, whatever the length; zero if that is 0.
@@ -169,21 +169,21 @@ mod tests {
         tangents: Tangents::LikeU,
     };
 
-    fn tilted(relief: Relief, d: &Derivatives, n: DVec3) -> DVec3 {
-        tilt(&BUMP, &relief, d, [n, n], 1.0).ns
+    fn perturbed(perturbation: Perturbation, d: &Derivatives, n: DVec3) -> DVec3 {
+        perturb(&BUMP, &perturbation, d, [n, n], 1.0).ns
     }
 
     /// On a plane of 2 by 4 a height of `a u + b v` is the graph of `a x / 2 + b y / 4`.
     #[test]
     fn slopes_tilt_the_normal_of_a_plane() {
         for (a, b) in [(0.0, 0.0), (1.0, 0.0), (0.5, -3.0), (-20.0, 8.0)] {
-            let relief = Relief::Height {
+            let perturbation = Perturbation::Height {
                 height: 7.0,
                 by_u: a,
                 by_v: b,
             };
             let expected = DVec3::new(-a / 2.0, -b / 4.0, 1.0).normalize();
-            assert!(tilted(relief, &PLANE, DVec3::Z).distance(expected) < 1e-12);
+            assert!(perturbed(perturbation, &PLANE, DVec3::Z).distance(expected) < 1e-12);
             // Texture coordinates the other way round are the same surface, and from below hills
             // are hollows.
             let mirrored = Derivatives {
@@ -191,9 +191,9 @@ mod tests {
                 ..PLANE
             };
             let across = DVec3::new(-a / 2.0, b / 4.0, 1.0).normalize();
-            assert!(tilted(relief, &mirrored, DVec3::Z).distance(across) < 1e-12);
+            assert!(perturbed(perturbation, &mirrored, DVec3::Z).distance(across) < 1e-12);
             let below = DVec3::new(-a / 2.0, -b / 4.0, -1.0).normalize();
-            assert!(tilted(relief, &PLANE, -DVec3::Z).distance(below) < 1e-12);
+            assert!(perturbed(perturbation, &PLANE, -DVec3::Z).distance(below) < 1e-12);
         }
     }
 
@@ -212,7 +212,7 @@ mod tests {
             dndv: t * 2.0,
             smooth: false,
         };
-        let relief = Relief::Height {
+        let perturbation = Perturbation::Height {
             height: 0.3,
             by_u: 0.0,
             by_v: 0.0,
@@ -224,13 +224,13 @@ mod tests {
                 ..round
             },
         ] {
-            assert!(tilted(relief, &d, w).distance(w) < 1e-12);
+            assert!(perturbed(perturbation, &d, w).distance(w) < 1e-12);
         }
     }
 
     #[test]
     fn directions_are_those_of_tangent_space() {
-        let direction = |x, y, z| tilted(Relief::Direction([x, y, z]), &PLANE, DVec3::Z);
+        let direction = |x, y, z| perturbed(Perturbation::Direction([x, y, z]), &PLANE, DVec3::Z);
         assert_eq!(direction(0.0, 0.0, 1.0), DVec3::Z);
         let expected = DVec3::new(0.6, 0.0, 0.8);
         assert!(direction(3.0, 0.0, 4.0).distance(expected) < 1e-12);
@@ -251,15 +251,15 @@ mod tests {
             dpdv: DVec3::ZERO,
             ..PLANE
         };
-        for relief in [
-            Relief::Height {
+        for perturbation in [
+            Perturbation::Height {
                 height: 1.0,
                 by_u: 0.0,
                 by_v: 0.0,
             },
-            Relief::Direction([0.0, 0.0, 1.0]),
+            Perturbation::Direction([0.0, 0.0, 1.0]),
         ] {
-            assert!(tilted(relief, &flat, DVec3::Y).distance(DVec3::Y) < 1e-12);
+            assert!(perturbed(perturbation, &flat, DVec3::Y).distance(DVec3::Y) < 1e-12);
         }
     }
 
@@ -292,9 +292,9 @@ mod tests {
             uv: [0.3, 0.5],
             ..Place::default()
         };
-        let relief = look_up(&[texture], &[image], &bump, &place, &PLANE, DVec3::Z, 0.5);
-        let Relief::Height { height, by_u, by_v } = relief else {
-            panic!("{relief:?}");
+        let perturbation = look_up(&[texture], &[image], &bump, &place, &PLANE, DVec3::Z, 0.5);
+        let Perturbation::Height { height, by_u, by_v } = perturbation else {
+            panic!("{perturbation:?}");
         };
         // 100 per u, and half of it in internal lengths.
         assert!((height - 0.5 * 29.5).abs() < 1e-5, "{height}");

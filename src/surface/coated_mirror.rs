@@ -1,5 +1,5 @@
-//! Smooth coats: what one reflects by itself, and one over a smooth conductor, of which the sum over
-//! all bounces is exact.
+//! Smooth coats: what one reflects by itself, and one over a smooth conductor, of which the sum
+//! over all bounces is exact.
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::{fresnel, mirror};

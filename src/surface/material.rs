@@ -1,6 +1,6 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
-use super::bump::{self, Relief, Tilted};
+use super::bump::{self, Perturbation, PerturbedFrame};
 use super::mixture::{self, Chosen};
 use super::packing::{At, Evaluate, Shared};
 use super::table::{self, Kind};
@@ -133,9 +133,9 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// Asks for the texels that [`Self::evaluate`] will read.
-    pub fn announce(&self, material: usize, place: &Place) {
+    pub fn prefetch_texels(&self, material: usize, place: &Place) {
         for &texture in &self.looked_up[material] {
-            texture::announce(self.textures, self.images, texture, place);
+            texture::prefetch_texels(self.textures, self.images, texture, place);
         }
     }
 
@@ -171,13 +171,13 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// What the bump or normal map of a material says at a place with shading normal `ns`.
-    pub fn relief(
+    pub fn perturbation(
         &self,
         material: usize,
         place: &Place,
         d: &Derivatives,
         ns: DVec3,
-    ) -> Option<Relief> {
+    ) -> Option<Perturbation> {
         let bump = self.materials[material].bump.as_ref()?;
         Some(bump::look_up(
             self.textures,
@@ -191,15 +191,15 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// The shading frame that follows from it, for shading and geometric normal `[ns, ng]`.
-    pub fn tilt(
+    pub fn perturb(
         &self,
         material: usize,
-        relief: &Relief,
+        perturbation: &Perturbation,
         d: &Derivatives,
         normals: [DVec3; 2],
-    ) -> Option<Tilted> {
+    ) -> Option<PerturbedFrame> {
         let bump = self.materials[material].bump.as_ref()?;
-        Some(bump::tilt(bump, relief, d, normals, self.unit))
+        Some(bump::perturb(bump, perturbation, d, normals, self.unit))
     }
 
     /// The parameter row of a material at a place, for light of the wavelength `nm` (of which only

@@ -10,7 +10,7 @@
 //! so that the picture is an integral over labelled paths, of `F(x, l)`, the product of
 //! `w_{l_j} f_{l_j}`. Whatever the strategy, each of those vertices gets its label with the same
 //! probability `P_{l_j}`, since that depends on the place alone, never on a direction (a vertex
-//! that is met by chance on a light ends the path: it does not scatter, and has no label). The
+//! that is hit by chance on a light ends the path: it does not scatter, and has no label). The
 //! density of a labelled path under strategy `s` is therefore `p_s(x | l) prod P_{l_j}`, where
 //! `p_s(x | l)` is that of a scene whose surfaces are what the labels say. The product is common to
 //! all strategies: it cancels from the MIS weights, which so are those of that scene, and leaves

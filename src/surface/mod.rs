@@ -67,6 +67,7 @@ macro_rules! bsdfs {
 
 pub(crate) use bsdfs;
 
+pub mod alpha_mask;
 pub mod bsdf;
 pub mod bump;
 pub mod coat;
@@ -77,7 +78,6 @@ pub mod coated_materials;
 pub mod coated_mirror;
 pub mod coated_rows;
 pub mod conductor;
-pub mod cutout;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
@@ -98,6 +98,7 @@ pub(crate) mod tests;
 pub mod texture;
 pub mod thin_dielectric;
 
+pub use self::alpha_mask::AlphaMasks;
 pub use self::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 pub use self::coat::CoatLayer;
 pub use self::coated_diffuse::CoatedDiffuseMaterial;
@@ -105,7 +106,6 @@ pub use self::coated_materials::{
     CoatMaterial, CoatedBase, CoatedConductorMaterial, TexturedCoatMaterial,
 };
 pub use self::conductor::{ConductorFresnel, ConductorMaterial};
-pub use self::cutout::Cutouts;
 pub use self::dielectric::DielectricMaterial;
 pub use self::diffuse::DiffuseMaterial;
 pub use self::diffuse_transmission::DiffuseTransmissionMaterial;

@@ -1,5 +1,6 @@
-//! From scene to tree: obvhs clusters the boxes (PLOC, Meister and Bittner 2017, then reinsertion, 2018), and its tree
-//! is flattened into nodes that hold the boxes of both children. `split.rs` makes trees that clustering takes too long for.
+//! From scene to tree: obvhs clusters the boxes (PLOC, Meister and Bittner 2017, then reinsertion,
+//! 2018), and its tree is flattened into nodes that hold the boxes of both children. `split.rs`
+//! makes trees that clustering takes too long for.
 
 use std::time::Duration;
 
@@ -44,7 +45,8 @@ pub enum Primitive {
     Large(u32),
 }
 
-/// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many primitives lie in one place.
+/// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many
+/// primitives lie in one place.
 pub fn best(scene: &Scene) -> Option<Tree> {
     let large = surfaces(scene);
     let (mut primitives, mut boxes) = collect(scene, &large);
@@ -101,7 +103,8 @@ pub fn halve(scene: &Scene) -> Tree {
     flat.tree
 }
 
-/// All primitives a ray can meet, and their boxes. Primitives that are not finite or have no area are left out.
+/// All primitives a ray can meet, and their boxes. Primitives that are not finite or have no area
+/// are left out.
 fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds>) {
     let places = (scene.large).places(scene.triangles.len(), scene.spheres.len());
     let place = |i: usize| places.get(i).copied().unwrap_or(NONE);
@@ -141,7 +144,8 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
         };
         (visible(s.shape) && usable).then_some((primitive, bounds))
     });
-    // Filtered iterators cannot tell their length, and growing tables of this size takes as long as filling them.
+    // Filtered iterators cannot tell their length, and growing tables of this size takes as long as
+    // filling them.
     let count = scene.triangles.len() + scene.spheres.len();
     let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (primitive, bounds) in triangles.chain(spheres) {
@@ -167,7 +171,8 @@ fn quality(primitives: usize) -> BvhBuildParams {
     };
     BvhBuildParams {
         max_prims_per_leaf: LEAF_SIZE,
-        // Fewer triangles a leaf make packets a sixth faster where the nodes are in the first cache, and cost memory.
+        // Fewer triangles a leaf make packets a sixth faster where the nodes are in the first
+        // cache, and cost memory.
         collapse_traversal_cost: if primitives < 1000 { 1.5 } else { 3.0 },
         ..params
     }

@@ -1,9 +1,11 @@
-//! The same tree with up to eight children per node, for one ray against eight boxes or eight triangles at a time.
+//! The same tree with up to eight children per node, for one ray against eight boxes or eight
+//! triangles at a time.
 //!
-//! Node boxes are those of the binary tree, so both trees cull alike; see [`super::triangle`]. Which nodes of the binary tree
-//! remain is decided as for compressed wide trees (Ylitie, Karras and Laine 2017, section 3.1): by dynamic programming
-//! over the number of subtrees a node may leave behind, for the least expected cost. Opening the largest boxes first
-//! leaves the nodes half empty.
+//! Node boxes are those of the binary tree, so both trees cull alike; see [`super::triangle`].
+//! Which nodes of the binary tree remain is decided as for compressed wide trees (Ylitie, Karras
+//! and Laine 2017, section 3.1): by dynamic programming over the number of subtrees a node may
+//! leave behind, for the least expected cost. Opening the largest boxes first leaves the nodes half
+//! empty.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -23,7 +25,8 @@ pub struct Node8 {
 
 const _: () = assert!(size_of::<Node8>() == 256);
 
-/// The wide tree. Its triangle leaves are the groups of the store, its sphere leaves those of the binary tree.
+/// The wide tree. Its triangle leaves are the groups of the store, its sphere leaves those of the
+/// binary tree.
 pub struct Bvh8 {
     pub nodes: Vec<Node8>,
     /// Where nodes of the binary tree are met again; the root where they are not.
@@ -50,11 +53,13 @@ const LEAF_COST: f32 = 1.0;
 /// The best ways to cut the subtree below a node into at most so many subtrees.
 #[derive(Clone, Copy)]
 struct Cuts {
-    /// Cost of the subtree below, cut into at most 1, 2, ..., 7 wide subtrees; not counting the node itself.
+    /// Cost of the subtree below, cut into at most 1, 2, ..., 7 wide subtrees; not counting the
+    /// node itself.
     cost: [f32; 9],
     /// Subtrees that the first child takes of so many.
     first: [u8; 9],
-    /// First triangle of the subtree and their number, or more than [`WIDTH`] if it cannot be a leaf.
+    /// First triangle of the subtree and their number, or more than [`WIDTH`] if it cannot be a
+    /// leaf.
     start: u32,
     count: u32,
 }
@@ -217,7 +222,8 @@ fn is_group(cuts: &[Cuts], bounds: &Bounds, child: Child) -> bool {
 }
 
 impl Bvh8 {
-    /// The triangles of the binary tree, in groups as the leaves of this tree ask for; the binary tree learns where.
+    /// The triangles of the binary tree, in groups as the leaves of this tree ask for; the binary
+    /// tree learns where.
     pub fn group(&self, tree: &mut Tree, corner: impl Fn(u32, usize) -> [f32; 3]) -> Triangles {
         let mut parts = vec![Part::default(); tree.triangles.len()];
         for child in self.nodes.iter().flat_map(|n| n.child) {

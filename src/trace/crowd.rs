@@ -1,14 +1,17 @@
-//! Primitives that lie in one place, which clustering takes a time for that grows with the square of their number.
+//! Primitives that lie in one place, which clustering takes a time for that grows with the square
+//! of their number.
 //!
-//! Clustering merges boxes that are each other's best neighbours, again and again. Of equal or nested boxes, and of rows in which every
-//! box is larger than the one before, only one pair a round is.
+//! Clustering merges boxes that are each other's best neighbours, again and again. Of equal or
+//! nested boxes, and of rows in which every box is larger than the one before, only one pair a
+//! round is.
 
 use std::collections::HashSet;
 
 use super::node::{Bounds, union};
 use crate::scene::Scene;
 
-/// Boxes looked at by clustering, per primitive, beyond which it is not worth its while. Of usual scenes it looks at three.
+/// Boxes looked at by clustering, per primitive, beyond which it is not worth its while. Of usual
+/// scenes it looks at three.
 const MOST_WORK: u64 = 64;
 
 /// Whether clustering would take too long: goes through its rounds with nearest neighbours alone.
@@ -80,7 +83,8 @@ fn spread(x: u64) -> u64 {
     (x | x << 2) & 0x1249_2492_4924_9249
 }
 
-/// Finds primitives that lie where an earlier one lies. No ray ever finds them: of equal distances the first counts.
+/// Finds primitives that lie where an earlier one lies. No ray ever finds them: of equal distances
+/// the first counts.
 #[derive(Default)]
 pub struct Equals {
     triangles: HashSet<[[u32; 3]; 3]>,

@@ -1,7 +1,9 @@
-//! The tests of large surfaces ([`crate::scene::large`]): as those of triangles and spheres, in `f64`, one ray at a time at every width.
+//! The tests of large surfaces ([`crate::scene::large`]): as those of triangles and spheres, in
+//! `f64`, one ray at a time at every width.
 //!
-//! Rays and distances stay `f32`, boxes and the clamping of `t` to them too, so all that is said in `triangle.rs` of the order of traversal
-//! holds. What is left of the error bound is the rounding of the end of a shadow ray: origins are off their surface by the rounding of the
+//! Rays and distances stay `f32`, boxes and the clamping of `t` to them too, so all that is said in
+//! `triangle.rs` of the order of traversal holds. What is left of the error bound is the rounding
+//! of the end of a shadow ray: origins are off their surface by the rounding of the
 //! point (`geometry/large.rs`), which `f64` sees.
 
 use super::node::Bounds;
@@ -13,7 +15,8 @@ use glam::DVec3;
 
 /// Rounding of the tests here, relative to the magnitudes that are added up: more than they have.
 const ERROR: f64 = 64.0 * f64::EPSILON;
-/// Where the end of an `f32` ray may be, relative to the magnitudes that it is made of: the direction is rounded, and scaled.
+/// Where the end of an `f32` ray may be, relative to the magnitudes that it is made of: the
+/// direction is rounded, and scaled.
 const END: f64 = 4.0 / 16_777_216.0;
 
 /// A large surface, ready for rays.
@@ -94,8 +97,9 @@ impl LargeSurface {
         self.primitive
     }
 
-    /// The nearest hits in `(0, t_max]`, and the barycentric coordinates there. With `ANY`, what is within rounding error of the far end does
-    /// not count. Not inlined, so that the loops over ordinary primitives keep their registers.
+    /// The nearest hits in `(0, t_max]`, and the barycentric coordinates there. With `ANY`, what is
+    /// within rounding error of the far end does not count. Not inlined, so that the loops over
+    /// ordinary primitives keep their registers.
     #[cold]
     #[inline(never)]
     pub fn hit<L: Lanes, const ANY: bool>(&self, ray: &Ray<L>, t_max: L) -> (Hit<L>, [L; 2]) {
@@ -153,7 +157,8 @@ impl LargeSurface {
 }
 
 impl Line {
-    /// Whether `distance` along a normal `n`, at a speed of `slope`, falls short of the end of the ray.
+    /// Whether `distance` along a normal `n`, at a speed of `slope`, falls short of the end of the
+    /// ray.
     fn is_short(&self, distance: f64, slope: f64, n: DVec3) -> bool {
         self.t_max * slope - distance > END * self.magnitude(n)
     }
@@ -182,7 +187,8 @@ impl Line {
         if ANY && !self.is_short(distance, slope, n) {
             return None;
         }
-        // As in `covers`: every corner is projected by itself, and signs of differences of products are right.
+        // As in `covers`: every corner is projected by itself, and signs of differences of products
+        // are right.
         let own = order(self.d);
         let [dx, dy, dz] = own(self.d);
         let project = |p: DVec3| {
@@ -230,7 +236,8 @@ impl Line {
     }
 }
 
-/// The components of a vector in the order that has the longest of `d` last, the others as in [`super::ray`].
+/// The components of a vector in the order that has the longest of `d` last, the others as in
+/// [`super::ray`].
 fn order(d: DVec3) -> impl Fn(DVec3) -> [f64; 3] {
     let a = d.abs();
     let swap_x = a.x >= a.y && a.x > a.z;

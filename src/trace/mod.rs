@@ -1,16 +1,23 @@
-//! Closest hits and visibility: a flat bounding volume hierarchy and the ways to follow rays through it.
+//! Closest hits and visibility: a flat bounding volume hierarchy and the ways to follow rays
+//! through it.
 //!
-//! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line; a wide tree, with up to
-//!    eight children per node, is made of its nodes. Both share one store of triangles (`store.rs`).
-//! 2. `N` rays go down the binary tree together as a packet; at one lane the same code is a plain single-ray traversal.
-//! 3. Rays that have nothing in common go down the wide tree one by one, eight boxes or eight triangles at a time; in large
-//!    scenes eight such rays take turns. A packet that comes apart on its way changes over to this.
-//! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the smallest (t, index), so every
-//!    width, packet and order of traversal gives the same bits.
-//! 5. Surfaces that are thousands of times larger than others are tested in `f64` (`large.rs`), and boxes are then grown by what is
-//!    near them instead of the size of the scene; scenes without such surfaces have none of it in their loops.
-//! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the top down (`crowd.rs`, `split.rs`).
-//! 7. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
+//! 1. [`Tracer::build`] lets obvhs build a binary tree and copies it into nodes of one cache line;
+//!    a wide tree, with up to eight children per node, is made of its nodes. Both share one store
+//!    of triangles (`store.rs`).
+//! 2. `N` rays go down the binary tree together as a packet; at one lane the same code is a plain
+//!    single-ray traversal.
+//! 3. Rays that have nothing in common go down the wide tree one by one, eight boxes or eight
+//!    triangles at a time; in large scenes eight such rays take turns. A packet that comes apart on
+//!    its way changes over to this.
+//! 4. A hit depends on the ray and the primitive alone (see `triangle.rs`) and the best is the
+//!    smallest (t, index), so every width, packet and order of traversal gives the same bits.
+//! 5. Surfaces that are thousands of times larger than others are tested in `f64` (`large.rs`), and
+//!    boxes are then grown by what is near them instead of the size of the scene; scenes without
+//!    such surfaces have none of it in their loops.
+//! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the
+//!    top down (`crowd.rs`, `split.rs`).
+//! 7. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error
+//!    bounds ask for.
 
 mod build;
 mod bvh8;
@@ -48,13 +55,14 @@ use self::store::{Triangles, View};
 pub use self::triangle::{Hit as TriangleHit, TriangleTest, Watertight};
 use crate::memory::Table;
 
-/// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on a machine with
-/// 1 MiB of second and 32 MiB of third level cache.
+/// What the size of the trees says about the best traversal. Thresholds are from `benches/rays`, on
+/// a machine with 1 MiB of second and 32 MiB of third level cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Size {
     /// Rays meet most of the few nodes whatever they do: packets always.
     Tiny,
-    /// Most of the tree is in the second level cache: packets where rays are near each other, else single rays one by one.
+    /// Most of the tree is in the second level cache: packets where rays are near each other, else
+    /// single rays one by one.
     Small,
     /// Single rays wait for memory, so they are interleaved; packets only where rays stay together.
     Large,
@@ -104,15 +112,16 @@ struct Trees<'a> {
     in_turns: bool,
 }
 
-/// What the caller knows of rays that are neighbours in a list. It changes the speed, never a result; with one lane,
-/// nothing.
+/// What the caller knows of rays that are neighbours in a list. It changes the speed, never a
+/// result; with one lane, nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coherence {
     /// They go the same way from the same place, and stay together: always traced as packets.
     Coherent,
     /// They have nothing in common, as diffuse bounces: always traced one by one.
     Incoherent,
-    /// The tracer decides, packet by packet, and by the size of the scene. The best choice unless measured otherwise.
+    /// The tracer decides, packet by packet, and by the size of the scene. The best choice unless
+    /// measured otherwise.
     Unknown,
 }
 
@@ -134,7 +143,8 @@ pub struct Stats {
 }
 
 impl Tracer {
-    /// Primitives of interface materials, and those that are not finite or have no area, are left out.
+    /// Primitives of interface materials, and those that are not finite or have no area, are left
+    /// out.
     ///
     /// # Panics
     /// With more than 2^26 triangles or spheres.
@@ -193,8 +203,9 @@ impl Tracer {
 
     /// The closest hit of each ray `i` in `list` goes to `hits[i]`.
     ///
-    /// Each `L::N` consecutive entries of `list` make a packet: neighbours in the list should be neighbours in space. A ray
-    /// that is not finite, or has no direction, or a `t_max` not above 0, hits nothing.
+    /// Each `L::N` consecutive entries of `list` make a packet: neighbours in the list should be
+    /// neighbours in space. A ray that is not finite, or has no direction, or a `t_max` not
+    /// above 0, hits nothing.
     pub fn closest<L: Lanes>(&self, rays: &[Ray], list: &[u32], hits: &mut [Hit]) {
         self.closest_with::<L>(Coherence::Unknown, rays, list, hits);
     }
@@ -228,8 +239,9 @@ impl Tracer {
         }
     }
 
-    /// Whether anything lies strictly between `origin` and `origin + t_max * direction`, both ends excluded by their
-    /// rounding error: `blocked[i]` becomes 1 or 0 for each ray `i` in `list`. Rays are as for [`Tracer::closest`].
+    /// Whether anything lies strictly between `origin` and `origin + t_max * direction`, both ends
+    /// excluded by their rounding error: `blocked[i]` becomes 1 or 0 for each ray `i` in
+    /// `list`. Rays are as for [`Tracer::closest`].
     pub fn occluded<L: Lanes>(&self, rays: &[Ray], list: &[u32], blocked: &mut [u32]) {
         self.occluded_with::<L>(Coherence::Unknown, rays, list, blocked);
     }

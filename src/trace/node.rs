@@ -1,4 +1,5 @@
-//! Nodes of the binary tree as the traversal reads them: one cache line holds the boxes of both children.
+//! Nodes of the binary tree as the traversal reads them: one cache line holds the boxes of both
+//! children.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -58,8 +59,9 @@ impl Child {
 /// An axis-aligned box, `bounds[axis]` = (min, max).
 pub type Bounds = [[f32; 2]; 3];
 
-/// A box that no ray meets: a point so far away that it lies beyond the largest distance a ray is followed to (see
-/// [`super::ray`]). An inverted box would do only for slab tests that know the sign of the direction.
+/// A box that no ray meets: a point so far away that it lies beyond the largest distance a ray is
+/// followed to (see [`super::ray`]). An inverted box would do only for slab tests that know the
+/// sign of the direction.
 pub const NOWHERE: Bounds = [[1e30; 2]; 3];
 
 /// The smallest box around two.
@@ -76,7 +78,8 @@ pub struct Part {
     pub size: u32,
 }
 
-/// A child, and where it is met again: a leaf of triangles in the store, an inner node in the wide tree.
+/// A child, and where it is met again: a leaf of triangles in the store, an inner node in the wide
+/// tree.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(8))]
 pub struct Link {
@@ -104,7 +107,8 @@ impl Link {
     pub fn set_wide(&mut self, wide: Child) {
         self.again = wide.0;
     }
-    /// The same subtree in the wide tree, if it has one. The root, which is no child, stands for none.
+    /// The same subtree in the wide tree, if it has one. The root, which is no child, stands for
+    /// none.
     #[inline(always)]
     pub fn wide(self) -> Option<Child> {
         (self.again != 0).then_some(Child(self.again))

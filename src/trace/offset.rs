@@ -1,5 +1,5 @@
-//! Origins off surfaces: how far a computed hit point can be from the true surface, and how to leave it (pbrt-v4,
-//! section 6.8, "Managing rounding error").
+//! Origins off surfaces: how far a computed hit point can be from the true surface, and how to
+//! leave it (pbrt-v4, section 6.8, "Managing rounding error").
 
 use crate::simd::{Lanes, Vec3};
 
@@ -9,7 +9,8 @@ pub const fn gamma(n: u32) -> f32 {
     (nu / (1.0 - nu)) as f32
 }
 
-/// A point on a triangle, `(1 - b1 - b2) p0 + b1 p1 + b2 p2`, and a bound on its distance from the plane per axis.
+/// A point on a triangle, `(1 - b1 - b2) p0 + b1 p1 + b2 p2`, and a bound on its distance from the
+/// plane per axis.
 #[inline(always)]
 pub fn triangle_point<L: Lanes>(p: [Vec3<L>; 3], b1: L, b2: L) -> (Vec3<L>, Vec3<L>) {
     let b0 = L::one() - b1 - b2;
@@ -18,8 +19,8 @@ pub fn triangle_point<L: Lanes>(p: [Vec3<L>; 3], b1: L, b2: L) -> (Vec3<L>, Vec3
     (point, size * L::splat(gamma(7)))
 }
 
-/// `point` moved along the normal `n` (of any length but 0), to the side `towards` points to, until it is off the surface
-/// wherever within `error` the true surface is.
+/// `point` moved along the normal `n` (of any length but 0), to the side `towards` points to, until
+/// it is off the surface wherever within `error` the true surface is.
 #[inline(always)]
 pub fn leave_surface<L: Lanes>(
     point: Vec3<L>,

@@ -1,7 +1,8 @@
 //! `N` rays together down the binary tree; at one lane, the plain single-ray traversal.
 //!
-//! Both children of a node are tested for all rays at once. The child that more rays meet first is entered, the other waits
-//! on a stack with its entry distances, so that it is dropped if all its rays have found something nearer meanwhile.
+//! Both children of a node are tested for all rays at once. The child that more rays meet first is
+//! entered, the other waits on a stack with its entry distances, so that it is dropped if all its
+//! rays have found something nearer meanwhile.
 
 use super::Trees;
 use super::node::{Bounds, Child, Link, Node};
@@ -49,7 +50,8 @@ impl<L: Lanes> Best<L> {
     /// No hit; hits must be nearer than the end of the ray.
     #[inline(always)]
     pub fn new(ray: &Ray<L>) -> Self {
-        // "Below t_max" is "at most its predecessor"; then ties can go to the smaller index without exception.
+        // "Below t_max" is "at most its predecessor"; then ties can go to the smaller index without
+        // exception.
         let before = L::from_bits(ray.t_max.to_bits().sub(L::Uint::splat(1)));
         Self {
             t: L::select(ray.live(), before, ray.t_max),
@@ -104,10 +106,11 @@ impl<L: Lanes> Best<L> {
     }
 }
 
-/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`; triangles are tested by `T`.
+/// Follows one packet. With `ANY`, lanes that hit something end with a negative `best.t`; triangles
+/// are tested by `T`.
 ///
-/// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in Embree's hybrid
-/// traversal, Wald et al. 2014).
+/// Where no more than `few` rays meet a subtree, each follows it alone through the wide tree (as in
+/// Embree's hybrid traversal, Wald et al. 2014).
 #[inline(always)]
 pub fn traverse<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool>(
     trees: &Trees,

@@ -1,20 +1,20 @@
 //! What a ray precomputes for the box, triangle and sphere tests.
 //!
-//! Rays are brought into a canonical form that depends on the ray alone, so that every traversal method sees the same
-//! numbers:
-//! - the direction is scaled by a power of two until its largest component is in `[1, 2)`; this is exact, and spares
-//!   everything below overflow and underflow;
-//! - an origin far outside the scene is moved along the ray to the bounds of the scene, so that rounding errors are
-//!   relative to the size of the scene;
-//! - components of the direction that are zero or next to nothing become tiny ones of the same sign, so that no slab test
-//!   meets `0 * inf`.
+//! Rays are brought into a canonical form that depends on the ray alone, so that every traversal
+//! method sees the same numbers:
+//! - the direction is scaled by a power of two until its largest component is in `[1, 2)`; this is
+//!   exact, and spares everything below overflow and underflow;
+//! - an origin far outside the scene is moved along the ray to the bounds of the scene, so that
+//!   rounding errors are relative to the size of the scene;
+//! - components of the direction that are zero or next to nothing become tiny ones of the same
+//!   sign, so that no slab test meets `0 * inf`.
 
 use super::node::Bounds;
 use super::records::{self, RayLanes};
 use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 
-/// A component of the direction below this fraction of the largest is replaced by it. The angle it stands for is far
-/// below the rounding of the direction.
+/// A component of the direction below this fraction of the largest is replaced by it. The angle it
+/// stands for is far below the rounding of the direction.
 const TINY: f32 = 1e-18;
 
 /// The squared cosine of 25 degrees.
@@ -27,26 +27,29 @@ pub struct Extent {
     pub bounds: Bounds,
     /// A power of two not below any absolute coordinate of the bounds.
     pub radius: f32,
-    /// Boxes are grown by this much on every side. It must exceed the distance by which the triangle test can misplace
-    /// an edge: projected vertices are off by at most some 5 roundings of `|p - o|`, at most `6 * radius`, and the
-    /// slabs' own rounding adds as much again.
+    /// Boxes are grown by this much on every side. It must exceed the distance by which the
+    /// triangle test can misplace an edge: projected vertices are off by at most some 5
+    /// roundings of `|p - o|`, at most `6 * radius`, and the slabs' own rounding adds as much
+    /// again.
     pub pad: f32,
-    /// Boxes are grown by their own places and those of the rays' origins instead: the scene has things so small that they are lost in
-    /// `pad`.
+    /// Boxes are grown by their own places and those of the rays' origins instead: the scene has
+    /// things so small that they are lost in `pad`.
     pub vast: bool,
 }
 
 /// What boxes are grown by, in units of the largest coordinate.
 pub const PAD: f32 = 1.0 / 262_144.0;
-/// In vast scenes the box of a triangle is grown by [`PAD`] times the coordinates of the origin, the largest part of `p0 - o` and the
-/// longest edge: at most by 3 times those of its corners and twice those of the origin. The boxes of nodes are grown by more.
+/// In vast scenes the box of a triangle is grown by [`PAD`] times the coordinates of the origin,
+/// the largest part of `p0 - o` and the longest edge: at most by 3 times those of its corners and
+/// twice those of the origin. The boxes of nodes are grown by more.
 const PAD_OF_BOX: f32 = 4.0 * PAD;
 pub const PAD_OF_ORIGIN: f32 = 3.0 * PAD;
 
 impl Extent {
     pub fn new(bounds: Bounds, vast: bool) -> Self {
         let largest = largest(&bounds);
-        // Rounded up to a power of two; at least the smallest for which the pad is still a normal number.
+        // Rounded up to a power of two; at least the smallest for which the pad is still a normal
+        // number.
         let radius = f32::from_bits((largest.to_bits() + 0x007f_ffff) & 0x7f80_0000).max(1e-20);
         Self {
             bounds,
@@ -83,10 +86,12 @@ pub struct Ray<L: Lanes> {
     pub ord: [L; 3],
     /// The same ray in its own order of axes.
     pub own: Sheared<L>,
-    /// Lanes whose own third axis is x or y. The first axis and x, or the second and y, change places with z.
+    /// Lanes whose own third axis is x or y. The first axis and x, or the second and y, change
+    /// places with z.
     pub swap_x: L::Mask,
     pub swap_y: L::Mask,
-    /// End of the ray in the canonical form; hits must be nearer. Not positive for lanes that can hit nothing.
+    /// End of the ray in the canonical form; hits must be nearer. Not positive for lanes that can
+    /// hit nothing.
     pub t_max: L,
     /// `t` of the caller = `t * t_scale + t_shift`.
     pub t_scale: L,
@@ -95,8 +100,8 @@ pub struct Ray<L: Lanes> {
     pub pad: L,
 }
 
-/// A ray whose axes are permuted so that the direction is longest along the third (Woop et al. 2013, "Watertight
-/// Ray/Triangle Intersection", JCGT 2(1)).
+/// A ray whose axes are permuted so that the direction is longest along the third (Woop et al.
+/// 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1)).
 #[derive(Clone, Copy, Debug)]
 pub struct Sheared<L> {
     pub o: [L; 3],
@@ -161,7 +166,8 @@ impl<L: Lanes> Ray<L> {
         }
         let o = Vec3::select(far, d.mul_add(t_shift, o), o);
         let t_max = t_max - t_shift;
-        // Nothing is further than this: it bounds the path of the ray through the scene, and keeps t finite.
+        // Nothing is further than this: it bounds the path of the ray through the scene, and keeps
+        // t finite.
         let t_max = t_max.min(L::splat(16.0 * extent.radius));
         let t_max = L::select(live.and(t_max.gt(L::zero())), t_max, L::splat(-1.0));
 
@@ -200,7 +206,8 @@ impl<L: Lanes> Ray<L> {
         self.t_max.gt(L::zero())
     }
 
-    /// Whether all live lanes start near the first: within an eighth of the scene's radius in every axis.
+    /// Whether all live lanes start near the first: within an eighth of the scene's radius in every
+    /// axis.
     #[inline(always)]
     pub fn is_near(&self, extent: &Extent) -> bool {
         let live = self.live().bits();
@@ -221,7 +228,8 @@ impl<L: Lanes> Ray<L> {
         live & !narrow.bits() == 0
     }
 
-    /// If all live lanes agree in the signs of the direction and in their own third axis: what they agree on.
+    /// If all live lanes agree in the signs of the direction and in their own third axis: what they
+    /// agree on.
     #[inline(always)]
     pub fn agreement(&self) -> Option<Agreement> {
         let live = self.live().bits();
@@ -278,7 +286,8 @@ impl<L: Lanes> Ray<L> {
         self.o.max_abs() * L::splat(PAD)
     }
 
-    /// What the boxes of nodes are grown by for the origins, as distances along the rays; nothing but in vast scenes.
+    /// What the boxes of nodes are grown by for the origins, as distances along the rays; nothing
+    /// but in vast scenes.
     #[inline(always)]
     pub fn growth<const VAST: bool>(&self) -> [L; 3] {
         if !VAST {
@@ -325,7 +334,8 @@ pub fn permute<L: Lanes>(v: [L; 3], swap_x: L::Mask, swap_y: L::Mask) -> [L; 3] 
     ]
 }
 
-/// Where rays, taken as lines, pass a box: from `near` (at least 0) to `far`; `near > far` if they do not.
+/// Where rays, taken as lines, pass a box: from `near` (at least 0) to `far`; `near > far` if they
+/// do not.
 #[inline(always)]
 pub fn slab<L: Lanes>(ray: &Sheared<L>, low: [L; 3], high: [L; 3]) -> (L, L) {
     let (mut near, mut far) = (L::zero(), L::splat(f32::MAX));

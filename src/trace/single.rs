@@ -1,4 +1,5 @@
-//! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that have nothing in common.
+//! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that
+//! have nothing in common.
 
 use std::ops::Range;
 
@@ -12,13 +13,14 @@ use super::triangle::TriangleTest;
 use crate::simd::prefetch::prefetch;
 use crate::simd::{Lanes, Mask, f32x8};
 
-/// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most seven behind.
+/// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most
+/// seven behind.
 const STACK: usize = 256;
 /// Deepest wide tree that can be traversed, in levels of nodes.
 pub const MAX_DEPTH: usize = STACK / 7;
 
-/// Children to be visited: bits of the distance at which the ray enters, then the child. Distances are not negative, so entries
-/// order as integers.
+/// Children to be visited: bits of the distance at which the ray enters, then the child. Distances
+/// are not negative, so entries order as integers.
 type Stack = [u64; STACK];
 
 /// Room for the rays of one packet on their way.
@@ -59,7 +61,8 @@ struct Splat {
     order: [usize; 3],
 }
 
-/// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one instruction.
+/// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one
+/// instruction.
 pub struct Stored {
     o: [[f32; 8]; 3],
     d: [[f32; 8]; 3],
@@ -132,11 +135,11 @@ impl Stored {
     }
 }
 
-/// Follows the rays of a packet, each on its own; `best` may hold hits found before. With `ANY`, lanes that hit something
-/// end with a negative `best.t`; triangles are tested by `T`.
+/// Follows the rays of a packet, each on its own; `best` may hold hits found before. With `ANY`,
+/// lanes that hit something end with a negative `best.t`; triangles are tested by `T`.
 ///
-/// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap with the work of the
-/// others: for trees that do not fit the caches.
+/// With `INTERLEAVE` the rays take turns, one step each, so that the memory accesses of one overlap
+/// with the work of the others: for trees that do not fit the caches.
 #[inline(always)]
 pub fn traverse<
     L: Lanes,
@@ -182,7 +185,7 @@ fn follow<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool, const IN
             for lane in bits(going) {
                 let Walk { cursor, ray, stack } = &mut walks[lane];
                 if cursor.step::<L, T, ANY, VAST>(trees, ray, stack, (rays, lane)) {
-                    cursor.announce(trees);
+                    cursor.prefetch(trees);
                 } else {
                     going &= !(1 << lane);
                     found.set(lane, &cursor.best);
@@ -201,7 +204,8 @@ fn follow<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool, const IN
     *best = found.all();
 }
 
-/// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep their registers.
+/// [`follow`] for a packet that has come apart below a node. Not inlined, so that packets keep
+/// their registers.
 #[inline(never)]
 pub fn leave<
     L: Lanes,
@@ -315,7 +319,7 @@ impl Walk {
 impl Cursor {
     /// Prefetches what the next step will read.
     #[inline(always)]
-    fn announce(&self, trees: &Trees) {
+    fn prefetch(&self, trees: &Trees) {
         if !self.current.is_leaf() {
             prefetch::<256, _>(trees.wide, self.current.index());
         } else if !self.current.is_sphere_leaf() {
@@ -412,7 +416,8 @@ impl Cursor {
         self.current = Child(nearest as u32);
     }
 
-    /// Enters the first child, which is the largest; the others wait in their order. What is nearest does not matter.
+    /// Enters the first child, which is the largest; the others wait in their order. What is
+    /// nearest does not matter.
     #[inline(always)]
     fn enter_any(&mut self, node: &Node8, mut meets: u32, stack: &mut Stack) {
         loop {

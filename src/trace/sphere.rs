@@ -1,8 +1,10 @@
-//! The sphere test: rays in the space where the ellipsoid is the unit sphere, solved as in Haines, Günther and
-//! Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection" (Ray Tracing Gems, chapter 7).
+//! The sphere test: rays in the space where the ellipsoid is the unit sphere, solved as in Haines,
+//! Günther and Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection" (Ray
+//! Tracing Gems, chapter 7).
 //!
-//! The direction is transformed but not normalised, so `t` is the same in both spaces. As for triangles, a sphere is hit
-//! only where the ray passes its padded box, and roots within rounding error of the ends of the ray do not count.
+//! The direction is transformed but not normalised, so `t` is the same in both spaces. As for
+//! triangles, a sphere is hit only where the ray passes its padded box, and roots within rounding
+//! error of the ends of the ray do not count.
 
 use super::node::Bounds;
 use super::ray::{PAD, Ray, largest, permute, slab};
@@ -18,7 +20,8 @@ pub struct LeafSphere {
     to_unit: [[f32; 4]; 3],
     /// Box around the ellipsoid, not padded.
     bounds: Bounds,
-    /// Largest row sum of the absolute linear part, and largest translation: they bound the rounding of the transform.
+    /// Largest row sum of the absolute linear part, and largest translation: they bound the
+    /// rounding of the transform.
     stretch: f32,
     shift: f32,
     /// Number of triangles plus index of the sphere.
@@ -69,7 +72,8 @@ impl LeafSphere {
         self.index
     }
 
-    /// The nearest root in `(0, t_max]`. With `ANY`, roots within rounding error of the far end do not count.
+    /// The nearest root in `(0, t_max]`. With `ANY`, roots within rounding error of the far end do
+    /// not count.
     #[inline(always)]
     pub fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
         &self,

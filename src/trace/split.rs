@@ -1,4 +1,5 @@
-//! Trees from the top down, for what no clustering sorts well: of good quality by the surface area heuristic, or of the least depth.
+//! Trees from the top down, for what no clustering sorts well: of good quality by the surface area
+//! heuristic, or of the least depth.
 
 use super::build::{Flattening, LEAF_SIZE, Pending};
 use super::crowd::half_area;
@@ -6,14 +7,15 @@ use super::node::{Bounds, Child, union};
 
 /// Intervals along an axis between which a part is split.
 const BINS: usize = 16;
-/// Depth from which on parts are halved: there are then at most so many levels more as a number of primitives has bits.
+/// Depth from which on parts are halved: there are then at most so many levels more as a number of
+/// primitives has bits.
 const DEEP: usize = 64;
 
 /// How parts are split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// Where the areas times numbers of both sides add up to the least (Wald 2007, "On fast Construction of SAH-based Bounding Volume
-    /// Hierarchies").
+    /// Where the areas times numbers of both sides add up to the least (Wald 2007, "On fast
+    /// Construction of SAH-based Bounding Volume Hierarchies").
     Area,
     /// At the median.
     Half,
@@ -89,7 +91,8 @@ fn longest_axis(boxes: &[Bounds], part: &[u32]) -> usize {
         .unwrap_or(0)
 }
 
-/// Puts the lower half of the centres first, and of boxes around one centre the smaller ones; returns how many come first.
+/// Puts the lower half of the centres first, and of boxes around one centre the smaller ones;
+/// returns how many come first.
 fn split_half(boxes: &[Bounds], part: &mut [u32], axis: usize) -> usize {
     let middle = part.len() / 2;
     if middle == 0 {
@@ -108,7 +111,8 @@ fn split_half(boxes: &[Bounds], part: &mut [u32], axis: usize) -> usize {
     middle
 }
 
-/// Puts those first that are cheapest kept together, returns how many; `None` if all centres are one, or a part is small.
+/// Puts those first that are cheapest kept together, returns how many; `None` if all centres are
+/// one, or a part is small.
 fn split_by_area(boxes: &[Bounds], part: &mut [u32], axis: usize) -> Option<usize> {
     let [low, high] = range(boxes, part, axis);
     let scale = BINS as f32 / (high - low);

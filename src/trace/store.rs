@@ -1,8 +1,9 @@
 //! The vertices of all triangles, once, for both trees.
 //!
-//! The triangles of one leaf of the wide tree make a *group* of up to eight. A group of `n` is nine rows of `n` floats, vertex
-//! by vertex and axis by axis, without padding: one ray loads eight floats from the start of each row, where lanes from `n`
-//! on are somebody else's numbers and are masked off; a packet broadcasts single entries. So a triangle takes 40 bytes, its
+//! The triangles of one leaf of the wide tree make a *group* of up to eight. A group of `n` is nine
+//! rows of `n` floats, vertex by vertex and axis by axis, without padding: one ray loads eight
+//! floats from the start of each row, where lanes from `n` on are somebody else's numbers and are
+//! masked off; a packet broadcasts single entries. So a triangle takes 40 bytes, its
 //! index included, however full the leaves are; blocks of eight lanes would take 65.
 
 use super::ray::{Ray, permute};
@@ -12,8 +13,8 @@ use crate::simd::{Lanes, f32x8};
 
 /// Most triangles in a group.
 pub const WIDTH: usize = 8;
-/// Floats that can be read from the start of a group on. There are more than its rows, so that the compiler sees from a few
-/// masks that no offset needs a check.
+/// Floats that can be read from the start of a group on. There are more than its rows, so that the
+/// compiler sees from a few masks that no offset needs a check.
 const WINDOW: usize = 256 + WIDTH;
 
 /// Triangles in leaf order, while the store is filled.

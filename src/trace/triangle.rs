@@ -1,20 +1,23 @@
-//! The triangle test: watertight, double sided, the same operations at every width and in every traversal.
+//! The triangle test: watertight, double sided, the same operations at every width and in every
+//! traversal.
 //!
-//! Watertight by construction (Woop et al. 2013): vertices relative to the origin are projected along the ray, each by itself,
-//! so that triangles sharing a vertex share its projection. In the plane, the sign of an edge function `a * b - c * d` is right or
-//! zero, because rounding is monotone; the products must not be fused. Zero counts as inside. Whatever the projected mesh
+//! Watertight by construction (Woop et al. 2013): vertices relative to the origin are projected
+//! along the ray, each by itself, so that triangles sharing a vertex share its projection. In the
+//! plane, the sign of an edge function `a * b - c * d` is right or zero, because rounding is
+//! monotone; the products must not be fused. Zero counts as inside. Whatever the projected mesh
 //! covers is therefore hit.
 //!
-//! A triangle is hit only where the ray passes through its own box, grown by [`Extent::pad`](super::ray::Extent::pad) (in vast scenes by less),
-//! and `t` is clamped to that passage. Slab tests are monotone in the box, so a ray that passes a triangle's box passes
-//! the boxes of all nodes above it, at a smaller or equal distance: no order of traversal, and no culling by the best hit so far,
-//! can change a result.
+//! A triangle is hit only where the ray passes through its own box, grown by
+//! [`Extent::pad`](super::ray::Extent::pad) (in vast scenes by less), and `t` is clamped to that
+//! passage. Slab tests are monotone in the box, so a ray that passes a triangle's box passes
+//! the boxes of all nodes above it, at a smaller or equal distance: no order of traversal, and no
+//! culling by the best hit so far, can change a result.
 
 use super::ray::{PAD, Sheared, slab};
 use crate::simd::{Lanes, Mask};
 
-/// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest components): 39 roundings
-/// of 2^-24 in the worst case, counted over [`hit`].
+/// A bound on the rounding of `dot(p0 - o, n)`, in units of `|p0 - o| |e1| |e2|` (largest
+/// components): 39 roundings of 2^-24 in the worst case, counted over [`hit`].
 const PLANE_ERROR: f32 = 40.0 / 16_777_216.0;
 
 /// Whether the triangle is a point or a line to [`hit`], which then never meets it.
@@ -33,14 +36,16 @@ pub struct Hit<L: Lanes> {
     pub t: L,
 }
 
-/// How a ray and a triangle are tested, in three steps so that most triangles cost only the first. All traversals have it as a
-/// parameter; [`Watertight`] is what pictures are made with, and `benches/robust` measures what it costs over another.
+/// How a ray and a triangle are tested, in three steps so that most triangles cost only the first.
+/// All traversals have it as a parameter; [`Watertight`] is what pictures are made with, and
+/// `benches/robust` measures what it costs over another.
 pub trait TriangleTest {
-    /// Lanes whose ray, a line without end, may pass through the triangle, and what the next steps need to know.
+    /// Lanes whose ray, a line without end, may pass through the triangle, and what the next steps
+    /// need to know.
     fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]);
 
-    /// Hits in `(0, t_max]`, of the lanes in `mask`; with `ANY` before `t_max`. `known` is from the first step, `pad` what the
-    /// boxes of triangles are grown by.
+    /// Hits in `(0, t_max]`, of the lanes in `mask`; with `ANY` before `t_max`. `known` is from the
+    /// first step, `pad` what the boxes of triangles are grown by.
     fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
         ray: &Sheared<L>,
         p: &[[L; 3]; 3],
@@ -50,7 +55,8 @@ pub trait TriangleTest {
         pad: L,
     ) -> Hit<L>;
 
-    /// Barycentric coordinates of vertices 1 and 2, from what the first step knew: in `[0, 1]`, with a sum of at most 1.
+    /// Barycentric coordinates of vertices 1 and 2, from what the first step knew: in `[0, 1]`,
+    /// with a sum of at most 1.
     fn barycentrics<L: Lanes>(known: [L; 3]) -> [L; 2];
 }
 
@@ -81,7 +87,8 @@ impl TriangleTest for Watertight {
     }
 }
 
-/// Lanes whose ray, a line without end, passes through the triangle, and the weights of the vertices up to a common factor.
+/// Lanes whose ray, a line without end, passes through the triangle, and the weights of the
+/// vertices up to a common factor.
 #[inline(always)]
 pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
     let project = |p: &[L; 3]| {
@@ -101,8 +108,9 @@ pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) 
 
 /// Where the line meets the plane of the triangle: hits in `(0, t_max]`, of the lanes in `mask`.
 ///
-/// `t` must exceed the rounding of the distance of the origin to the plane, so that a ray leaving a surface does not
-/// meet it again. With `ANY`, it must fall short of `t_max` by the rounding at the far end as well. `pad` is [`Ray::own_pad`](super::ray::Ray::own_pad).
+/// `t` must exceed the rounding of the distance of the origin to the plane, so that a ray leaving a
+/// surface does not meet it again. With `ANY`, it must fall short of `t_max` by the rounding at the
+/// far end as well. `pad` is [`Ray::own_pad`](super::ray::Ray::own_pad).
 #[inline(always)]
 pub fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
     ray: &Sheared<L>,
@@ -153,7 +161,8 @@ pub fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
     }
 }
 
-/// Barycentric coordinates of vertices 1 and 2 from [`covers`]' weights: in `[0, 1]`, with a sum of at most 1.
+/// Barycentric coordinates of vertices 1 and 2 from [`covers`]' weights: in `[0, 1]`, with a sum of
+/// at most 1.
 #[inline(always)]
 pub fn barycentrics<L: Lanes>(weights: [L; 3]) -> [L; 2] {
     let [u, v, w] = weights;

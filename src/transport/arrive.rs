@@ -9,13 +9,13 @@ use super::records::*;
 use super::samples::Label;
 use crate::geometry::Wanted;
 use crate::simd::{Lanes, UintLanes};
-use crate::surface::bump::{Relief, Tilted};
+use crate::surface::bump::{Perturbation, PerturbedFrame};
 use crate::surface::texture::Place;
 use glam::DVec3;
 
 impl World<'_> {
-    /// The subpaths of `list` have hit surfaces: makes the hits their endpoints. Parameter rows of their own go to the slot `slot`. Of mixtures
-    /// `label` chooses components.
+    /// The subpaths of `list` have hit surfaces: makes the hits their endpoints. Parameter rows of
+    /// their own go to the slot `slot`. Of mixtures `label` chooses components.
     pub(super) fn arrive<L: Lanes>(
         &self,
         rays: &Rays,
@@ -45,7 +45,7 @@ impl World<'_> {
             parameters.rows[row] = self.materials.evaluate(material as usize, &place, nm);
         }
         if self.plan.bumps {
-            self.tilt(&rays.hit, &parameters.textured, endpoints, probe);
+            self.perturb(&rays.hit, &parameters.textured, endpoints, probe);
         }
         if self.plan.dispersion {
             let dispersive = |material: u32| self.materials.entries[material as usize].dispersive;
@@ -76,7 +76,8 @@ impl World<'_> {
         place
     }
 
-    /// Chooses among the components of the mixtures that have been arrived at; the endpoints are as if of that component alone.
+    /// Chooses among the components of the mixtures that have been arrived at; the endpoints are as
+    /// if of that component alone.
     fn choose_components(
         &self,
         endpoints: &mut Endpoints,
@@ -105,8 +106,8 @@ impl World<'_> {
         parameters.mixed.clear();
     }
 
-    /// Multiplies the throughput of endpoints by the shares of the components that they are of ([`mixture`](crate::surface::mixture)): for
-    /// what they scatter, not for what they emit.
+    /// Multiplies the throughput of endpoints by the shares of the components that they are of
+    /// ([`mixture`](crate::surface::mixture)): for what they scatter, not for what they emit.
     pub(super) fn weigh_components(&self, subpaths: &mut Subpaths, side: Side) {
         if !self.plan.mixtures {
             return;
@@ -119,9 +120,10 @@ impl World<'_> {
         }
     }
 
-    /// Stores the endpoints of `list`; those of mixtures, if there are any, are left in `parameters.mixed`. Without `OWN` no hit has a row of its own
-    /// and there are no mixtures, without `MORE` nothing but places and geometric normals of triangles is wanted: loops that all hits go
-    /// through do not ask.
+    /// Stores the endpoints of `list`; those of mixtures, if there are any, are left in
+    /// `parameters.mixed`. Without `OWN` no hit has a row of its own and there are no mixtures,
+    /// without `MORE` nothing but places and geometric normals of triangles is wanted: loops that
+    /// all hits go through do not ask.
     fn arrive_at<L: Lanes, const OWN: bool, const MORE: bool>(
         &self,
         rays: &Rays,
@@ -175,7 +177,8 @@ impl World<'_> {
                         place.p = point.p.lane(i);
                         place.n = point.ng.lane(i);
                     }
-                    self.materials.announce(shape.material as usize, &place);
+                    self.materials
+                        .prefetch_texels(shape.material as usize, &place);
                     if entry.mixture {
                         parameters.mixed.push((path, shape.material, uv));
                     } else {
@@ -210,7 +213,7 @@ impl World<'_> {
     }
 
     /// Tilts the shading frames of those textured endpoints that have a bump or normal map.
-    fn tilt(
+    fn perturb(
         &self,
         hits: &[Hit],
         textured: &[(u32, u32, [f32; 2])],
@@ -230,16 +233,17 @@ impl World<'_> {
                 n: frame.ng,
             };
             let b = hits[index].b;
-            let (relief, ns, tangent) =
+            let (perturbation, ns, tangent) =
                 self.shading_at(material as usize, energy.primitive, b, &place, frame.ns);
             frame.ns = ns;
             energy.tangent = tangent;
-            probe.tilted(path, &relief);
+            probe.perturbed(path, &perturbation);
         }
     }
 
-    /// What the bump or normal map of a material says at a hit, and the shading normal and tangent that follow; `place.n` is the geometric normal
-    /// towards the front, `ns` the shading normal of the surface.
+    /// What the bump or normal map of a material says at a hit, and the shading normal and tangent
+    /// that follow; `place.n` is the geometric normal towards the front, `ns` the shading
+    /// normal of the surface.
     fn shading_at(
         &self,
         material: usize,
@@ -247,17 +251,18 @@ impl World<'_> {
         b: [f32; 2],
         place: &Place,
         ns: [f32; 3],
-    ) -> (Option<Relief>, [f32; 3], [f32; 3]) {
+    ) -> (Option<Perturbation>, [f32; 3], [f32; 3]) {
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let (p, ng, ns) = (wide(place.p), wide(place.n), wide(ns));
         let d = self.geometry.derivatives(primitive, b.map(f64::from), p);
-        let relief = self.materials.relief(material, place, &d, ns);
-        let tilted = relief.and_then(|r| self.materials.tilt(material, &r, &d, [ns, ng]));
-        let Tilted { ns, tangent } = tilted.unwrap_or(Tilted {
+        let perturbation = self.materials.perturbation(material, place, &d, ns);
+        let perturbed =
+            perturbation.and_then(|r| self.materials.perturb(material, &r, &d, [ns, ng]));
+        let PerturbedFrame { ns, tangent } = perturbed.unwrap_or(PerturbedFrame {
             ns,
             tangent: d.dpdu,
         });
         let narrow = |v: DVec3| v.as_vec3().to_array();
-        (relief, narrow(ns), narrow(tangent))
+        (perturbation, narrow(ns), narrow(tangent))
     }
 }

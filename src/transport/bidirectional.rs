@@ -1,12 +1,15 @@
-//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997, section 10.1): one camera and one light subpath
-//! a sample, and all strategies of all depths that they make together.
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; Veach 1997,
+//! section 10.1): one camera and one light subpath a sample, and all strategies of all depths that
+//! they make together.
 //!
-//! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's endpoints are set aside. A strategy `(s, t)` then takes the
-//! endpoints of its two vertices back, for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's visibility rays
-//! are one full wave. A tip's running sums ([`super::mis`]) are all that a weight needs, here as there, and the weights are the same.
+//! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's
+//! endpoints are set aside. A strategy `(s, t)` then takes the endpoints of its two vertices back,
+//! for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's
+//! visibility rays are one full wave. A tip's running sums ([`super::mis`]) are all that a weight
+//! needs, here as there, and the weights are the same.
 //!
-//! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample has many raster positions:
-//! [`Splats::light`]. Without camera subpaths this is light tracing.
+//! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample
+//! has many raster positions: [`Splats::light`]. Without camera subpaths this is light tracing.
 
 use super::World;
 use super::clock::Stage;
@@ -15,7 +18,7 @@ use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::list::List;
 use super::paths::{Endpoints, Lists, Paths, Side, Splats};
-use super::records::{Contribution, Outcome};
+use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
 use super::weigh::{Sink, TechniqueMask};
 use crate::plan::{Layout, Vertices};
@@ -70,8 +73,9 @@ impl BidirectionalLayout {
         Self::with(world, TechniqueMask::ALL, |_| true)
     }
 
-    /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing competes: weights are 1. Light that reaches
-    /// the camera from specular surfaces is out of reach.
+    /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing
+    /// competes: weights are 1. Light that reaches the camera from specular surfaces is out of
+    /// reach.
     pub fn light_tracing(world: &World) -> Self {
         Self::with(world, TechniqueMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
@@ -149,15 +153,16 @@ impl BidirectionalLayout {
             .unwrap_or(0)
     }
 
-    /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes beside what all evaluations need; with
-    /// [`Splats::parts`] or without.
+    /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes
+    /// beside what all evaluations need; with [`Splats::parts`] or without.
     pub fn bytes_per_path(max_depth: u32, parts: bool) -> u64 {
         let depth = u64::from(max_depth);
-        // An endpoint with its flags and its place in a list, parameter rows of its own, and its primary samples.
+        // An endpoint with its flags and its place in a list, parameter rows of its own, and its
+        // primary samples.
         let vertex = Endpoints::BYTES + 7 + 2 * size_of::<Row>() + 7 * size_of::<f32>();
         let parts = if parts { Strategy::most(max_depth) } else { 0 };
         (2 * depth + 1) * vertex as u64
-            + depth * size_of::<Outcome>() as u64
+            + depth * size_of::<Splat>() as u64
             + parts * size_of::<Contribution>() as u64
     }
 
@@ -184,12 +189,12 @@ impl BidirectionalLayout {
 #[derive(Default)]
 pub(super) struct Kept {
     /// By side and number of the surface vertex.
-    sides: [Vec<Vertex>; 2],
+    sides: [Vec<KeptVertex>; 2],
 }
 
 /// One vertex of each path.
 #[derive(Default)]
-struct Vertex {
+struct KeptVertex {
     endpoints: Endpoints,
     /// Paths that have it and can be joined there.
     joined: List,
@@ -204,7 +209,7 @@ impl Kept {
         let counts = [layout.camera_vertices, layout.light_vertices];
         for (side, count) in self.sides.iter_mut().zip(counts) {
             if side.len() < count {
-                side.resize_with(count, Vertex::default);
+                side.resize_with(count, KeptVertex::default);
             }
             for vertex in side {
                 if vertex.joins.len() < room {
@@ -224,7 +229,7 @@ impl Kept {
     }
 }
 
-impl Vertex {
+impl KeptVertex {
     /// The subpaths of `list` have arrived here.
     fn note(&mut self, paths: &Paths, list: &[u32], side: Side) {
         let kinds = &paths.subpaths.endpoints[side as usize].kind;
@@ -246,9 +251,11 @@ impl Vertex {
 }
 
 impl World<'_> {
-    /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`. `paths.splats.camera[i]` is left with what its strategies of `t >= 2`
-    /// add at the camera's raster position, `paths.splats.light[s - 2][i]` with what its strategy `(s, 1)` adds, and where. Every strategy is a sample
-    /// of its own, with its own weight: their sum over all depths estimates the picture.
+    /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`.
+    /// `paths.splats.camera[i]` is left with what its strategies of `t >= 2` add at the
+    /// camera's raster position, `paths.splats.light[s - 2][i]` with what its strategy `(s, 1)`
+    /// adds, and where. Every strategy is a sample of its own, with its own weight: their sum
+    /// over all depths estimates the picture.
     pub fn evaluate_bidirectional<L: Lanes>(
         &self,
         layout: &BidirectionalLayout,
@@ -341,8 +348,8 @@ impl World<'_> {
         lists.light.clear();
     }
 
-    /// Puts the tips that the subpaths of `lists.emission` have in this wave among the vertices that are kept; the list of the side is left with those
-    /// that scatter and go on.
+    /// Puts the tips that the subpaths of `lists.emission` have in this wave among the vertices
+    /// that are kept; the list of the side is left with those that scatter and go on.
     fn set_aside<L: Lanes>(
         &self,
         (layout, wave): (&BidirectionalLayout, usize),
@@ -377,7 +384,8 @@ impl World<'_> {
         );
     }
 
-    /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as the hits are at hand.
+    /// Walks the camera subpaths; lights that they meet (`s = 0`) are seen on the way, as long as
+    /// the hits are at hand.
     fn walk_camera<L: Lanes>(
         &self,
         layout: &BidirectionalLayout,
@@ -487,7 +495,8 @@ impl World<'_> {
         }
         if self.plan.dispersion {
             for &path in &**list {
-                let met = |vertex: Option<&Vertex>| vertex.is_some_and(|v| v.has_dispersed(path));
+                let met =
+                    |vertex: Option<&KeptVertex>| vertex.is_some_and(|v| v.has_dispersed(path));
                 paths.dispersion.set(path, met(of_camera) | met(of_light));
             }
         }
@@ -514,7 +523,8 @@ impl World<'_> {
     }
 }
 
-/// Where a strategy adds: to the camera's raster position or to that of a light vertex, and to the part of its index if that is asked for.
+/// Where a strategy adds: to the camera's raster position or to that of a light vertex, and to the
+/// part of its index if that is asked for.
 fn sink<'a>(
     world: &World,
     splats: &'a mut Splats,

@@ -22,7 +22,7 @@ pub enum Stage {
     Shade,
     /// Samples of lights and of the lens, and BSDF values for connections.
     Connect,
-    /// MIS weights and contributions, emission met by chance included.
+    /// MIS weights and contributions, emission hit by chance included.
     Mis,
     /// Visibility of connections.
     Occlusion,

@@ -1,4 +1,5 @@
-//! The last step of a path: its endpoints are joined, or one of them to a light or the lens. One visibility ray.
+//! The last step of a path: its endpoints are joined, or one of them to a light or the lens. One
+//! visibility ray.
 
 use super::World;
 use super::clock::{Clock, Stage};
@@ -36,8 +37,8 @@ pub(super) struct Techniques<'a> {
 }
 
 impl World<'_> {
-    /// Joins the endpoints of the paths in the lists `direct` (`s = 1`), `lens` (`t = 1`) and `general`, and adds the visible
-    /// contributions to their splats.
+    /// Joins the endpoints of the paths in the lists `direct` (`s = 1`), `lens` (`t = 1`) and
+    /// `general`, and adds the visible contributions to their splats.
     pub(super) fn connect<L: Lanes>(
         &self,
         paths: &mut Paths,
@@ -78,7 +79,8 @@ impl World<'_> {
         self.join::<L, _>(joining, samples, lists, at, techniques, probe);
     }
 
-    /// The same, where it is known already which of the paths have met what disperses light, their endpoints included.
+    /// The same, where it is known already which of the paths have met what disperses light, their
+    /// endpoints included.
     pub(super) fn join<L: Lanes, P: Probe>(
         &self,
         joining: Joining,
@@ -130,7 +132,8 @@ impl World<'_> {
         let most = factors[factors.len() - 1];
         weigh::lens::<L>(connections, lens, (mask, most), &sink, live, probe);
         clock.lap(Stage::Mis);
-        // The camera's BSDF is evaluated with the link, the light's with the weight: each endpoint is loaded whole once.
+        // The camera's BSDF is evaluated with the link, the light's with the weight: each endpoint
+        // is loaded whole once.
         let list = &lists.general;
         for (kind, queue) in self.queues_of(camera, list, &mut lists.queues) {
             clock.count(Stage::Connect, queue.len(), L::N);
@@ -198,7 +201,7 @@ impl World<'_> {
                 radiance: seen.radiance,
                 pdf: seen.pdf,
                 emission_ratio: seen.emission_ratio,
-                by_chance: L::one().or_zero(seen.delta.not()),
+                hittable: L::one().or_zero(seen.delta.not()),
             }
             .store(&mut connections.light_end, chunk);
             let alive = seen.valid.bits() & self.emits(light, u);
@@ -217,7 +220,7 @@ impl World<'_> {
         (rays, connections, splats, joined): (
             &mut [Ray],
             &mut Connections,
-            &mut [Outcome],
+            &mut [Splat],
             &mut List,
         ),
         probe: &mut impl Probe,
@@ -319,7 +322,8 @@ impl World<'_> {
         }
     }
 
-    /// `s, t >= 2`: evaluates the light's endpoints, and weighs both. The factors are those of `s` light vertices.
+    /// `s, t >= 2`: evaluates the light's endpoints, and weighs both. The factors are those of `s`
+    /// light vertices.
     fn weigh_endpoints<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         (light, params): (&Endpoints, &[Row]),
@@ -351,7 +355,8 @@ impl World<'_> {
         }
     }
 
-    /// Values and densities of an endpoint's BSDF along a link of direction `w`, from the camera's side to the light's.
+    /// Values and densities of an endpoint's BSDF along a link of direction `w`, from the camera's
+    /// side to the light's.
     #[inline(always)]
     fn value_along<B: Bsdf, L: Lanes>(
         &self,

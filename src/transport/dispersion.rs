@@ -1,4 +1,5 @@
-//! Wavelengths of a batch of paths, and which paths have met what disperses light. All of it is empty in a scene without dispersion.
+//! Wavelengths of a batch of paths, and which paths have met what disperses light. All of it is
+//! empty in a scene without dispersion.
 
 use super::World;
 use super::paths::Side;
@@ -40,7 +41,8 @@ impl Dispersion {
         self.wavelength.get(path).map_or(0.0, |w| w.nm)
     }
 
-    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all of those are among `textured`.
+    /// Notes which of the surfaces that the subpaths of `list` have arrived at are dispersive; all
+    /// of those are among `textured`.
     pub fn note(&mut self, list: &[u32], side: Side, textured: impl Iterator<Item = (u32, bool)>) {
         let endpoint = &mut self.endpoint[side as usize];
         for &path in list {
@@ -64,7 +66,8 @@ impl Dispersion {
         self.touched.fill(false);
     }
 
-    /// Whether a path up to the present endpoint of a side, which is on its way, has met what disperses light.
+    /// Whether a path up to the present endpoint of a side, which is on its way, has met what
+    /// disperses light.
     #[inline(always)]
     pub fn has_met(&self, path: u32, side: Side) -> bool {
         self.touched[path as usize] | self.endpoint[side as usize][path as usize]
@@ -95,7 +98,8 @@ impl Dispersion {
 }
 
 impl World<'_> {
-    /// Gives the paths their wavelengths, if the scene calls for them; `dimension` is that of their primary sample.
+    /// Gives the paths their wavelengths, if the scene calls for them; `dimension` is that of their
+    /// primary sample.
     pub(super) fn start_wavelengths(
         &self,
         samples: &Samples,

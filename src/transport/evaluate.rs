@@ -4,7 +4,7 @@ use super::World;
 use super::clock::Stage;
 use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
-use super::records::Outcome;
+use super::records::Splat;
 use super::samples::{Bounce, ConnectionSamples, Label, Samples};
 use super::weigh::{Sink, TechniqueMask};
 use crate::plan::{DepthPlan, Layout, Plan};
@@ -34,7 +34,8 @@ impl UnidirectionalLayout {
         self.at.total
     }
 
-    /// The bounce of a vertex with `depth` scattering events before it, and what joins it to a light.
+    /// The bounce of a vertex with `depth` scattering events before it, and what joins it to a
+    /// light.
     fn at(&self, depth: u32) -> (Bounce, ConnectionSamples) {
         let (at, depth) = (&self.at, depth as usize);
         let further = depth * at.strides.connection;
@@ -48,7 +49,8 @@ impl UnidirectionalLayout {
         )
     }
 
-    /// The sample that chooses a component at a vertex with `depth` scattering events before it; the last one does not scatter.
+    /// The sample that chooses a component at a vertex with `depth` scattering events before it;
+    /// the last one does not scatter.
     fn label(&self, depth: u32) -> Option<Bounce> {
         let at = &self.at;
         (depth < self.max_depth)
@@ -57,11 +59,13 @@ impl UnidirectionalLayout {
 }
 
 impl World<'_> {
-    /// Multiplexed evaluation (Hachisuka et al. 2014): path `i` of `n` takes column `i` of `samples`, laid out as `depth.layout`, chooses a
-    /// strategy `(s, t)` with `s + t = depth + 2`, and leaves its contribution in `paths.splats.camera[i]`.
+    /// Multiplexed evaluation (Hachisuka et al. 2014): path `i` of `n` takes column `i` of
+    /// `samples`, laid out as `depth.layout`, chooses a strategy `(s, t)` with `s + t = depth +
+    /// 2`, and leaves its contribution in `paths.splats.camera[i]`.
     ///
-    /// A path costs `depth + 1` rays whatever its strategy, so the batch marches in lockstep: wave `w` traces the `w`-th ray of every live
-    /// path, camera and light subpaths alike, and the visibility rays go last.
+    /// A path costs `depth + 1` rays whatever its strategy, so the batch marches in lockstep: wave
+    /// `w` traces the `w`-th ray of every live path, camera and light subpaths alike, and the
+    /// visibility rays go last.
     #[inline(always)]
     pub fn evaluate_multiplexed<L: Lanes>(
         &self,
@@ -168,7 +172,8 @@ impl World<'_> {
         }
     }
 
-    /// Camera subpaths have their hits of this wave: they arrive, end, or scatter. `lists.camera` is left with those that go on.
+    /// Camera subpaths have their hits of this wave: they arrive, end, or scatter. `lists.camera`
+    /// is left with those that go on.
     fn advance_camera<L: Lanes, P: Probe>(
         &self,
         paths: &mut Paths,
@@ -189,7 +194,7 @@ impl World<'_> {
             }
         }
         paths.clock.lap(Stage::Sort);
-        // Only vertices met by chance are so late, and they do not scatter.
+        // Only vertices hit by chance are so late, and they do not scatter.
         let label = (wave < depth.depth).then(|| {
             Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
         });
@@ -267,8 +272,9 @@ impl World<'_> {
         self.scatter_queues::<L, P>(paths, samples, lists, Side::Light, bounce, probe);
     }
 
-    /// Path tracing: camera subpaths of up to `layout.max_depth` scattering events, at every vertex joined to a light (`s = 1`) and, where they
-    /// meet one, seen (`s = 0`), both weighed against each other. Leaves the radiance along the first ray in `paths.splats.camera[i]`.
+    /// Path tracing: camera subpaths of up to `layout.max_depth` scattering events, at every vertex
+    /// joined to a light (`s = 1`) and, where they meet one, seen (`s = 0`), both weighed
+    /// against each other. Leaves the radiance along the first ray in `paths.splats.camera[i]`.
     pub fn evaluate_unidirectional<L: Lanes>(
         &self,
         layout: &UnidirectionalLayout,
@@ -385,11 +391,11 @@ impl World<'_> {
 }
 
 /// Replaces contributions that are not finite, or negative, by 0.
-pub(super) fn settle(outcomes: &mut [Outcome]) {
-    for outcome in outcomes {
-        if !is_good(outcome.rgb) {
-            outcome.rgb = [0.0; 3];
-            outcome.rejected = 1;
+pub(super) fn settle(splats: &mut [Splat]) {
+    for splat in splats {
+        if !is_good(splat.rgb) {
+            splat.rgb = [0.0; 3];
+            splat.rejected = 1;
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Index lists that are filtered without branches: whether a path belongs is no better than a coin toss to a branch
-//! predictor.
+//! Index lists that are filtered without branches: whether a path belongs is no better than a coin
+//! toss to a branch predictor.
 
 use std::ops::Deref;
 

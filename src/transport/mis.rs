@@ -1,15 +1,18 @@
 //! Multiple importance sampling by two running sums.
 //!
-//! The balance heuristic weighs a path sampled with `s` light vertices by its density over the sum of the densities of all strategies
-//! that could have made it. Walking a subpath, two quantities collect everything about its own vertices that a later weight needs, so
-//! that no vertex has to be kept (van Antwerpen 2011; Georgiev 2012, "Implementing Vertex Connection and Merging", section 4,
-//! with no merging: the terms in eta vanish):
+//! The balance heuristic weighs a path sampled with `s` light vertices by its density over the sum
+//! of the densities of all strategies that could have made it. Walking a subpath, two quantities
+//! collect everything about its own vertices that a later weight needs, so that no vertex has to be
+//! kept (van Antwerpen 2011; Georgiev 2012, "Implementing Vertex Connection and Merging", section
+//! 4, with no merging: the terms in eta vanish):
 //!
-//! * `dVCM`: one over the density of the latest vertex, times that of sampling its predecessor's connection;
+//! * `dVCM`: one over the density of the latest vertex, times that of sampling its predecessor's
+//!   connection;
 //! * `dVC`: the sum over all strategies further back, all densities in reverse relative to forward.
 //!
-//! All cosines here are against geometric normals: they convert densities, they do not shade. Ratios only ever multiply quantities of
-//! one path, and saturate: a weight ends at 0 or 1, not at NaN.
+//! All cosines here are against geometric normals: they convert densities, they do not shade.
+//! Ratios only ever multiply quantities of one path, and saturate: a weight ends at 0 or 1, not at
+//! NaN.
 
 use crate::simd::{Lanes, Mask, Vec3};
 
@@ -20,7 +23,8 @@ pub struct Partial<L> {
     pub d_vc: L,
 }
 
-/// Beyond this a sum cannot change a weight any more, and a product of two of them still fits `f32`.
+/// Beyond this a sum cannot change a weight any more, and a product of two of them still fits
+/// `f32`.
 const SATURATED: f32 = 1e18;
 
 #[inline(always)]
@@ -29,8 +33,8 @@ fn saturate<L: Lanes>(x: L) -> L {
 }
 
 impl<L: Lanes> Partial<L> {
-    /// Arrival at a surface: the density of the new vertex goes from solid angle to area (equations 31 to 33). `distance2` is 1 where the
-    /// first hop comes from infinity.
+    /// Arrival at a surface: the density of the new vertex goes from solid angle to area (equations
+    /// 31 to 33). `distance2` is 1 where the first hop comes from infinity.
     #[inline(always)]
     pub fn arrive(self, distance2: L, cos: L) -> Self {
         Self {
@@ -39,9 +43,10 @@ impl<L: Lanes> Partial<L> {
         }
     }
 
-    /// Scattering (equations 34 and 35; a delta BSDF can be neither connected nor reversed otherwise than it was sampled, equations 53 and 54).
-    /// Those equations take the two densities of a delta BSDF to be equal; at a refraction they differ by the change of solid angle, without
-    /// which the weights still sum to 1 but are not the balance heuristic.
+    /// Scattering (equations 34 and 35; a delta BSDF can be neither connected nor reversed
+    /// otherwise than it was sampled, equations 53 and 54). Those equations take the two
+    /// densities of a delta BSDF to be equal; at a refraction they differ by the change of solid
+    /// angle, without which the weights still sum to 1 but are not the balance heuristic.
     #[inline(always)]
     pub fn scatter(self, cos_out: L, pdf: L, pdf_reverse: L, delta: bool) -> Self {
         if delta {
@@ -64,7 +69,8 @@ impl<L: Lanes> Partial<L> {
         self.d_vc.mul_add(pdf_reverse, self.d_vcm)
     }
 
-    /// `s = 0`: the camera subpath met a light (equation 43). Densities as in [`crate::light::Emitted`].
+    /// `s = 0`: the camera subpath met a light (equation 43). Densities as in
+    /// [`crate::light::Emitted`].
     #[inline(always)]
     pub fn weight_hit(self, direct_pdf: L, emission_pdf: L) -> L {
         weight(direct_pdf * self.d_vcm + emission_pdf * self.d_vc)
@@ -83,15 +89,17 @@ pub struct Joint<L> {
 }
 
 impl<L: Lanes> Joint<L> {
-    /// `s = 1` (equations 44 and 45): a camera endpoint joined to a point on a light; `by_chance` is false for delta lights.
+    /// `s = 1` (equations 44 and 45): a camera endpoint joined to a point on a light; `hittable` is
+    /// false for delta lights.
     #[inline(always)]
-    pub fn weight_direct(self, light_pdf: L, emission_ratio: L, by_chance: L::Mask) -> L {
-        let w_light = (self.pdf / light_pdf).or_zero(by_chance);
+    pub fn weight_direct(self, light_pdf: L, emission_ratio: L, hittable: L::Mask) -> L {
+        let w_light = (self.pdf / light_pdf).or_zero(hittable);
         let w_camera = emission_ratio * self.cos * self.back;
         weight(w_light + w_camera)
     }
 
-    /// `t = 1` (equation 46): a light endpoint joined to the camera, whose density over area at the endpoint is `camera_pdf`.
+    /// `t = 1` (equation 46): a light endpoint joined to the camera, whose density over area at the
+    /// endpoint is `camera_pdf`.
     #[inline(always)]
     pub fn weight_camera(self, camera_pdf: L) -> L {
         weight(camera_pdf * self.back)
@@ -114,15 +122,16 @@ fn weight<L: Lanes>(others: L) -> L {
 }
 
 /// Veach's correction for shading normals on light subpaths: the cosine factor at a vertex is
-/// `|wi . ng| |wo . ns| / |wo . ng|` instead of `|wi . ns|` (Veach 1997, section 5.3; `wo` towards the light). 0 where undefined.
+/// `|wi . ng| |wo . ns| / |wo . ng|` instead of `|wi . ns|` (Veach 1997, section 5.3; `wo` towards
+/// the light). 0 where undefined.
 #[inline(always)]
 pub fn adjoint_cosine<L: Lanes>(wi_ng: L, wo_ns: L, wo_ng: L) -> L {
     let den = wo_ng.abs();
     (wi_ng.abs() * wo_ns.abs() / den).or_zero(den.gt(L::zero()))
 }
 
-/// True where `wo` and `wi` lie on sides of the true surface that agree with the sides of the shading surface: otherwise light
-/// would leak through, or a closed surface be seen from behind.
+/// True where `wo` and `wi` lie on sides of the true surface that agree with the sides of the
+/// shading surface: otherwise light would leak through, or a closed surface be seen from behind.
 #[inline(always)]
 pub fn sides_agree<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>, ng: Vec3<L>, ns: Vec3<L>) -> L::Mask {
     let agree = |w: Vec3<L>| (w.dot(ng) * w.dot(ns)).gt(L::zero());

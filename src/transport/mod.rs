@@ -1,30 +1,34 @@
 //! Light transport over batches of paths: subpaths walked in lockstep, joined, and weighed.
 //!
 //! 1. A [`World`] is a scene prepared for transport: tables that kernels read, and the tracer.
-//! 2. [`Paths`] is the workspace of a batch: tables of [`records`], one per path. Beside a ray, a hit and a flight it keeps the *endpoint* of
-//!    each subpath; no other vertex, since a multiplexed path connects only its endpoints ([`mis`] says why that suffices).
-//! 3. The stages, one a file, say in their signatures what they read and write: `start` makes the first rays, `trace` finds what they hit,
-//!    `arrive` makes endpoints of hits, `scatter` sends them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
+//! 2. [`Paths`] is the workspace of a batch: tables of [`records`], one per path. Beside a ray, a
+//!    hit and a flight it keeps the *endpoint* of each subpath; no other vertex, since a
+//!    multiplexed path connects only its endpoints ([`mis`] says why that suffices).
+//! 3. The stages, one a file, say in their signatures what they read and write: `start` makes the
+//!    first rays, `trace` finds what they hit, `arrive` makes endpoints of hits, `scatter` sends
+//!    them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
 //!    `weigh` weighs what they carry.
 //! 4. [`sides`] says what shading normals make of reflection and transmission.
-//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out. [`bidirectional`] does so where all vertices
-//!    are joined; it sets endpoints aside, vertex by vertex.
-//! 7. [`host`] names the ways of evaluation that chains can march over.
+//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one
+//!    wavelength.
+//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
+//!    vertex.
+//! 7. [`sampler`] names the ways of evaluation that chains can march over.
 //! 8. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
+pub mod alpha_mask;
 mod arrive;
 pub mod bidirectional;
 pub mod clock;
 mod connect;
-pub mod cutout;
 mod dispersion;
 pub mod evaluate;
-pub mod host;
 mod list;
 pub mod mis;
+pub mod path_sampler;
 pub mod paths;
 pub mod probe;
 pub mod records;
@@ -37,17 +41,17 @@ mod trace;
 pub mod wavelength;
 mod weigh;
 
-pub use self::host::Host;
+pub use self::path_sampler::PathSampler;
 pub use self::paths::Paths;
 pub use self::probe::Probe;
-pub use self::records::Outcome;
+pub use self::records::Splat;
 
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
 use crate::plan::{Effect, Effects, Forced, Plan};
 use crate::scene::{Scene, Sides};
-use crate::surface::{Cutouts, MaterialTable};
+use crate::surface::{AlphaMasks, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
 
@@ -55,7 +59,7 @@ use wavelength::Wavelengths;
 pub struct World<'a> {
     pub geometry: Geometry<'a>,
     pub materials: MaterialTable<'a>,
-    pub cutouts: Cutouts<'a>,
+    pub alpha_masks: AlphaMasks<'a>,
     pub lights: LightTable,
     pub camera: Camera,
     pub tracer: Tracer,
@@ -81,8 +85,8 @@ impl<'a> World<'a> {
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
         let mut effects = Effects::of(scene, &materials, &lights);
-        let tilted = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
-        let sides = tilted.then_some(scene.sides);
+        let perturbed = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
+        let sides = perturbed.then_some(scene.sides);
         effects.force(forced);
         let on = |group| forced.contains(&group) || forced.contains(&Forced::All);
         if on(Forced::Textures) {
@@ -99,7 +103,7 @@ impl<'a> World<'a> {
             wanted,
             sides,
             tracer: Tracer::build(scene),
-            cutouts: Cutouts::new(scene),
+            alpha_masks: AlphaMasks::new(scene),
             geometry,
             materials,
             lights,

@@ -1,12 +1,13 @@
-//! The workspace of a batch of paths: tables of [`records`](super::records), one per path, by what lives together.
+//! The workspace of a batch of paths: tables of [`records`](super::records), one per path, by what
+//! lives together.
 
 use super::bidirectional::Kept;
 use crate::simd::{Lanes, Row, UintLanes, Vec3};
 use crate::surface::{Kind, Mode};
 use crate::trace::offset;
 use crate::transport::World;
+use crate::transport::alpha_mask::Through;
 use crate::transport::clock::Clock;
-use crate::transport::cutout::Through;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
 use crate::transport::mis::Partial;
@@ -68,7 +69,7 @@ pub struct Rays {
     pub blocked: Vec<u32>,
     /// Puts waves in the order they are traced.
     pub(super) sorter: Sorter,
-    /// Rays on their way through cut-outs.
+    /// Rays on their way through alpha masks.
     pub(super) through: Through,
     /// How many have been traced so far.
     pub traced: u64,
@@ -94,17 +95,21 @@ pub struct Subpaths {
 /// Parameter rows of BSDFs.
 #[derive(Default)]
 pub struct Parameters {
-    /// First those of the materials, then one per slot, path and side for hits that have their own.
+    /// First those of the materials, then one per slot, path and side for hits that have their
+    /// own.
     pub rows: Vec<Row>,
     materials: usize,
     slots: usize,
     /// Paths there is room for.
     room: usize,
-    /// Paths whose rows are to be evaluated, with material and texture coordinates; the rest of their place is their endpoint's.
+    /// Paths whose rows are to be evaluated, with material and texture coordinates; the rest of
+    /// their place is their endpoint's.
     pub(super) textured: Vec<(u32, u32, [f32; 2])>,
-    /// Endpoints that are of mixtures until a component is chosen: path, material and texture coordinates.
+    /// Endpoints that are of mixtures until a component is chosen: path, material and texture
+    /// coordinates.
     pub(super) mixed: Vec<(u32, u32, [f32; 2])>,
-    /// Paths whose endpoints are of chosen components, and their shares, until they are in the throughputs.
+    /// Paths whose endpoints are of chosen components, and their shares, until they are in the
+    /// throughputs.
     pub(super) shares: Vec<(u32, [f32; 3])>,
 }
 
@@ -162,10 +167,10 @@ pub struct Connections {
 #[derive(Default)]
 pub struct Splats {
     /// Where the camera looks; of multiplexed paths the only one.
-    pub camera: Vec<Outcome>,
-    /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the camera adds, and where. 0 if nothing;
-    /// the raster position then means nothing.
-    pub light: Vec<Vec<Outcome>>,
+    pub camera: Vec<Splat>,
+    /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the
+    /// camera adds, and where. 0 if nothing; the raster position then means nothing.
+    pub light: Vec<Vec<Splat>>,
     /// By strategy of a bidirectional evaluation that is asked for them, and path.
     pub parts: Vec<Vec<Contribution>>,
 }
@@ -288,14 +293,14 @@ impl Paths {
             self.t.resize(n, 0);
         }
         self.splats.camera.clear();
-        self.splats.camera.resize(n, Outcome::default());
+        self.splats.camera.resize(n, Splat::default());
         if self.lists.room < n {
             self.lists.reserve(n);
         }
     }
 
     /// Where camera subpaths start.
-    pub(super) fn camera_starts(&mut self) -> (&mut [Ray], &mut [Flight], &mut [Outcome]) {
+    pub(super) fn camera_starts(&mut self) -> (&mut [Ray], &mut [Flight], &mut [Splat]) {
         (
             &mut self.rays.ray,
             &mut self.subpaths.flight,
@@ -353,7 +358,8 @@ impl<L: Lanes> Endpoint<L> {
 }
 
 impl<L: Lanes> EndpointPlaceLanes<L> {
-    /// Where a ray towards `w` starts: off the surface, of geometric normal `ng`, by its error bound.
+    /// Where a ray towards `w` starts: off the surface, of geometric normal `ng`, by its error
+    /// bound.
     #[inline(always)]
     pub fn leave(&self, ng: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
         offset::leave(self.p, self.error, ng, w)

@@ -21,7 +21,7 @@ use crate::camera::{CameraConnection, CameraRay};
 use crate::light::{DirectSample, EmissionSample};
 use crate::simd::{Lanes, Row, Vec3};
 use crate::surface::BsdfSample;
-use crate::surface::bump::Relief;
+use crate::surface::bump::Perturbation;
 
 /// What listens to the waves. All hooks are empty unless they are written.
 #[expect(unused_variables)]
@@ -45,7 +45,7 @@ pub trait Probe {
     /// A bump or normal map has been looked up where a path's subpath arrives; [`Probe::arrived`]
     /// follows.
     #[inline(always)]
-    fn tilted(&mut self, path: u32, relief: &Option<Relief>) {}
+    fn perturbed(&mut self, path: u32, perturbation: &Option<Perturbation>) {}
 
     /// Subpaths have arrived at surfaces: all those of a wave and a side, maybe none. Throughputs
     /// are those on arrival, without the share of a mixture's component.

@@ -3,28 +3,30 @@
 //! | record | one per | written by | read by |
 //! |---|---|---|---|
 //! | [`Ray`] | path | starts, scattering, links | [`trace`](crate::trace), arrival, escapes |
-//! | [`Hit`] | path | [`trace`](crate::trace) | arrival, lights met by chance |
+//! | [`Hit`] | path | [`trace`](crate::trace) | arrival, lights hit by chance |
 //! | [`Flight`] | path | starts, scattering | arrival, escapes |
-//! | [`EndpointPlace`], [`EndpointFrame`], [`EndpointEnergy`] | path and side | arrival | scattering, links, lights met by chance |
+//! | [`EndpointPlace`], [`EndpointFrame`], [`EndpointEnergy`] | path and side | arrival | scattering, links, lights hit by chance |
 //! | [`Link`] | path | links | BSDFs along links, weights |
 //! | [`LightEnd`] | path | links, `s = 1` | weights, `s = 1` |
 //! | [`LensEnd`] | path | links, `t = 1` | weights, `t = 1` |
 //! | [`EndpointValue`] | path and side | BSDFs along links | weights |
 //! | [`Contribution`] | path | weights | the sum, once visibility is known |
-//! | [`Outcome`] | path | weights, the sum | whoever asked for the paths |
+//! | [`Splat`] | path | weights, the sum | whoever asked for the paths |
 //!
-//! A path is one lane of a batch; the two sides are those of the camera and of the lights. Lengths are of internal space
-//! (the scene, centred and scaled at load), as positions are; directions are unit vectors of it unless said otherwise.
-//! Densities are per solid angle (steradians) unless said otherwise. Light is linear sRGB.
+//! A path is one lane of a batch; the two sides are those of the camera and of the lights. Lengths
+//! are of internal space (the scene, centred and scaled at load), as positions are; directions are
+//! unit vectors of it unless said otherwise. Densities are per solid angle (steradians) unless said
+//! otherwise. Light is linear sRGB.
 //!
-//! What only some scenes have is not here: it is in tables of its own, which are empty elsewhere, as wavelengths are
-//! (`dispersion.rs`), and only kernels of a plan that calls for it read or write them. What is to come has its place:
-//! - *time* is one number a path, for all of its rays: a table beside the wavelengths, and the free column of [`Ray`] for
-//!   the tracer;
+//! What only some scenes have is not here: it is in tables of its own, which are empty elsewhere,
+//! as wavelengths are (`dispersion.rs`), and only kernels of a plan that calls for it read or write
+//! them. What is to come has its place:
+//! - *time* is one number a path, for all of its rays: a table beside the wavelengths, and the free
+//!   column of [`Ray`] for the tracer;
 //! - the *instance* that was hit is found by the tracer: a free column of [`Hit`];
 //! - the *medium* that a subpath is in goes with it: a free column of [`Flight`];
-//! - all 24 columns of an endpoint are taken, so that its instance and its media are a fourth record, in a table of its own
-//!   that is as long as the others only where the plan calls for it.
+//! - all 24 columns of an endpoint are taken, so that its instance and its media are a fourth
+//!   record, in a table of its own that is as long as the others only where the plan calls for it.
 
 use super::mis::Joint;
 use crate::simd::Lanes;
@@ -108,7 +110,7 @@ record! {
         /// Density of a light subpath from there over `pdf`, see [`DirectSample`](crate::light::DirectSample).
         emission_ratio: f32,
         /// 1 if a camera subpath can meet it by chance; else 0.
-        by_chance: f32,
+        hittable: f32,
     } free 2
 }
 
@@ -146,7 +148,7 @@ record! {
 
 record! {
     /// What became of a path.
-    pub struct Outcome / OutcomeLanes {
+    pub struct Splat / SplatLanes {
         /// Contribution: radiance over the density of the path, MIS weight and choice of strategy included. 0 if the path
         /// carries no light.
         rgb: [f32; 3],
@@ -159,7 +161,7 @@ record! {
     } free 1
 }
 
-impl Outcome {
+impl Splat {
     /// A path that carries `rgb` to `raster`.
     pub fn new(rgb: [f32; 3], raster: [f32; 2]) -> Self {
         Self {

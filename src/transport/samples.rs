@@ -26,7 +26,8 @@ impl Samples {
 
     pub fn resize(&mut self, dimensions: usize, paths: usize) {
         self.columns = paths.next_multiple_of(8);
-        // An odd number of cache lines: rows a power of two apart would share a few sets of the first-level cache.
+        // An odd number of cache lines: rows a power of two apart would share a few sets of the
+        // first-level cache.
         self.stride = (paths.div_ceil(LINE) | 1) * LINE;
         self.data.clear();
         self.data.resize(dimensions * self.stride, 0.0);
@@ -53,7 +54,8 @@ impl Samples {
         (0..self.dimensions()).map(|d| self.row(d)[path]).collect()
     }
 
-    /// Fills the first `n` columns with independent uniform numbers; `counter` gives the two counters of a column in `stream`.
+    /// Fills the first `n` columns with independent uniform numbers; `counter` gives the two
+    /// counters of a column in `stream`.
     pub fn fill<L: Lanes>(
         &mut self,
         stream: &Stream,
@@ -98,8 +100,8 @@ impl Samples {
 pub(super) struct Bounce {
     /// First dimension.
     pub first: usize,
-    /// Light subpaths start in different waves: dimensions a path is further for every wave since its start. 0 if all are
-    /// at `first`.
+    /// Light subpaths start in different waves: dimensions a path is further for every wave since
+    /// its start. 0 if all are at `first`.
     pub per_bounce: usize,
     pub wave: u32,
 }

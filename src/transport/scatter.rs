@@ -28,8 +28,8 @@ impl World<'_> {
         }
     }
 
-    /// Scatters the endpoints of `list`, all of one BSDF; survivors are appended to `alive` with a new ray and flight record. `t` are the
-    /// camera vertices of all paths.
+    /// Scatters the endpoints of `list`, all of one BSDF; survivors are appended to `alive` with a
+    /// new ray and flight record. `t` are the camera vertices of all paths.
     fn scatter<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         samples: &Samples,
@@ -65,7 +65,8 @@ impl World<'_> {
             let mut beta = energy.beta.mul_elem(sample.weight);
             let mut adjoint = L::one();
             if side == Side::Light {
-                // Weight and density are made of the local cosine, which has to cancel: of a grazing direction the dot product is another number.
+                // Weight and density are made of the local cosine, which has to cancel: of a
+                // grazing direction the dot product is another number.
                 // Where the normals are one, it is the other cosine of the correction that cancels.
                 let shading = wi.dot(frame.ns).abs();
                 let cos = L::select(shading.eq(cos_out), shading, sample.wi.z.abs());
@@ -98,7 +99,8 @@ impl World<'_> {
         }
     }
 
-    /// Scatters the endpoints of `lists.camera` or `lists.light` queue by queue; the list is left with the survivors.
+    /// Scatters the endpoints of `lists.camera` or `lists.light` queue by queue; the list is left
+    /// with the survivors.
     pub(super) fn scatter_queues<L: Lanes, P: Probe>(
         &self,
         paths: &mut Paths,

@@ -1,18 +1,23 @@
 //! Which side of a surface directions are on, where its shading normal is not its true one.
 //!
-//! The two normals can disagree about whether a pair of directions is a reflection or a transmission ([`Sides`]):
+//! The two normals can disagree about whether a pair of directions is a reflection or a
+//! transmission ([`Sides`]):
 //!
 //! * pbrt-v4 asks the shading normal alone. Light may so pass through a surface that only reflects.
-//! * pbrt-v3 asks the true normal, and then its scattering functions, which know of the shading normal alone, for their value of that
-//!   kind ([`Bsdf::across`]). There is light in all directions of the true side, and none from the other.
+//! * pbrt-v3 asks the true normal, and then its scattering functions, which know of the shading
+//!   normal alone, for their value of that kind ([`Bsdf::across`]). There is light in all
+//!   directions of the true side, and none from the other.
 //!
-//! Neither asks about delta lobes. The cosine is against the shading normal in both, whatever its sign.
+//! Neither asks about delta lobes. The cosine is against the shading normal in both, whatever its
+//! sign.
 //!
-//! What pbrt-v3's functions are worth where the normals disagree must be sampled, too, or only some strategies would find it. A direction
-//! that is sampled there is exchanged for its *twin*: its mirror image in the shading surface if that lies on the other true side, its
-//! opposite if not. Where the normals disagree about a direction they disagree about its twin; on which true side it is changes, and so
-//! it is of the lobe that was sampled. Twins of twins are the directions themselves, and solid angles stay what they are, so that the
-//! density of a direction is that of its twin.
+//! What pbrt-v3's functions are worth where the normals disagree must be sampled, too, or only some
+//! strategies would find it. A direction that is sampled there is exchanged for its *twin*: its
+//! mirror image in the shading surface if that lies on the other true side, its opposite if not.
+//! Where the normals disagree about a direction they disagree about its twin; on which true side it
+//! is changes, and so it is of the lobe that was sampled. Twins of twins are the directions
+//! themselves, and solid angles stay what they are, so that the density of a direction is that of
+//! its twin.
 
 use super::mis::sides_agree;
 use crate::geometry::shading_frame;
@@ -51,7 +56,8 @@ impl<L: Lanes> Pair<L> {
     }
 }
 
-/// The value of a BSDF for two directions of the world; `f` is 0 where nothing goes from one to the other.
+/// The value of a BSDF for two directions of the world; `f` is 0 where nothing goes from one to the
+/// other.
 #[inline(always)]
 pub fn eval<B: Bsdf, L: Lanes>(
     sides: Option<Sides>,
@@ -150,7 +156,8 @@ fn twin<L: Lanes>(w: Vec3<L>, ng: Vec3<L>) -> Vec3<L> {
     Vec3::select(crosses, mirrored, -w)
 }
 
-/// Value and densities for directions about which the normals disagree. Few are: this stays out of the way.
+/// Value and densities for directions about which the normals disagree. Few are: this stays out of
+/// the way.
 #[cold]
 #[inline(never)]
 fn across<B: Bsdf, L: Lanes>(
@@ -208,7 +215,7 @@ mod tests {
         Vec3::new(x, y, z).normalize()
     }
 
-    /// Tilted a little, far, across and away.
+    /// PerturbedFrame a little, far, across and away.
     fn normals() -> [Normals<f32>; 4] {
         let ng = unit(0.1, -0.2, 1.0);
         [
@@ -228,8 +235,9 @@ mod tests {
         crate::surface::coat::evenly(i as usize)
     }
 
-    /// Samples have the density and the value that evaluation gives, and the mean of the density over all directions is that of the samples
-    /// there are: nothing is sampled twice or left out.
+    /// Samples have the density and the value that evaluation gives, and the mean of the density
+    /// over all directions is that of the samples there are: nothing is sampled twice or left
+    /// out.
     fn check<B: Bsdf>(row: &[f32; 8], whole: bool, name: &str) {
         let n = 40_000;
         for (k, normals) in normals().iter().enumerate() {
@@ -316,7 +324,8 @@ mod tests {
         check::<Glass>(&glass, false, "glass");
     }
 
-    /// A Lambertian surface reflects its albedo of a white world, from whatever side and whatever its normals.
+    /// A Lambertian surface reflects its albedo of a white world, from whatever side and whatever
+    /// its normals.
     #[test]
     fn white_worlds_make_no_difference_to_normals() {
         for normals in normals() {

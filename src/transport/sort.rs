@@ -1,5 +1,6 @@
-//! The order in which a wave is traced: rays that agree in the signs and the main axis of their direction go together, so that a packet of
-//! them can take the tracer's fast path. One counting sort, stable; results do not depend on it.
+//! The order in which a wave is traced: rays that agree in the signs and the main axis of their
+//! direction go together, so that a packet of them can take the tracer's fast path. One counting
+//! sort, stable; results do not depend on it.
 
 use super::records::Ray;
 

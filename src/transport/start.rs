@@ -8,15 +8,16 @@ use super::samples::Samples;
 use crate::simd::{Lanes, Mask, Vec3};
 
 impl World<'_> {
-    /// Starts the camera subpaths of `list` at raster positions, which their splats are told; `raster` is the first dimension of the raster
-    /// samples, `lens` of the lens samples. `one_strategy` says that no strategy joins light endpoints to the camera.
+    /// Starts the camera subpaths of `list` at raster positions, which their splats are told;
+    /// `raster` is the first dimension of the raster samples, `lens` of the lens samples.
+    /// `one_strategy` says that no strategy joins light endpoints to the camera.
     pub(super) fn start_camera<L: Lanes>(
         &self,
         samples: &Samples,
         list: &[u32],
         at: (usize, usize),
         one_strategy: bool,
-        started: (&mut [Ray], &mut [Flight], &mut [Outcome]),
+        started: (&mut [Ray], &mut [Flight], &mut [Splat]),
         probe: &mut impl Probe,
     ) {
         let alone = one_strategy;
@@ -33,7 +34,7 @@ impl World<'_> {
         list: &[u32],
         (raster, lens): (usize, usize),
         one_strategy: bool,
-        (rays, flights, splats): (&mut [Ray], &mut [Flight], &mut [Outcome]),
+        (rays, flights, splats): (&mut [Ray], &mut [Flight], &mut [Splat]),
         probe: &mut impl Probe,
     ) {
         for chunk in list.chunks(L::N) {

@@ -1,24 +1,29 @@
 //! Which wavelength a path has, and what colour that gives it.
 //!
-//! Rendering is in RGB. Only a path that is scattered by a surface whose index of refraction depends on the wavelength has one: its
-//! contribution `T` in RGB, computed at that wavelength, is that of all light of the path's kind, of which the wavelength `l`, of density `p`,
-//! stands for a part. It becomes
+//! Rendering is in RGB. Only a path that is scattered by a surface whose index of refraction
+//! depends on the wavelength has one: its contribution `T` in RGB, computed at that wavelength, is
+//! that of all light of the path's kind, of which the wavelength `l`, of density `p`, stands for a
+//! part. It becomes
 //!
 //! ```text
 //! T_c W_c(l),   W_c = w_c / p,   w_c(l) = max(0, r_c(l)) / integral of max(0, r_c),
 //! ```
 //!
-//! channel by channel, where `r(l)` is the linear sRGB of white light's (D65's) nanometre at `l`, that is CIE 1931's matching functions times
-//! D65 through the matrix of sRGB. The mean of `W_c` over `l` is 1, so that glass whose index is the same at all wavelengths gives the
-//! picture it gives in RGB.
+//! channel by channel, where `r(l)` is the linear sRGB of white light's (D65's) nanometre at `l`,
+//! that is CIE 1931's matching functions times D65 through the matrix of sRGB. The mean of `W_c`
+//! over `l` is 1, so that glass whose index is the same at all wavelengths gives the picture it
+//! gives in RGB.
 //!
-//! Metropolis sampling needs contributions that are not negative. A map of `T` to them that is linear in `T` and has the mean `T` is one
-//! number per channel and wavelength: what it brings from one channel to another has the mean 0, and so, not being negative, is 0. So the
-//! choice is of three functions `w_c`, and these are the negative lobes cut off and the rest scaled down alike. A colour's channels
-//! stand for bands of light that overlap as those lobes do; there is no other uplifting.
+//! Metropolis sampling needs contributions that are not negative. A map of `T` to them that is
+//! linear in `T` and has the mean `T` is one number per channel and wavelength: what it brings from
+//! one channel to another has the mean 0, and so, not being negative, is 0. So the choice is of
+//! three functions `w_c`, and these are the negative lobes cut off and the rest scaled down alike.
+//! A colour's channels stand for bands of light that overlap as those lobes do; there is no other
+//! uplifting.
 //!
-//! What a fully dispersed white looks like, against the truth `r` cut off at 0 (what a spectral renderer shows of it after clamping),
-//! both relative to the brightest channel of the truth anywhere, in percent:
+//! What a fully dispersed white looks like, against the truth `r` cut off at 0 (what a spectral
+//! renderer shows of it after clamping), both relative to the brightest channel of the truth
+//! anywhere, in percent:
 //!
 //! | nm  | truth (R G B) | here (R G B) |
 //! |-----|---------------|--------------|
@@ -38,12 +43,15 @@
 //! | 660 |  16   0   0 |  11   0   0 |
 //! | 680 |   4   0   0 |   3   0   0 |
 //!
-//! So red is 33 % darker than the truth, green 11 % and blue 10 %, at every wavelength: orange is a little yellower. That is what the truth takes
-//! away from red in the blue-green, where here nothing can be taken away.
+//! So red is 33 % darker than the truth, green 11 % and blue 10 %, at every wavelength: orange is a
+//! little yellower. That is what the truth takes away from red in the blue-green, where here
+//! nothing can be taken away.
 //!
-//! Wavelengths are sampled with the density `p = (w_r + w_g + w_b) / 3`, so that the mean of the channels, which is what Metropolis sampling
-//! goes by, does not depend on the wavelength for grey `T`, and no `W_c` is above 3. (Radziszewski, Boryczko and Alda 2009, and pbrt-v4's
-//! `SampleVisibleWavelengths`, sample by an analytic curve close to the response of all channels together.)
+//! Wavelengths are sampled with the density `p = (w_r + w_g + w_b) / 3`, so that the mean of the
+//! channels, which is what Metropolis sampling goes by, does not depend on the wavelength for grey
+//! `T`, and no `W_c` is above 3. (Radziszewski, Boryczko and Alda 2009, and pbrt-v4's
+//! `SampleVisibleWavelengths`, sample by an analytic curve close to the response of all channels
+//! together.)
 
 use crate::scene::spectrum::{FIRST, responses};
 
@@ -92,8 +100,8 @@ impl Wavelengths {
         }
     }
 
-    /// The wavelength that a primary sample stands for. In `f64`, so that it is as exact as a path in `f32` can have it: once a path, it
-    /// costs nothing.
+    /// The wavelength that a primary sample stands for. In `f64`, so that it is as exact as a path
+    /// in `f32` can have it: once a path, it costs nothing.
     pub fn at(&self, u: f32) -> Wavelength {
         let u = f64::from(u);
         let last = self.density.len() - 2;

@@ -1,6 +1,8 @@
-//! What paths carry, weighed among the strategies that could have made them ([`super::mis`]): light met by chance, and connections.
+//! What paths carry, weighed among the strategies that could have made them ([`super::mis`]): light
+//! hit by chance, and connections.
 //!
-//! Contributions of connections wait in a table until visibility is known; only those that carry something cost a ray.
+//! Contributions of connections wait in a table until visibility is known; only those that carry
+//! something cost a ray.
 
 use super::World;
 use super::dispersion::Dispersion;
@@ -15,7 +17,7 @@ use crate::simd::{Lanes, Mask, Vec3};
 /// Which techniques run: densities of others enter a weight times these, 0 for those that do not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TechniqueMask {
-    /// Points sampled on lights (`s = 1`), where a light was met by chance.
+    /// Points sampled on lights (`s = 1`), where a light was hit by chance.
     pub direct: f32,
     /// Light subpaths.
     pub light: f32,
@@ -43,7 +45,7 @@ impl TechniqueMask {
 
 /// Where contributions go, and what colours them on their way.
 pub(super) struct Sink<'a> {
-    pub splats: &'a mut [Outcome],
+    pub splats: &'a mut [Splat],
     /// The same without what other strategies add, and without weights, if somebody asks.
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
@@ -117,8 +119,9 @@ impl Sink<'_> {
 }
 
 impl World<'_> {
-    /// `s = 0`: adds what the camera endpoints of `list` emit, `factor` times (one over the probability of the strategy). Their last hits are
-    /// still those of the endpoints: paths of this strategy have no light subpath.
+    /// `s = 0`: adds what the camera endpoints of `list` emit, `factor` times (one over the
+    /// probability of the strategy). Their last hits are still those of the endpoints: paths of
+    /// this strategy have no light subpath.
     pub(super) fn emission<L: Lanes>(
         &self,
         (endpoints, hits): (&Endpoints, &[Hit]),
@@ -159,7 +162,8 @@ impl World<'_> {
         }
     }
 
-    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments, `factor` times.
+    /// `s = 0`: adds what the escaped camera rays of `list` see of the environments, `factor`
+    /// times.
     pub(super) fn environment<L: Lanes>(
         &self,
         (rays, flights): (&[Ray], &[Flight]),
@@ -206,7 +210,7 @@ pub(super) fn direct<L: Lanes>(
         let weight = value.joint().weight_direct(
             end.pdf,
             end.emission_ratio * L::splat(mask.light),
-            end.by_chance.gt(L::zero()),
+            end.hittable.gt(L::zero()),
         );
         let scale = weight * L::splat(factor) / end.pdf;
         let all = value.beta.mul_elem(end.radiance);

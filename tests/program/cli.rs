@@ -1,4 +1,5 @@
-//! The program as a user meets it: files, messages and exit codes. Every test runs the real binary in a folder of its own.
+//! The program as a user meets it: files, messages and exit codes. Every test runs the real binary
+//! in a folder of its own.
 
 use std::fs;
 use std::path::Path;
@@ -713,14 +714,16 @@ mod signals {
             let ran = interrupted(&folder, signal, Duration::from_millis(1500));
             assert_eq!(ran.code(), code, "{}", ran.stderr());
             let picture = folder.exr("a.exr");
-            // The normalisation is that of a render of any length; b differs by its error, here some per cent.
+            // The normalisation is that of a render of any length; b differs by its error, here
+            // some per cent.
             let ratio = mean(&picture) / expected;
             assert!((0.8..1.25).contains(&ratio), "{ratio}");
             assert_eq!(folder.files(), ["a.exr", "a.png", "s.json"]);
         }
     }
 
-    /// However long the bootstrap would have gone on, what has been made of it shows the whole scene.
+    /// However long the bootstrap would have gone on, what has been made of it shows the whole
+    /// scene.
     #[test]
     fn during_the_bootstrap_a_noisy_picture_is_written() {
         let folder = Folder::new();
@@ -779,7 +782,8 @@ mod signals {
             std::thread::sleep(delay);
             send(child.id(), signal);
             let ran = Ran(child.wait_with_output().unwrap());
-            // A signal before the handlers are there ends the process, and one after the last file nothing.
+            // A signal before the handlers are there ends the process, and one after the last file
+            // nothing.
             let ended = ran.0.status.code();
             assert!(
                 ended == Some(code) || ended.is_none() || ended == Some(0),

@@ -1,4 +1,5 @@
-//! `phalanx compare` as a user meets it, and its figures against other implementations (see `compare/make.py`).
+//! `phalanx compare` as a user meets it, and its figures against other implementations (see
+//! `compare/make.py`).
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The page that `phalanx converge` writes, in a real browser: Chromium, without a window. Where there is none on the path, nothing is
-//! tested, and a note says so.
+//! The page that `phalanx converge` writes, in a real browser: Chromium, without a window. Where
+//! there is none on the path, nothing is tested, and a note says so.
 
 use std::fs;
 use std::io::Write;

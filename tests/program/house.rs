@@ -4,8 +4,8 @@
 //! - No files of a room use each other in a circle.
 //! - Files have at most [`MAX_LINES`] lines, lines at most [`MAX_COLUMNS`] columns.
 //!
-//! What does not hold yet stands in `house/debts.rs`. A debt that has been paid has to go from there,
-//! so that it does not come back.
+//! What does not hold yet stands in `house/debts.rs`. A debt that has been paid has to go from
+//! there, so that it does not come back.
 
 #[path = "house/debts.rs"]
 mod debts;

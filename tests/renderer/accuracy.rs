@@ -1,16 +1,18 @@
 //! Does a render know how wrong it is?
 //!
-//! Many short renders of three scenes, an easy one, one with a caustic and one lit through a slit, tell how far from the truth such renders
-//! are; each of them had claimed how far it is. The truth is the mean of all other renders, whose own error is part of the comparison.
+//! Many short renders of three scenes, an easy one, one with a caustic and one lit through a slit,
+//! tell how far from the truth such renders are; each of them had claimed how far it is. The truth
+//! is the mean of all other renders, whose own error is part of the comparison.
 //!
-//! The small version is in the suite. `cargo test --release --test renderer accuracy:: -- --ignored --nocapture` makes a large one, and prints its figures.
+//! The small version is in the suite. `cargo test --release --test renderer accuracy:: -- --ignored
+//! --nocapture` makes a large one, and prints its figures.
 
 use crate::support;
 
 use phalanx::integrate::{EndedBy, Render, Settings, Silent, render};
 use phalanx::metrics;
 use phalanx::pbrt;
-use phalanx::scene::{HostKind, IntegratorKind, Scene};
+use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use std::path::Path;
 use std::time::Duration;
 
@@ -113,8 +115,8 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
     }
 }
 
-const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
-const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Bdpt);
+const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Pt);
+const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Bdpt);
 
 /// Scene, integrator, mutations or samples per pixel, and bootstrap paths: few paths find the slit.
 const CASES: [(&str, &str, IntegratorKind, u64, u64); 8] = [
@@ -154,7 +156,8 @@ fn check(side: u32, renders: u64, effort: u64) {
             "{name}: {}",
             c.coverage
         );
-        // Where little noise is left but that of the lamp's edges, windows smear it over what is dark beside them.
+        // Where little noise is left but that of the lamp's edges, windows smear it over what is
+        // dark beside them.
         let most = match integrator {
             IntegratorKind::Bdpt => 1.7,
             _ => 1.3,

@@ -1,5 +1,5 @@
-//! Scenes whose pictures are known in closed form, rendered by PT and MMLT. Truths are compared by [`Estimate::expect`](support::Estimate),
-//! which says what counts as chance.
+//! Scenes whose pictures are known in closed form, rendered by PT and MMLT. Truths are compared by
+//! [`Estimate::expect`](support::Estimate), which says what counts as chance.
 
 use crate::support;
 use crate::support::dialect;
@@ -53,7 +53,8 @@ fn series(rho: f64, first: u32, last: u32) -> f64 {
 const INSIDE: &str =
     "LookAt 0.2 -0.1 0.3  -0.4 0.5 -0.6  0 1 0\nCamera \"perspective\" \"float fov\" [70]";
 
-/// A closed vessel whose walls emit `L` and reflect `rho` diffusely: radiance of depth `k` is `L rho^k` everywhere.
+/// A closed vessel whose walls emit `L` and reflect `rho` diffusely: radiance of depth `k` is `L
+/// rho^k` everywhere.
 #[test]
 fn closed_furnace() {
     let sphere = "ReverseOrientation\nShape \"sphere\" \"float radius\" [1]\n".to_string();
@@ -83,7 +84,8 @@ fn closed_furnace() {
     }
 }
 
-/// A point light in the centre of a diffuse sphere: irradiance `E = I / R^2`, and every interreflection multiplies by `rho`.
+/// A point light in the centre of a diffuse sphere: irradiance `E = I / R^2`, and every
+/// interreflection multiplies by `rho`.
 #[test]
 fn point_light_in_a_sphere() {
     for depth in [1, 2, 5] {
@@ -106,8 +108,8 @@ fn point_light_in_a_sphere() {
     }
 }
 
-/// A small black sphere that emits `L` in the centre of a diffuse one: `E = pi L (r / R)^2`, and it takes `(r / R)^2` out of each
-/// interreflection.
+/// A small black sphere that emits `L` in the centre of a diffuse one: `E = pi L (r / R)^2`, and it
+/// takes `(r / R)^2` out of each interreflection.
 #[test]
 fn sphere_light_in_a_sphere() {
     // Looks past the light.
@@ -148,7 +150,8 @@ fn floor(y: f64) -> String {
     )
 }
 
-/// A distant light of irradiance `E` on a diffuse plane: radiance `E cos rho / pi`, through every kind of camera.
+/// A distant light of irradiance `E` on a diffuse plane: radiance `E cos rho / pi`, through every
+/// kind of camera.
 #[test]
 fn distant_light_on_a_plane() {
     let at = "LookAt 1 3 2  0 0 0  0 1 0\n";
@@ -182,7 +185,8 @@ fn distant_light_on_a_plane() {
     }
 }
 
-/// Under a sky of constant radiance `L` a convex diffuse object is `rho L`: every point sees one hemisphere of it.
+/// Under a sky of constant radiance `L` a convex diffuse object is `rho L`: every point sees one
+/// hemisphere of it.
 #[test]
 fn constant_sky_on_a_convex_object() {
     let camera = "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [10]";
@@ -229,7 +233,8 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Fresnel reflectance of a conductor `eta + i k` at a cosine, by complex arithmetic written out (Born and Wolf, section 14.2).
+/// Fresnel reflectance of a conductor `eta + i k` at a cosine, by complex arithmetic written out
+/// (Born and Wolf, section 14.2).
 fn fresnel_conductor(cos: f64, eta: f64, k: f64) -> f64 {
     let (c2, s2) = (cos * cos, 1.0 - cos * cos);
     let t0 = eta * eta - k * k - s2;
@@ -241,7 +246,8 @@ fn fresnel_conductor(cos: f64, eta: f64, k: f64) -> f64 {
     0.5 * (rs + rp)
 }
 
-/// The mean over a square picture of a function of the cosine at which the camera of [`under_a_sky`] meets its unit sphere.
+/// The mean over a square picture of a function of the cosine at which the camera of
+/// [`under_a_sky`] meets its unit sphere.
 fn mean_over_sphere(f: impl Fn(f64) -> f64) -> f64 {
     let n = 600;
     let half = (HALF_FOV * PI / 180.0).tan();
@@ -345,8 +351,9 @@ fn white_furnace_of_smooth_materials() {
     });
 }
 
-/// What a rough conductor of alpha (Trowbridge-Reitz, height-correlated Smith masking, one bounce) reflects of a sky of 1: the integral over
-/// half vectors, which are drawn in proportion to the distribution of normals, on a grid.
+/// What a rough conductor of alpha (Trowbridge-Reitz, height-correlated Smith masking, one bounce)
+/// reflects of a sky of 1: the integral over half vectors, which are drawn in proportion to the
+/// distribution of normals, on a grid.
 fn rough_conductor(cos: f64, alpha: f64, eta: f64, k: f64) -> f64 {
     let lambda = |c: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 - c * c) / (c * c)).sqrt() - 1.0);
     let (n, sin) = (64, (1.0 - cos * cos).sqrt());
@@ -368,7 +375,8 @@ fn rough_conductor(cos: f64, alpha: f64, eta: f64, k: f64) -> f64 {
     sum / f64::from(n * n)
 }
 
-/// Rough metal reflects what one bounce between microfacets does, and the less the rougher it is; nothing reflects more than it receives.
+/// Rough metal reflects what one bounce between microfacets does, and the less the rougher it is;
+/// nothing reflects more than it receives.
 #[test]
 fn white_furnace_of_rough_materials() {
     for alpha in [0.003, 0.1, 0.5, 1.0] {
@@ -444,8 +452,8 @@ fn sky_seen_from_inside_glass() {
     }
 }
 
-/// Straight through a slab of glass onto a wall that emits: `(1 - R)^2` gets through directly, `R^2` of that after two more bounces, and
-/// so on. The wall is black: nothing comes back.
+/// Straight through a slab of glass onto a wall that emits: `(1 - R)^2` gets through directly,
+/// `R^2` of that after two more bounces, and so on. The wall is black: nothing comes back.
 #[test]
 fn glass_slab_before_an_emitter() {
     let camera = "LookAt 0 0 3  0 0 0  0 1 0\nCamera \"orthographic\"";
@@ -483,7 +491,8 @@ fn glass_slab_before_an_emitter() {
     }
 }
 
-/// A pane makes one event of all that its two sides do: `2 R / (1 + R)` is reflected, the rest goes straight on.
+/// A pane makes one event of all that its two sides do: `2 R / (1 + R)` is reflected, the rest goes
+/// straight on.
 #[test]
 fn pane_before_an_emitter() {
     let camera = "LookAt 0 0 3  0 0 0  0 1 0\nCamera \"orthographic\"";
@@ -500,8 +509,9 @@ fn pane_before_an_emitter() {
     }
 }
 
-/// A paper ball under a white sky is as bright as the sky, but for what paths of more events would carry: inside it is lit evenly, `t`
-/// after one event and `t + r` times the light of one event less after more.
+/// A paper ball under a white sky is as bright as the sky, but for what paths of more events would
+/// carry: inside it is lit evenly, `t` after one event and `t + r` times the light of one event
+/// less after more.
 #[test]
 fn white_furnace_of_a_paper_ball() {
     let (r, t) = (0.3, 0.6);
@@ -520,8 +530,9 @@ fn white_furnace_of_a_paper_ball() {
     }
 }
 
-/// An emitter seen directly covers its share of the picture, sharp or blurred by a lens (for every point of the lens the plane of the
-/// emitter is mapped to the film with the same magnification), from its front only.
+/// An emitter seen directly covers its share of the picture, sharp or blurred by a lens (for every
+/// point of the lens the plane of the emitter is mapped to the film with the same magnification),
+/// from its front only.
 #[test]
 fn emitter_seen_directly() {
     let cameras = [
@@ -565,7 +576,8 @@ fn emitter_seen_directly() {
                     runs.whole(c)
                         .expect(l * share, &format!("{name} channel {c}"));
                 }
-                // pbrt's space is left-handed: looking along -z, the larger part (x > 0) lies to the left.
+                // pbrt's space is left-handed: looking along -z, the larger part (x > 0) lies to
+                // the left.
                 let (left, right) = (
                     runs.region([0, 8, 0, 16], 0),
                     runs.region([8, 16, 0, 16], 0),

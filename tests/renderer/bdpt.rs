@@ -1,4 +1,5 @@
-//! Bidirectional path tracing gives what path tracing gives, whole or broken off, and its strategies add up to it.
+//! Bidirectional path tracing gives what path tracing gives, whole or broken off, and its
+//! strategies add up to it.
 
 use crate::common;
 use crate::support;
@@ -35,7 +36,8 @@ fn pictures_are_those_of_path_tracing() {
     }
 }
 
-/// Light from a point through a mirror onto surfaces, which path tracing cannot find, as chains find it.
+/// Light from a point through a mirror onto surfaces, which path tracing cannot find, as chains
+/// find it.
 #[test]
 fn pictures_are_those_of_chains_where_path_tracing_is_blind() {
     let blind = |scene: &Scene| {
@@ -135,7 +137,8 @@ fn weighted_pictures_add_up_to_the_picture() {
     assert!(run(&scene, &plain).strategies.is_empty());
 }
 
-/// Where nothing is specular and every light can be met, each strategy finds all light of its depth.
+/// Where nothing is specular and every light can be met, each strategy finds all light of its
+/// depth.
 #[test]
 fn unweighted_pictures_of_a_depth_are_alike() {
     let scene = lit_stage(16, 12);
@@ -198,7 +201,8 @@ fn stopped(scene: &Scene, settings: &Settings, after: u64) -> Render {
     render
 }
 
-/// A round makes 65 536 samples: of 120 000 pixels, a part of the first pass, or a whole pass and a part.
+/// A round makes 65 536 samples: of 120 000 pixels, a part of the first pass, or a whole pass and a
+/// part.
 #[test]
 fn a_pass_broken_off_is_as_bright_as_a_whole_one() {
     let (width, height) = (400, 300);
@@ -259,8 +263,8 @@ fn a_pass_broken_off_is_as_bright_as_a_whole_one() {
     }
 }
 
-/// What a render of many passes claims its error to be is what renders with other seeds scatter by; splats and placed samples of a pass
-/// belong together.
+/// What a render of many passes claims its error to be is what renders with other seeds scatter by;
+/// splats and placed samples of a pass belong together.
 #[test]
 fn claimed_errors_are_true() {
     expect_true_claims(&[
@@ -282,7 +286,8 @@ fn claimed_errors_are_true_under_wide_filters() {
     ]);
 }
 
-/// Samples beyond the border, where the lamp is, reach pixels of the picture, and count in its tiles as they do there.
+/// Samples beyond the border, where the lamp is, reach pixels of the picture, and count in its
+/// tiles as they do there.
 #[test]
 fn tiles_are_means_of_their_pixels_under_wide_filters() {
     let mut scene = lit_stage(32, 24);
@@ -331,8 +336,8 @@ fn expect_true_claims(filters: &[(IntegratorKind, FilterKind, f32)]) {
             .collect();
         let n = renders.len() as f64;
         let pixels = renders[0].pixels.len();
-        // Every pixel counts alike: beside a lamp beyond the border some six would rule a sum, all by
-        // the same samples, and 48 renders know those to a fifth only.
+        // Every pixel counts alike: beside a lamp beyond the border some six would rule a sum, all
+        // by the same samples, and 48 renders know those to a fifth only.
         let (mut share, mut lit) = (0.0, 0.0);
         for i in 0..pixels {
             let values = || renders.iter().map(|r| f64::from(r.pixels[i][1]));

@@ -1,4 +1,5 @@
-//! Bidirectional evaluation is multiplexed evaluation of all strategies at once, path by path, and sums to what path tracing sees.
+//! Bidirectional evaluation is multiplexed evaluation of all strategies at once, path by path, and
+//! sums to what path tracing sees.
 
 use crate::common;
 
@@ -9,7 +10,7 @@ use phalanx::plan::DepthPlan;
 use phalanx::transport::bidirectional::{BidirectionalLayout, Strategy};
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 
 const MAX_DEPTH: u32 = 4;
 /// Not a multiple of eight.
@@ -21,7 +22,8 @@ fn fill(samples: &mut Samples, random: &mut Random) {
     }
 }
 
-/// The samples of a bidirectional evaluation that a multiplexed one of a strategy reads, in its order.
+/// The samples of a bidirectional evaluation that a multiplexed one of a strategy reads, in its
+/// order.
 fn multiplexed(
     world: &World,
     depth: &DepthPlan,
@@ -135,8 +137,8 @@ fn every_strategy_is_that_of_multiplexed_paths() {
                 }
             }
         }
-        for (i, (sum, outcome)) in sums.iter().zip(&paths.splats.camera).enumerate() {
-            expect_equal(*sum, outcome.rgb, &format!("{name}, sum of path {i}"));
+        for (i, (sum, splat)) in sums.iter().zip(&paths.splats.camera).enumerate() {
+            expect_equal(*sum, splat.rgb, &format!("{name}, sum of path {i}"));
         }
         println!(
             "{name}: {lit} of {} contributions",
@@ -146,7 +148,8 @@ fn every_strategy_is_that_of_multiplexed_paths() {
     }
 }
 
-/// Light tracing is what bidirectional evaluation makes of the same light subpaths, without weights.
+/// Light tracing is what bidirectional evaluation makes of the same light subpaths, without
+/// weights.
 #[test]
 fn light_tracing_is_unweighted() {
     let mut random = Random(6);
@@ -199,12 +202,12 @@ const BATCHES: usize = 40;
 const TILES: usize = 2;
 
 /// Adds what a sample brings to each tile.
-fn add(tiles: &mut [Mean], world: &World, outcomes: &[Outcome]) {
+fn add(tiles: &mut [Mean], world: &World, splats: &[Splat]) {
     let r = world.camera.region;
     let at =
         |x: f32, x0: f32, w: f32| (((x - x0) / w * TILES as f32).floor() as usize).min(TILES - 1);
     let mut values = [0.0; TILES * TILES];
-    for o in outcomes {
+    for o in splats {
         assert_eq!(o.rejected, 0);
         let [red, green, blue] = o.rgb.map(f64::from);
         if o.rgb != [0.0; 3] {
@@ -239,8 +242,8 @@ fn sums_are_what_path_tracing_sees() {
             }
             fill(&mut numbers, &mut random);
             Evaluator::EIGHT.unidirectional(&world, &plain, &numbers, BATCH, &mut paths);
-            for outcome in &paths.splats.camera {
-                add(&mut tiles[1], &world, &[*outcome]);
+            for splat in &paths.splats.camera {
+                add(&mut tiles[1], &world, &[*splat]);
             }
         }
         let [bidirectional, traced] = tiles;

@@ -140,7 +140,8 @@ fn is_glossy(kind: Kind) -> bool {
     matches!(kind, Kind::RoughConductor | Kind::Plastic)
 }
 
-/// Rows whose density one of the maps below spreads out: a narrow lobe and a wide one together have none.
+/// Rows whose density one of the maps below spreads out: a narrow lobe and a wide one together have
+/// none.
 fn rows_for_chi_square() -> Vec<(Kind, [f32; 8])> {
     let mut rows = rough_rows();
     // Half of a substrate's samples are diffuse, and black ones count as lost.
@@ -153,8 +154,9 @@ fn rows_for_chi_square() -> Vec<(Kind, [f32; 8])> {
             ax.min(ay) >= 0.2
         }
         // The lobe of the conductor is that much wider outside.
-        // Thinner than air: nothing comes from beyond the critical angle, and black samples count as lost.
-        // The density of a conductor's lobe is infinite there, which the midpoint rule does not see.
+        // Thinner than air: nothing comes from beyond the critical angle, and black samples count
+        // as lost. The density of a conductor's lobe is infinite there, which the midpoint
+        // rule does not see.
         Kind::CoatedDiffuseBase | Kind::CoatedConductorBase | Kind::CoatedConductor
             if row[3] < 1.0 =>
         {
@@ -181,8 +183,9 @@ fn by_slopes(kind: Kind, row: &[f32; 8]) -> bool {
     is_glossy(kind) && row[..3] == [0.0; 3] || kind == Kind::RoughConductor
 }
 
-/// Slopes of the half vector over the roughness, in polar coordinates, the radius `r` as `r^2 / (1 + r^2)`: microfacet lobes of any
-/// roughness spread over this square. Returns the direction that belongs to a point of it, and its Jacobian to solid angle.
+/// Slopes of the half vector over the roughness, in polar coordinates, the radius `r` as `r^2 / (1
+/// + r^2)`: microfacet lobes of any roughness spread over this square. Returns the direction that
+/// belongs to a point of it, and its Jacobian to solid angle.
 fn from_slopes(wo: V, ax: f64, ay: f64, q: f64, phi: f64) -> Option<(V, f64)> {
     let r = (q / (1.0 - q)).sqrt();
     let h = unit([r * phi.cos() * ax, r * phi.sin() * ay, 1.0]);
@@ -318,7 +321,8 @@ fn samples_and_evaluations_are_consistent() {
                         let expected = f[c] * wi[2].abs() / p;
                         near(weight[c], expected, &format!("weight, {what}"));
                     }
-                    // The swapped pair: the same, but for the rounding of the two cosines against the half vector.
+                    // The swapped pair: the same, but for the rounding of the two cosines against
+                    // the half vector.
                     let shallow = wo[i][2].abs().min(wi[2].abs());
                     let mut relative = f32::EPSILON * (16.0 + 4.0 / shallow);
                     if kind == Kind::Plastic {
@@ -377,7 +381,8 @@ fn values_are_those_of_the_formulas() {
                 narrow(unit(add(mirror, scale(random.direction(), spread))))
             })
             .collect();
-        // From inside, an index near 1 is rounded as a whole, and what is seen of it depends on its distance from 1.
+        // From inside, an index near 1 is rounded as a whole, and what is seen of it depends on its
+        // distance from 1.
         let by_index = match kind {
             Kind::RoughDielectric => 4.0 * EPSILON / (row64[6] - 1.0).abs(),
             _ => 0.0,
@@ -385,7 +390,8 @@ fn values_are_those_of_the_formulas() {
         let values = Kernels::eval::<f32x8>(kind, &row, &wo, &wi, mode);
         for ((wo, wi), (f, pdf, reverse)) in wo.iter().zip(&wi).zip(values) {
             let want = bsdf::eval(kind, &row64, wide(*wo), wide(*wi), mode);
-            // Directions are as good as their last place; a half vector made of them in `f32`, a few places worse.
+            // Directions are as good as their last place; a half vector made of them in `f32`, a
+            // few places worse.
             let (mut shaken, mut trial) = ([0.0f64; 5], 0);
             while trial < 8 {
                 let mut shake = |w: [f32; 3]| {
@@ -419,7 +425,8 @@ fn values_are_those_of_the_formulas() {
     }
 }
 
-/// `A + B g(theta)`, the integral of the factor over the hemisphere with `sin alpha tan beta` split where the angles swap.
+/// `A + B g(theta)`, the integral of the factor over the hemisphere with `sin alpha tan beta` split
+/// where the angles swap.
 fn oren_nayar_albedo(a: f64, b: f64, theta: f64) -> f64 {
     let below = theta.sin() * (theta / 2.0 - (2.0 * theta).sin() / 4.0);
     let above = theta.tan() * (1.0 - theta.sin().powi(3)) / 3.0;
@@ -440,7 +447,8 @@ fn nothing_reflects_more_than_it_receives() {
             for s in Kernels::sample::<f32x8>(kind, &row, &wo, &u, Mode::Importance) {
                 mean.add(s.1[0].into());
             }
-            // The qualitative model of Oren and Nayar is not passive by itself; its albedo is known.
+            // The qualitative model of Oren and Nayar is not passive by itself; its albedo is
+            // known.
             let most = match kind {
                 Kind::OrenNayar => oren_nayar_albedo(row[3].into(), row[4].into(), theta),
                 _ => 1.0,
@@ -487,7 +495,8 @@ fn diffuse_sheets_divide_light_by_their_colours() {
     }
 }
 
-/// Of a smooth coat: Schlick's share is reflected, what is admitted is in the end given to the base, both ways.
+/// Of a smooth coat: Schlick's share is reflected, what is admitted is in the end given to the
+/// base, both ways.
 #[test]
 fn substrates_reflect_what_the_model_says() {
     let mut random = Random(8);
@@ -663,7 +672,8 @@ fn fresnel_of_conductors() {
                     fresnel::conductor::<f32>(c, Vec3::splat([eta; 3]), Vec3::splat([k; 3])).x;
                 let f = |x: f64| bsdf::conductor(x, eta.into(), k.into());
                 let want = f(c.into());
-                // Conditioned by the cosine, and by the indices where a root is taken of their squares' difference.
+                // Conditioned by the cosine, and by the indices where a root is taken of their
+                // squares' difference.
                 let d = 4.0 * EPSILON;
                 let by_index = [
                     (1.0 + d, 1.0),

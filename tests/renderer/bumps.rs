@@ -24,7 +24,8 @@ fn image(dir: &Path, name: &str, width: u32, texels: &[[f32; 3]]) {
     write(&dir.join(name), &picture, &[], 0.0).unwrap();
 }
 
-/// A folder with a ramp that rises by 1 from u = 1/4 to u = 3/4, one along v, an even grey, and three directions.
+/// A folder with a ramp that rises by 1 from u = 1/4 to u = 3/4, one along v, an even grey, and
+/// three directions.
 fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     let grey = |v: &[f32]| v.iter().map(|v| [*v; 3]).collect::<Vec<_>>();
@@ -48,7 +49,8 @@ fn load(dir: &Path, v4: bool, depth: u32, camera: &str, world: &str) -> Scene {
     load_str(&text, "test.pbrt", dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// A plane of 4 by 8 with `u` along x and `v` along y, its middle seen from above; with vertex normals if `normals`.
+/// A plane of 4 by 8 with `u` along x and `v` along y, its middle seen from above; with vertex
+/// normals if `normals`.
 fn plane(v4: bool, normals: bool) -> String {
     let point = if v4 { "point3" } else { "point" };
     let uv = if v4 { "point2" } else { "float" };
@@ -65,7 +67,8 @@ fn plane(v4: bool, normals: bool) -> String {
 
 const ABOVE: &str = "LookAt 0 0 4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" [20]";
 
-/// What a plane of albedo 0.5 reflects of a sun of irradiance 2 that shines along `from`, if its shading normal is `n`.
+/// What a plane of albedo 0.5 reflects of a sun of irradiance 2 that shines along `from`, if its
+/// shading normal is `n`.
 fn reflected(n: [f64; 3], from: [f64; 3]) -> f64 {
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let dot: f64 = n.iter().zip(from).map(|(a, b)| a * b).sum();
@@ -123,7 +126,8 @@ fn a_ramp_tilts_the_plane() {
         check(v4, false, "ramp-u.pfm", 0.6, [-0.3, 0.0, 1.0]);
         check(v4, false, "ramp-v.pfm", 2.0, [0.0, -0.5, 1.0]);
     }
-    // Meshes with normals: v3 takes texture coordinates for lengths, v4 the scale of u for that of v.
+    // Meshes with normals: v3 takes texture coordinates for lengths, v4 the scale of u for that of
+    // v.
     check(false, true, "ramp-u.pfm", 0.2, [-0.4, 0.0, 1.0]);
     check(true, true, "ramp-v.pfm", 1.0, [0.0, -0.5, 1.0]);
 }
@@ -144,12 +148,12 @@ fn directions_of_a_normal_map_are_those_of_the_plane() {
     }
 }
 
-/// Half of a mixture is tilted, or all of it: pbrt-v4 shades each material of a mix with its own normals, pbrt-v3 all lobes with those of the
-/// first.
+/// Half of a mixture is perturbed, or all of it: pbrt-v4 shades each material of a mix with its own
+/// normals, pbrt-v3 all lobes with those of the first.
 #[test]
 fn a_mixture_tilts_as_pbrt_does() {
     let dir = folder();
-    let (tilted, even) = ([-0.3, 0.0, 1.0], [0.0, 0.0, 1.0]);
+    let (perturbed, even) = ([-0.3, 0.0, 1.0], [0.0, 0.0, 1.0]);
     let from = [0.6, 0.3, 1.0];
     let sun = |point: &str| {
         format!(
@@ -172,7 +176,7 @@ fn a_mixture_tilts_as_pbrt_does() {
             + &format!("Material \"mix\" \"string namedmaterial1\" \"{first}\" \"string namedmaterial2\" \"{second}\" \"rgb amount\" [.25 .25 .25]\n")
             + &plane(false, false)
     };
-    // How much of it is tilted.
+    // How much of it is perturbed.
     for (is_v4, world, part) in [
         (true, v4("\"a\" \"b\""), 0.75),
         (true, v4("\"b\" \"a\""), 0.25),
@@ -181,7 +185,7 @@ fn a_mixture_tilts_as_pbrt_does() {
         (false, v3("ab", "b"), 1.0),
         (false, v3("b", "ab"), 0.0),
     ] {
-        let truth = part * reflected(tilted, from) + (1.0 - part) * reflected(even, from);
+        let truth = part * reflected(perturbed, from) + (1.0 - part) * reflected(even, from);
         let scene = load(dir.path(), is_v4, 1, ABOVE, &world);
         for integrator in BOTH {
             let runs = Runs::new(&scene, &settings(&scene, integrator, 64), SEEDS);
@@ -227,7 +231,8 @@ fn even_heights_and_upright_normals_change_nothing() {
         let scene = load(dir.path(), true, 3, ABOVE, &world);
         BOTH.map(|kind| run(&scene, &settings(&scene, kind, 64)).pixels)
     };
-    // Even heights turn dp/du of what is curved both ways, though not the normal: no brushed metal there.
+    // Even heights turn dp/du of what is curved both ways, though not the normal: no brushed metal
+    // there.
     let (even, brushed) = (
         "\"float roughness\" [.3]",
         "\"float uroughness\" [.2] \"float vroughness\" [.5]",

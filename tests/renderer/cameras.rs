@@ -1,5 +1,5 @@
-//! Cameras that see every direction, and lenses: rays follow the density they report, points find their places on the film, and pictures
-//! of a constant sky are constant.
+//! Cameras that see every direction, and lenses: rays follow the density they report, points find
+//! their places on the film, and pictures of a constant sky are constant.
 
 use crate::common;
 use crate::support;
@@ -13,7 +13,8 @@ use phalanx::simd::Vec3;
 use std::f64::consts::{PI, TAU};
 use support::{BOTH, Runs, head, scene, settings};
 
-/// Names, and cameras with films: whole frames, frames that a filter reaches out of, a film smaller than its filter, and parts of one.
+/// Names, and cameras with films: whole frames, frames that a filter reaches out of, a film smaller
+/// than its filter, and parts of one.
 fn panoramas() -> Vec<(String, Scene)> {
     let maps = [
         ("environment", "Camera \"environment\""),
@@ -80,7 +81,8 @@ fn rays_have_the_density_that_connections_report() {
             assert!((length(w) - 1.0).abs() < 1e-6);
             observed[cell(w)] += 1.0;
         }
-        // Expectations by the density at many directions, jittered in strata so that edges of the region average out.
+        // Expectations by the density at many directions, jittered in strata so that edges of the
+        // region average out.
         let fine = 60;
         let mut expected = vec![0.0; ROWS * COLUMNS];
         let each = 4.0 * PI / (ROWS * COLUMNS * fine * fine) as f64;
@@ -190,7 +192,8 @@ fn axes_lie_where_pbrt_has_them() {
     at(square, [1.0, 1.0], scale(y, -1.0));
 }
 
-/// Where every direction brings radiance 1, so does every pixel: seams, poles, corners and filters included.
+/// Where every direction brings radiance 1, so does every pixel: seams, poles, corners and filters
+/// included.
 #[test]
 fn a_constant_sky_is_constant() {
     // A white ball in it is not to be seen.
@@ -225,8 +228,9 @@ fn a_constant_sky_is_constant() {
     }
 }
 
-/// pbrt's orthographic camera with a lens: from a disk at the origin through a point of the window in the plane in focus. An edge behind
-/// that plane is blurred as the disk is cut by the lines through a point in focus.
+/// pbrt's orthographic camera with a lens: from a disk at the origin through a point of the window
+/// in the plane in focus. An edge behind that plane is blurred as the disk is cut by the lines
+/// through a point in focus.
 #[test]
 fn an_orthographic_lens_blurs_as_its_disk() {
     let (radius, focus, edge) = (0.6, 3.0, 5.0);
@@ -240,7 +244,8 @@ fn an_orthographic_lens_blurs_as_its_disk() {
         );
     let scene = scene(&text);
     assert_eq!(scene.warnings.len(), 1, "{:?}", scene.warnings);
-    // Share of the disk from which the line through (x, y, focus) is beyond 0.1 at the edge's distance.
+    // Share of the disk from which the line through (x, y, focus) is beyond 0.1 at the edge's
+    // distance.
     let seen = |x: f64| {
         let n = 4000;
         let mut sum = 0.0;

@@ -1,16 +1,17 @@
-//! Odd numbers of chains and steps, and stops. What else breaks Metropolis renderers is in `hard_cases`.
+//! Odd numbers of chains and steps, and stops. What else breaks Metropolis renderers is in
+//! `hard_cases`.
 
 use crate::support;
 
 use phalanx::integrate::{EndedBy, Observer, Phase, Render, Settings, render};
-use phalanx::scene::{HostKind, IntegratorKind, Scene};
+use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
 use support::{BOTH, Estimate, Runs, head, inward_box, run, scene, settings};
 
-/// A light walled in. Rounding puts points that lie within some 1e-7 of an edge beyond the adjoining wall, and what scatters there escapes:
-/// measured, 1e-5 of the light.
+/// A light walled in. Rounding puts points that lie within some 1e-7 of an edge beyond the
+/// adjoining wall, and what scatters there escapes: measured, 1e-5 of the light.
 #[test]
 fn a_light_walled_in() {
     let walls = "Material \"matte\"\n".to_string() + &inward_box([-1.0, 0.0, 2.2, 2.7, 0.0, 1.0]);
@@ -61,7 +62,8 @@ fn odd_chains() {
         48,
         "hardly any large step",
     );
-    // A depth that the bootstrap missed altogether is left out, so it must not hide a lamp that few pixels see.
+    // A depth that the bootstrap missed altogether is left out, so it must not hide a lamp that few
+    // pixels see.
     let lamp_behind = format!(
         "AttributeBegin\nTranslate 0 0 1.5\n{}AttributeEnd\n",
         lamp("[8 8 8]")
@@ -104,7 +106,8 @@ fn expect_mean(render: Render, truth: &Estimate, what: &str) {
         "{what}: {mean:.5} against {:.5} +- {:.5}",
         truth.mean, truth.error
     );
-    // A run that goes on for a tenth of a second is good to half a percent; what is lost or counted twice is more.
+    // A run that goes on for a tenth of a second is good to half a percent; what is lost or counted
+    // twice is more.
     assert!(
         (mean / truth.mean - 1.0).abs() < 0.05,
         "{what}: {mean} is not {truth:?}"
@@ -115,7 +118,7 @@ fn expect_mean(render: Render, truth: &Estimate, what: &str) {
 fn stopped_renders_are_normalised() {
     let scene = lit_stage(32, 24);
     let truth = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 128), 8).whole(1);
-    let whole = HostKind::ALL.map(IntegratorKind::Pssmlt);
+    let whole = PathSamplerKind::ALL.map(IntegratorKind::Pssmlt);
     for kind in BOTH.into_iter().chain(whole) {
         let endless = Settings {
             bootstrap: 20_000,

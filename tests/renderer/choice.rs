@@ -1,5 +1,6 @@
-//! Which strategies chains choose among, and how: choices that are not uniform are divided out, chains started from uniform bootstrap
-//! paths stand where they should, and strategies that are left out carry nothing.
+//! Which strategies chains choose among, and how: choices that are not uniform are divided out,
+//! chains started from uniform bootstrap paths stand where they should, and strategies that are
+//! left out carry nothing.
 
 use crate::common;
 use crate::support;
@@ -8,13 +9,13 @@ use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
 use phalanx::chain::bootstrap::Moments;
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::learn::{EVEN, enough, learned};
+use phalanx::chain::strategy_choice::{EVEN, enough, learned};
 use phalanx::integrate::{Settings, StrategyChoice, Width};
 use phalanx::plan::{Choice, DepthPlan};
 use phalanx::replay::Recorder;
 use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 use support::{Runs, head, run, scene, settings};
 
 const DEPTH: u32 = 4;
@@ -37,7 +38,7 @@ fn skewed(plan: &DepthPlan, favoured: usize) -> DepthPlan {
     }
 }
 
-fn value(o: &Outcome) -> f64 {
+fn value(o: &Splat) -> f64 {
     f64::from(o.rgb[0]) + 2.0 * f64::from(o.rgb[1]) + 3.0 * f64::from(o.rgb[2])
 }
 
@@ -76,8 +77,8 @@ fn any_choice_has_the_same_mean() {
     }
 }
 
-/// The same bootstrap path under another choice: same strategy, same vertices to the bit, and a contribution divided by the new probability in
-/// place of the old one.
+/// The same bootstrap path under another choice: same strategy, same vertices to the bit, and a
+/// contribution divided by the new probability in place of the old one.
 #[test]
 fn first_states_keep_their_paths() {
     const N: usize = 256;
@@ -314,7 +315,8 @@ fn strategies_that_carry_nothing_are_left_out() {
         strategies(&format!("{LAMP}{black}{BALL}")),
         vec![vec![0]; 4]
     );
-    // A mixture does what its components do: black ones scatter nothing, glass and black cannot be joined, glass and matte can.
+    // A mixture does what its components do: black ones scatter nothing, glass and black cannot be
+    // joined, glass and matte can.
     let mixed = |second: &str| {
         let mix = format!(
             "MakeNamedMaterial \"black\" \"string type\" \"matte\" \"rgb Kd\" [0 0 0]\nMakeNamedMaterial \"other\" \"string type\" {second}\n"
@@ -340,7 +342,8 @@ fn strategies_that_carry_nothing_are_left_out() {
     assert_eq!(strategies(&format!("{point}{FLOOR}{BALL}")), unmet);
 }
 
-/// The strategies left out carry nothing indeed, and the others have the same weights with and without them.
+/// The strategies left out carry nothing indeed, and the others have the same weights with and
+/// without them.
 #[test]
 fn what_is_left_out_is_in_no_weight() {
     const N: usize = 4096;

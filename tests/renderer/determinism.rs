@@ -1,4 +1,5 @@
-//! The same seed gives the same bits: on any number of threads, at any width of SIMD, in batches of any size.
+//! The same seed gives the same bits: on any number of threads, at any width of SIMD, in batches of
+//! any size.
 
 use crate::support;
 
@@ -7,11 +8,12 @@ use phalanx::chain::tune::Tune;
 use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
 use phalanx::pbrt::{load, load_str};
-use phalanx::scene::{HostKind, IntegratorKind, Scene};
+use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use std::path::Path;
 use support::run;
 
-/// Every kind of light, material, shape and texture at once, through an open lens, a wide filter and a crop window.
+/// Every kind of light, material, shape and texture at once, through an open lens, a wide filter
+/// and a crop window.
 fn everything() -> Scene {
     let dir = tempfile::tempdir().unwrap();
     let sky = Picture {
@@ -230,7 +232,7 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.
 #[test]
 fn mutations() {
     let scene = reference("cornell-glass.pbrt");
-    let whole = IntegratorKind::Pssmlt(HostKind::Bdpt);
+    let whole = IntegratorKind::Pssmlt(PathSamplerKind::Bdpt);
     for (integrator, mutation, sigma, large_step) in [
         (IntegratorKind::Mmlt, Mutation::Kelemen, false, false),
         (IntegratorKind::Mmlt, Mutation::Cauchy, true, false),
@@ -244,7 +246,8 @@ fn mutations() {
     }
 }
 
-/// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part here.
+/// The reference scenes, of which the path tracer's and the bootstrap's work is the larger part
+/// here.
 #[test]
 fn reference_scenes() {
     for name in [

@@ -1,4 +1,5 @@
-//! Glass whose index depends on the wavelength: where light goes, what colour it has, and that nothing else changes.
+//! Glass whose index depends on the wavelength: where light goes, what colour it has, and that
+//! nothing else changes.
 
 use crate::common;
 
@@ -72,8 +73,8 @@ fn colours_are_those_of_the_oracle() {
     }
 }
 
-/// Paths through glass of one index are those of RGB glass, with the colour of their wavelength, once, if they touched it: smooth, rough and
-/// thin glass, every strategy.
+/// Paths through glass of one index are those of RGB glass, with the colour of their wavelength,
+/// once, if they touched it: smooth, rough and thin glass, every strategy.
 #[test]
 fn constant_index_changes_colours_only() {
     const N: usize = 4096;
@@ -133,7 +134,8 @@ fn constant_index_changes_colours_only() {
     assert!(touched > 1000 && untouched > 1000);
 }
 
-/// Paths are coloured if, and only if, a vertex that scatters is of dispersive glass: by the recorded vertices.
+/// Paths are coloured if, and only if, a vertex that scatters is of dispersive glass: by the
+/// recorded vertices.
 #[test]
 fn only_paths_through_glass_are_coloured() {
     let mut random = Random(53);
@@ -186,8 +188,9 @@ fn no_glass_no_wavelength() {
     }
 }
 
-/// Lossless glass in a white sky is white from everywhere, whatever its index does: at every wavelength the radiance is 1. By path tracing,
-/// through a slab at normal incidence and through a ball.
+/// Lossless glass in a white sky is white from everywhere, whatever its index does: at every
+/// wavelength the radiance is 1. By path tracing, through a slab at normal incidence and through a
+/// ball.
 #[test]
 fn white_light_stays_white() {
     const N: usize = 1 << 14;
@@ -233,11 +236,13 @@ fn white_light_stays_white() {
     }
 }
 
-/// Newton's experiment: a beam of parallel light along `x`, a slit, a prism with its edge along `z`, and a screen across the beam's way. The
-/// camera looks at the screen past the prism, so that raster `y` is `y` on the screen.
+/// Newton's experiment: a beam of parallel light along `x`, a slit, a prism with its edge along
+/// `z`, and a screen across the beam's way. The camera looks at the screen past the prism, so that
+/// raster `y` is `y` on the screen.
 struct Experiment {
     n: fn(f64) -> f64,
-    /// Corners of the prism in the plane `z = 0`, counterclockwise; light enters by the first side and leaves by the second.
+    /// Corners of the prism in the plane `z = 0`, counterclockwise; light enters by the first side
+    /// and leaves by the second.
     corners: [[f64; 2]; 3],
     /// `y` of the beam's middle.
     beam: f64,
@@ -295,7 +300,8 @@ impl Experiment {
         )
     }
 
-    /// `y` on the screen and the part that both faces let through, at a wavelength: Snell and Fresnel.
+    /// `y` on the screen and the part that both faces let through, at a wavelength: Snell and
+    /// Fresnel.
     fn ray(&self, nm: f64) -> (f64, f64) {
         let n = (self.n)(nm);
         let [a, b, c] = self.corners;
@@ -339,7 +345,8 @@ impl Experiment {
     }
 }
 
-/// Where red, green and blue fall, and how far they spread, is what Snell's law says at every wavelength.
+/// Where red, green and blue fall, and how far they spread, is what Snell's law says at every
+/// wavelength.
 #[test]
 fn a_prism_spreads_light_as_snell_says() {
     const N: usize = 1 << 14;
@@ -397,7 +404,8 @@ fn a_prism_spreads_light_as_snell_says() {
                     };
                     moved.expected()[c][k - 1]
                 };
-                // The mean over the beam by Gauss's rule of two points, exact of the squares that these are.
+                // The mean over the beam by Gauss's rule of two points, exact of the squares that
+                // these are.
                 let g = SLIT / 2.0 / 3f64.sqrt();
                 let over_beam = 0.5 * (at(-g) + at(g));
                 println!(

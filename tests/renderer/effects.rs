@@ -1,4 +1,5 @@
-//! A scene runs the effects that it calls for; those it does not call for change nothing when they are turned on.
+//! A scene runs the effects that it calls for; those it does not call for change nothing when they
+//! are turned on.
 
 use crate::common;
 
@@ -8,14 +9,14 @@ use phalanx::chain::evaluator::Evaluator;
 use phalanx::pbrt::load_str;
 use phalanx::plan::{DepthPlan, Effect, Forced};
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 use std::path::Path;
 
 /// Paths evaluated at a time.
 const N: usize = 4096;
 const MAX_DEPTH: u32 = 3;
 
-fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Outcome> {
+fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Splat> {
     let mut samples = Samples::new(plan.layout.total, N);
     for d in 0..plan.layout.total {
         samples.row_mut(d).fill_with(|| random.uniform());
@@ -32,7 +33,7 @@ fn effects_that_move_no_samples_leave_every_bit() {
         Forced::Textures,
         Forced::Normals,
         Forced::Bumps,
-        Forced::Cutouts,
+        Forced::AlphaMasks,
         Forced::Spheres,
         Forced::Lights,
     ];
@@ -62,8 +63,8 @@ fn all_effects_together_leave_the_picture() {
             let means = worlds.each_ref().map(|world| {
                 let mut mean = Mean::default();
                 for _ in 0..8 {
-                    let outcomes = evaluate(world, &world.plan.depths[depth], &mut random);
-                    for o in &outcomes {
+                    let splats = evaluate(world, &world.plan.depths[depth], &mut random);
+                    for o in &splats {
                         assert_eq!(o.rejected, 0, "{name}");
                         mean.add(f64::from(o.rgb.iter().sum::<f32>()));
                     }
@@ -127,7 +128,7 @@ fn every_effect_has_a_reason() {
         ("joined subpaths (s, t >= 2)", plane),
     ];
     assert_eq!(list, expected.map(|(e, r)| (e, r.to_string())));
-    for absent in [Effect::ChanceHits, Effect::Textures, Effect::LightChoice] {
+    for absent in [Effect::EmitterHits, Effect::Textures, Effect::LightChoice] {
         assert!(!effects.has(absent) && effects.absent().contains(&absent.name()));
     }
     assert_eq!(

@@ -1,4 +1,5 @@
-//! What the fuzz targets promise, of the inputs kept for them: those that reach most of the code, and those that once failed.
+//! What the fuzz targets promise, of the inputs kept for them: those that reach most of the code,
+//! and those that once failed.
 
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! A glass ball under a coarse map: what pixels see of its poles, against an integration in `f64` by
-//! the rules of both pbrts.
+//! A glass ball under a coarse map: what pixels see of its poles, against an integration in `f64`
+//! by the rules of both pbrts.
 
 use crate::support::{Runs, settings};
 
@@ -80,8 +80,8 @@ fn reflect(d: V, n: V) -> V {
     sub(d, scale(n, 2.0 * dot(d, n)))
 }
 
-/// What an orthographic ray along `z` at `(x, y)` sees of the map, in or beside the ball, by paths of
-/// at most [`DEPTH`] scatterings.
+/// What an orthographic ray along `z` at `(x, y)` sees of the map, in or beside the ball, by paths
+/// of at most [`DEPTH`] scatterings.
 fn seen([x, y]: [f64; 2], sky: fn(V) -> f64) -> f64 {
     let ahead = [0.0, 0.0, 1.0];
     let r2 = x * x + y * y;

@@ -1,15 +1,16 @@
-//! Scenes that are hard all through (`scenes`), at 48 x 32 pixels, against long renders of our own path tracer, two against closed
-//! forms.
+//! Scenes that are hard all through (`scenes`), at 48 x 32 pixels, against long renders of our own
+//! path tracer, two against closed forms.
 //!
-//! `tests/reference/hard/NAME.pfm` is the mean of [`SEEDS`] path-traced pictures with different seeds, and `NAME.se8.pfm` the standard error of
-//! its blocks of 8 x 8 pixels. They were made by
+//! `tests/reference/hard/NAME.pfm` is the mean of [`SEEDS`] path-traced pictures with different
+//! seeds, and `NAME.se8.pfm` the standard error of its blocks of 8 x 8 pixels. They were made by
 //!
 //! ```text
 //! cargo test --release --test renderer hard_scenes:: -- --ignored --nocapture
 //! ```
 //!
-//! A block, or the whole picture, differs if chance alone makes such a difference in any of the suite's comparisons once in a
-//! million changes of seed; errors are measured on both sides. What a bias would have to be to show is printed.
+//! A block, or the whole picture, differs if chance alone makes such a difference in any of the
+//! suite's comparisons once in a million changes of seed; errors are measured on both sides. What a
+//! bias would have to be to show is printed.
 
 use crate::support;
 
@@ -29,7 +30,8 @@ const SEEDS: u64 = 32;
 /// Comparisons in this suite, at most.
 const COMPARISONS: usize = 1500;
 
-/// Each with the path tracer's samples per pixel for each picture of the reference: what it takes to find the light by chance.
+/// Each with the path tracer's samples per pixel for each picture of the reference: what it takes
+/// to find the light by chance.
 const SCENES: [(&str, u64); 7] = [
     ("mirror-caustic", 4096),
     ("slit", 4096),
@@ -169,7 +171,7 @@ fn compare(name: &str, integrator: IntegratorKind, effort: u64, seeds: u64) {
     );
 }
 
-/// Specular, diffuse, specular: met by chance alone, and then explored.
+/// Specular, diffuse, specular: hit by chance alone, and then explored.
 #[test]
 fn a_caustic_seen_in_a_mirror() {
     compare("mirror-caustic", IntegratorKind::Mmlt, 400, 16);
@@ -243,8 +245,9 @@ fn unit(a: V) -> V {
     a.map(|v| v / dot(a, a).sqrt())
 }
 
-/// Earth and Moon under the Sun in `f64`: diffuse spheres lit by a sphere that is far away (irradiance `pi L sin^2 cos`), as [`blocks`]. Light
-/// from one to the other, a ten-thousandth, is left out.
+/// Earth and Moon under the Sun in `f64`: diffuse spheres lit by a sphere that is far away
+/// (irradiance `pi L sin^2 cos`), as [`blocks`]. Light from one to the other, a ten-thousandth, is
+/// left out.
 fn sunlit() -> Vec<f64> {
     let (eye, target) = ([-390e6, 1.5e6, 2.6e6], [-380e6, 0.3e6, 0.4e6]);
     let sun: V = [-1.06e11, 0.1e11, 1.06e11];

@@ -1,5 +1,6 @@
-//! Lights that show an image: goniometric and projection lights, area lights. Which texel shines where, by pbrt's source; densities, powers and
-//! pictures against quadrature in `f64`; images with nothing in them; parameters that make no sense.
+//! Lights that show an image: goniometric and projection lights, area lights. Which texel shines
+//! where, by pbrt's source; densities, powers and pictures against quadrature in `f64`; images with
+//! nothing in them; parameters that make no sense.
 
 use crate::common;
 
@@ -46,7 +47,8 @@ fn pattern(width: usize, height: usize) -> Vec<[f32; 3]> {
 
 const V3: &str = "Film \"image\" \"integer xresolution\" 4 \"integer yresolution\" 4 PixelFilter \"box\" Camera \"perspective\" WorldBegin ";
 const V4: &str = "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4 PixelFilter \"box\" Camera \"perspective\" WorldBegin ";
-/// Keeps internal space that of the file: a ball about the origin whose bounds have a radius between one half and one.
+/// Keeps internal space that of the file: a ball about the origin whose bounds have a radius
+/// between one half and one.
 const BALL: &str = " Shape \"sphere\" \"float radius\" 0.5 ";
 
 fn load(text: &str, dir: &Path) -> Result<Scene, String> {
@@ -58,7 +60,8 @@ fn load(text: &str, dir: &Path) -> Result<Scene, String> {
     Ok(scene)
 }
 
-/// What the first light sends from the origin towards unit `w`, and the density over solid angle with which emission does so.
+/// What the first light sends from the origin towards unit `w`, and the density over solid angle
+/// with which emission does so.
 fn sent(lights: &LightTable, geometry: &Geometry, w: V) -> (V, f64) {
     let seen = lights.sample_direct::<f32>(geometry, &[0], Vec3::splat(narrow(w)), [0.5; 2]);
     assert!(seen.delta);
@@ -76,8 +79,8 @@ fn mean3(c: V) -> f64 {
     (c[0] + c[1] + c[2]) / 3.0
 }
 
-/// Lights at the origin, as text, and how texel coordinates in `[0, 1]^2`, row 0 at `v = 0`, become directions by pbrt's source. Each with the solid
-/// angle that the unit square has at `(u, v)`.
+/// Lights at the origin, as text, and how texel coordinates in `[0, 1]^2`, row 0 at `v = 0`, become
+/// directions by pbrt's source. Each with the solid angle that the unit square has at `(u, v)`.
 type Layout = (&'static str, String, fn(f64, f64) -> (V, f64));
 
 fn layouts(width: f64, height: f64) -> Vec<(Layout, bool)> {
@@ -97,7 +100,8 @@ fn layouts(width: f64, height: f64) -> Vec<(Layout, bool)> {
         let (a, b) = (phi.cos() * s * x.signum(), phi.sin() * s * y.signum());
         ([a, z, b], 4.0 * PI)
     }
-    // Both: `x` and `y` over `z` within the tangents; v3 has row 0 below, v4 above. Here 7 x 5 and a tangent of 0.5 for the shorter side.
+    // Both: `x` and `y` over `z` within the tangents; v3 has row 0 below, v4 above. Here 7 x 5 and
+    // a tangent of 0.5 for the shorter side.
     fn plane(u: f64, v: f64) -> (V, f64) {
         let (x, y) = ((2.0 * u - 1.0) * 0.7, (2.0 * v - 1.0) * 0.5);
         let d = [x, y, 1.0];
@@ -175,7 +179,8 @@ fn every_texel_shines_where_pbrt_has_it() {
                     want = [mean3(want); 3];
                 }
                 for c in 0..3 {
-                    // At the centre of a texel both ways of looking it up agree; `f32` directions are off it by some 1e-6 of the contrast.
+                    // At the centre of a texel both ways of looking it up agree; `f32` directions
+                    // are off it by some 1e-6 of the contrast.
                     assert!(
                         (got[c] - want[c]).abs() < 4e-4,
                         "{name} {i}: {got:?} {want:?}"
@@ -221,7 +226,8 @@ fn transforms_turn_the_image() {
     }
 }
 
-/// Emission follows the density that it reports, the density integrates to one, and the flux is that of the image.
+/// Emission follows the density that it reports, the density integrates to one, and the flux is
+/// that of the image.
 #[test]
 fn emission_follows_the_image() {
     let mut random = Random(61);
@@ -365,7 +371,8 @@ fn power_is_what_leaves_the_light() {
     }
 }
 
-/// Radiance of a quad and of a sphere at a texture coordinate, as pbrt-v4 looks it up: bilinear, clamped, upside up.
+/// Radiance of a quad and of a sphere at a texture coordinate, as pbrt-v4 looks it up: bilinear,
+/// clamped, upside up.
 fn shown(texels: &[[f32; 3]], width: usize, u: f64, v: f64) -> V {
     let height = texels.len() / width;
     let (x, y) = (u * width as f64 - 0.5, (1.0 - v) * height as f64 - 0.5);
@@ -456,7 +463,8 @@ fn area_lights_show_their_image() {
     }
 }
 
-/// The flux of emission and the choice of lights, which goes by power, follow the image over each light's own part of it.
+/// The flux of emission and the choice of lights, which goes by power, follow the image over each
+/// light's own part of it.
 #[test]
 fn area_lights_have_the_power_of_their_image() {
     let texels = pattern(7, 5);
@@ -539,7 +547,8 @@ fn area_lights_have_the_power_of_their_image() {
     assert!((scale / want - 1.0).abs() < 1e-5, "{scale} {want}");
 }
 
-/// Mean radiance of the floor `y = -0.5`, `|x|, |z| <= 0.5`, that `view` shows, over runs of both integrators.
+/// Mean radiance of the floor `y = -0.5`, `|x|, |z| <= 0.5`, that `view` shows, over runs of both
+/// integrators.
 fn floor_is(text: &str, dir: &Path, truth: V, name: &str) {
     let scene = load(text, dir).expect("loads");
     for integrator in [IntegratorKind::Pt, IntegratorKind::Mmlt] {
@@ -563,7 +572,8 @@ fn floor_is(text: &str, dir: &Path, truth: V, name: &str) {
         }
         for c in 0..3 {
             let (got, want) = (runs[c].mean(), truth[c]);
-            // 9.3 standard errors are exceeded in one of a million cases with 11 degrees of freedom (Student's distribution).
+            // 9.3 standard errors are exceeded in one of a million cases with 11 degrees of freedom
+            // (Student's distribution).
             let bound = 9.3 * runs[c].error() + 1e-4 * want;
             assert!(
                 (got - want).abs() < bound,
@@ -573,7 +583,8 @@ fn floor_is(text: &str, dir: &Path, truth: V, name: &str) {
     }
 }
 
-/// An orthographic camera over the floor; nothing but the floor reflects, so that light is scattered once.
+/// An orthographic camera over the floor; nothing but the floor reflects, so that light is
+/// scattered once.
 fn view(head: &str) -> String {
     let camera = "LookAt 0 0 0  0 -1 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-0.5 0.5 -0.5 0.5] Integrator \"path\" \"integer maxdepth\" 2 ";
     let floor = if head == V3 {
@@ -587,7 +598,8 @@ fn view(head: &str) -> String {
     )
 }
 
-/// Pictures of a floor under each light are what quadrature says, by both integrators: all their strategies together.
+/// Pictures of a floor under each light are what quadrature says, by both integrators: all their
+/// strategies together.
 #[test]
 fn floors_are_lit_as_quadrature_says() {
     let n = 240;
@@ -664,7 +676,8 @@ fn floors_are_lit_as_quadrature_says() {
     );
 }
 
-/// Images of nothing, of one texel, with one lit texel, with values below zero: no panic, no value that is no number, no light without density.
+/// Images of nothing, of one texel, with one lit texel, with values below zero: no panic, no value
+/// that is no number, no light without density.
 #[test]
 fn odd_images_do_no_harm() {
     let mut one = vec![[0.0; 3]; 36];
@@ -938,7 +951,8 @@ fn emissive_surfaces_of_none_let_rays_through() {
     }
 }
 
-/// pbrt-v3 takes the codes of 8-bit images for linear values where lights show them, pbrt-v4 decodes them.
+/// pbrt-v3 takes the codes of 8-bit images for linear values where lights show them, pbrt-v4
+/// decodes them.
 #[test]
 fn codes_of_images_are_linear_in_v3_and_decoded_in_v4() {
     let dir = tempfile::tempdir().expect("a folder");
@@ -961,7 +975,8 @@ fn codes_of_images_are_linear_in_v3_and_decoded_in_v4() {
     }
 }
 
-/// pbrt-v3 repeats maps at the poles, so that half of what lies there is of the other pole; pbrt-v4 looks up the nearest texel.
+/// pbrt-v3 repeats maps at the poles, so that half of what lies there is of the other pole; pbrt-v4
+/// looks up the nearest texel.
 #[test]
 fn maps_meet_at_the_poles_in_v3_and_are_not_filtered_in_v4() {
     let rows = [1.0, 3.0, 5.0, 7.0];
@@ -1014,7 +1029,8 @@ fn maps_meet_at_the_poles_in_v3_and_are_not_filtered_in_v4() {
     }
 }
 
-/// Frusta as narrow as `f32` tells directions apart, along an axis and askew: all that the light has leaves it.
+/// Frusta as narrow as `f32` tells directions apart, along an axis and askew: all that the light
+/// has leaves it.
 #[test]
 fn narrow_projections_keep_their_flux() {
     let dir = folder(5, &pattern(5, 5));
@@ -1070,7 +1086,8 @@ fn suns_of_one_texel_keep_their_flux() {
         .expect("loads");
         let geometry = Geometry::new(&scene);
         let lights = LightTable::new(&scene, &geometry);
-        // Rows by the sine of their angle; what a bilinear look-up spreads over the neighbours, the same but for the curve of the sine.
+        // Rows by the sine of their angle; what a bilinear look-up spreads over the neighbours, the
+        // same but for the curve of the sine.
         let solid =
             2.0 * PI * PI / (width * height) as f64 * ((y as f64 + 0.5) / height as f64 * PI).sin();
         let truth = [4.0 * PI - solid, f64::from(sun) * solid];

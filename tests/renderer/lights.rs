@@ -90,7 +90,8 @@ fn sampled_points_have_the_density_that_chance_reports() {
                         cos as f32,
                         hit[0].b,
                     );
-                    // Over area to over solid angle; positions are off by their error bounds, which the cosine and the distance divide,
+                    // Over area to over solid angle; positions are off by their error bounds, which
+                    // the cosine and the distance divide,
                     let solid = f64::from(chance.direct_pdf) * t * t / cos.abs();
                     // the radius of curvature likewise.
                     let size = match scene.lights[light].kind {
@@ -158,7 +159,8 @@ fn environments_are_sampled_by_their_density() {
             let seen = lights.escaped::<f32>(0, Vec3::splat(narrow(w)));
             f64::from(seen.direct_pdf)
         };
-        // 48 points a side: the density is constant over texels, so that their edges are what the rule misses.
+        // 48 points a side: the density is constant over texels, so that their edges are what the
+        // rule misses.
         let expected = integrate(48, pdf);
         let total: f64 = expected.iter().sum();
         assert!((total - 1.0).abs() < 2e-3, "{total}");
@@ -217,7 +219,8 @@ fn environments_have_no_dark_density() {
 
 #[test]
 fn emission_carries_the_power_of_the_light() {
-    // The mean of beta over emitted rays is the flux that leaves, by whatever density it is sampled.
+    // The mean of beta over emitted rays is the flux that leaves, by whatever density it is
+    // sampled.
     let mut random = Random(44);
     let n = 20_000;
     for (name, scene) in scenes::all() {

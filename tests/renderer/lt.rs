@@ -42,7 +42,8 @@ fn pictures_are_those_of_path_tracing() {
     }
 }
 
-/// A mirror fills the right half of the picture: black, and a warning says why. The left half has the light that the mirror throws on it.
+/// A mirror fills the right half of the picture: black, and a warning says why. The left half has
+/// the light that the mirror throws on it.
 #[test]
 fn what_a_mirror_shows_is_out_of_reach() {
     let camera = "LookAt 0 1 6  0 1 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]";

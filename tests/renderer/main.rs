@@ -1,10 +1,12 @@
-//! Tests of the renderer as a library: kernels against closed forms and independent arithmetic, pictures
-//! against each other and against references. One binary, so that kernels are compiled for tests once.
+//! Tests of the renderer as a library: kernels against closed forms and independent arithmetic,
+//! pictures against each other and against references. One binary, so that kernels are compiled for
+//! tests once.
 
 // The seeds of fuzz targets bring scenes of their own copy.
 #![allow(clippy::duplicate_mod)]
 
 mod accuracy;
+mod alpha_masks;
 mod analytic;
 mod bdpt;
 mod bidirectional;
@@ -15,7 +17,6 @@ mod chains;
 mod choice;
 mod coated;
 mod common;
-mod cutouts;
 mod determinism;
 mod dispersion;
 mod effects;

@@ -1,4 +1,5 @@
-//! Surfaces of several BSDFs: pictures known in closed form, and pictures that another material or the other integrator gives.
+//! Surfaces of several BSDFs: pictures known in closed form, and pictures that another material or
+//! the other integrator gives.
 
 use crate::support;
 
@@ -93,8 +94,8 @@ fn expect_same_picture(a: &Scene, b: &Scene, effort: u64, what: &str) {
     }
 }
 
-/// Every wall of a mixture emits and reflects: radiance of depth `k` is `L rho^k`, `rho` the mixed colour. What the walls emit is not
-/// multiplied by any share.
+/// Every wall of a mixture emits and reflects: radiance of depth `k` is `L rho^k`, `rho` the mixed
+/// colour. What the walls emit is not multiplied by any share.
 #[test]
 fn furnace_of_a_coloured_mixture() {
     let l = [1.0, 2.0, 4.0];
@@ -124,7 +125,8 @@ fn furnace_of_a_coloured_mixture() {
     }
 }
 
-/// Walls that are partly mirrors, of one albedo: still a furnace, now with paths that no connection can make.
+/// Walls that are partly mirrors, of one albedo: still a furnace, now with paths that no connection
+/// can make.
 #[test]
 fn furnace_of_diffuse_and_mirror() {
     let text = head(12, 9, 4, INSIDE)
@@ -145,7 +147,8 @@ fn furnace_of_diffuse_and_mirror() {
     }
 }
 
-/// A mixture of equal materials with a grey weight is that material, path by path: to the rounding of shares near 1.
+/// A mixture of equal materials with a grey weight is that material, path by path: to the rounding
+/// of shares near 1.
 #[test]
 fn a_mixture_of_one_material_is_that_material() {
     let extra = mix("same", ["red", "red"], "\"rgb amount\" [.3 .3 .3]");
@@ -185,7 +188,8 @@ fn mixed_mattes_are_a_matte_of_the_mixed_colour() {
     expect_same_picture(&a, &b, 32, "pale");
 }
 
-/// The left half of a square is all of one material, the right half of the other; v4 has the weight of the second.
+/// The left half of a square is all of one material, the right half of the other; v4 has the weight
+/// of the second.
 #[test]
 fn a_checkered_amount_shows_one_material_a_field() {
     let world = |checks: &str, materials: &str| {
@@ -273,8 +277,9 @@ fn ball(material: &str) -> Scene {
     )
 }
 
-/// White paint and what its opacity lets pass lose nothing between them: all that is missing is what is still in the ball after the last
-/// event. No lobes of an uber that add up to less than 1 gain anything.
+/// White paint and what its opacity lets pass lose nothing between them: all that is missing is
+/// what is still in the ball after the last event. No lobes of an uber that add up to less than 1
+/// gain anything.
 #[test]
 fn ubers_keep_the_energy_that_they_should() {
     let opacity = [0.3, 0.5, 0.6];
@@ -324,7 +329,8 @@ fn integrators_agree() {
     expect_integrators_agree(&scene, 128, SEEDS, [3, 3], "vessel");
 }
 
-/// A room of pbrt-v4, with a material of dispersive glass, a bumped one, and mixtures of them; its heights need points and coordinates.
+/// A room of pbrt-v4, with a material of dispersive glass, a bumped one, and mixtures of them; its
+/// heights need points and coordinates.
 fn detailed(depth: u32, material: &str) -> Scene {
     scene(&format!(
         r#"LookAt 0 0.2 -3  0 -0.1 0  0 1 0

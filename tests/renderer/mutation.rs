@@ -1,4 +1,5 @@
-//! Small mutations by every law, tuned and not: where proposals go, and that pictures stay what they are.
+//! Small mutations by every law, tuned and not: where proposals go, and that pictures stay what
+//! they are.
 
 use crate::common;
 use crate::support;
@@ -89,7 +90,7 @@ fn offsets_follow_their_laws() {
     let cells = 64;
     for mutation in Mutation::ALL {
         for sigma in [0.002f32, DEFAULT_SIGMA, 0.3] {
-            let kernel = Kernel::new(11, 0.0, sigma).with_law(mutation);
+            let kernel = Kernel::new(11, 0.0, sigma).with_proposals(mutation);
             for from in [0.0, 0.3, ONE_MINUS_EPSILON] {
                 let all = proposals(&kernel, from, 20);
                 let mut counts = vec![0.0; cells];
@@ -111,7 +112,7 @@ fn offsets_follow_their_laws() {
 
 #[test]
 fn kelemen_has_the_bounds_of_the_paper() {
-    let kernel = Kernel::new(12, 0.0, DEFAULT_SIGMA).with_law(Mutation::Kelemen);
+    let kernel = Kernel::new(12, 0.0, DEFAULT_SIGMA).with_proposals(Mutation::Kelemen);
     let all = proposals(&kernel, 0.5, 200);
     let sizes: Vec<f32> = all.iter().map(|u| (u - 0.5).abs()).collect();
     let least = sizes.iter().copied().fold(1.0, f32::min);
@@ -184,7 +185,8 @@ fn tuned(scene: &Scene) -> Settings {
     }
 }
 
-/// What is tuned is reported, frozen, and used: small steps are accepted as often as they should be, nearer to it than untuned ones.
+/// What is tuned is reported, frozen, and used: small steps are accepted as often as they should
+/// be, nearer to it than untuned ones.
 #[test]
 fn hard_scenes_are_tuned() {
     for name in ["slit.pbrt", "mirror-caustic.pbrt"] {
@@ -219,10 +221,12 @@ fn hard_scenes_are_tuned() {
     }
 }
 
-/// Chains that are set to what others were tuned to are those others, to the last bit: nothing is left of the tuning but its result.
+/// Chains that are set to what others were tuned to are those others, to the last bit: nothing is
+/// left of the tuning but its result.
 #[test]
 fn what_is_tuned_is_frozen() {
-    // The lamp is not in view: one depth carries light, and has the one sigma and the one probability.
+    // The lamp is not in view: one depth carries light, and has the one sigma and the one
+    // probability.
     let camera = "LookAt 0 2.4 2  0 0 -.5  0 1 0\nCamera \"perspective\" \"float fov\" [30]";
     let scene = scene(&(head(16, 12, 1, camera) + &lamp("[8 8 8]") + &stage(GREY)));
     let tuned = tuned(&scene);

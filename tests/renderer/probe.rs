@@ -89,8 +89,8 @@ impl Probe for Listener {
     }
 }
 
-/// Eight paths at a time: what a probe hears adds up to the splats, and every path is told of to its
-/// end.
+/// Eight paths at a time: what a probe hears adds up to the splats, and every path is told of to
+/// its end.
 #[test]
 fn probes_hear_of_every_path() {
     let mut random = Random(74);

@@ -1,4 +1,5 @@
-//! Properties of sampling, over arbitrary parameters and directions: what is sampled and its densities are numbers, none negative.
+//! Properties of sampling, over arbitrary parameters and directions: what is sampled and its
+//! densities are numbers, none negative.
 
 use crate::common;
 use crate::property;
@@ -28,7 +29,8 @@ fn sample() -> impl Strategy<Value = f32> {
     ]
 }
 
-/// A unit vector off the surface, on either side; one in three grazes it, down to the smallest cosine there is.
+/// A unit vector off the surface, on either side; one in three grazes it, down to the smallest
+/// cosine there is.
 fn direction() -> impl Strategy<Value = [f32; 3]> {
     let cosine = prop_oneof![
         2 => 0f32..=1.0,

@@ -1,4 +1,5 @@
-//! Primary sample space Metropolis light transport: it makes its host's picture, and large steps are weighed against states without bias.
+//! Primary sample space Metropolis light transport: it makes its sampler's picture, and large steps
+//! are weighed against states without bias.
 
 use crate::common;
 use crate::support;
@@ -10,16 +11,16 @@ use phalanx::chain::mutate::{Kernel, Mutation, large_step_probability};
 use phalanx::chain::tune::Tune;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::integrate::{EndedBy, Settings};
-use phalanx::scene::{HostKind, IntegratorKind, Scene};
+use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use phalanx::transport::bidirectional::BidirectionalLayout;
 use phalanx::transport::evaluate::UnidirectionalLayout;
-use phalanx::transport::{Host, World};
+use phalanx::transport::{PathSampler, World};
 use std::time::Duration;
 use support::stage::lit_stage;
 use support::{Estimate, Runs, run, settings};
 
-const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Pt);
-const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(HostKind::Bdpt);
+const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Pt);
+const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Bdpt);
 const BOTH_HOSTS: [IntegratorKind; 2] = [OVER_PT, OVER_BDPT];
 const SEEDS: u64 = 12;
 const GRID: [u32; 2] = [2, 2];
@@ -111,8 +112,8 @@ fn tuned_chains_make_the_same_picture() {
     }
 }
 
-/// Weights that sum to 1 are right whatever they are: states and large steps are weighed with a constant far from `p b`, and the picture is the
-/// same.
+/// Weights that sum to 1 are right whatever they are: states and large steps are weighed with a
+/// constant far from `p b`, and the picture is the same.
 #[test]
 fn the_constant_of_the_weights_is_free() {
     const P: f32 = 0.3;
@@ -120,17 +121,17 @@ fn the_constant_of_the_weights_is_free() {
     const STEPS: u32 = 200;
     let scene = lit_stage(16, 12);
     let world = World::new(&scene, 4);
-    let over_pt = Host::Unidirectional(UnidirectionalLayout::new(&world.plan, 4));
-    let over_bdpt = Host::Bidirectional(BidirectionalLayout::new(&world));
+    let over_pt = PathSampler::Unidirectional(UnidirectionalLayout::new(&world.plan, 4));
+    let over_bdpt = PathSampler::Bidirectional(BidirectionalLayout::new(&world));
     let area = world.camera.region.area();
-    let pictures = |host: &Host, factor: f64| {
+    let pictures = |sampler: &PathSampler, factor: f64| {
         let pictures = (0..32).map(|seed| {
-            let bootstrap = Evaluator::EIGHT.bootstrap(&world, host, seed, 1 << 14, &|| false);
+            let bootstrap = Evaluator::EIGHT.bootstrap(&world, sampler, seed, 1 << 14, &|| false);
             let b = bootstrap.estimate.mean();
-            let seeds = bootstrap.seeds(seed, host.id(), CHAINS);
+            let seeds = bootstrap.seeds(seed, sampler.id(), CHAINS);
             let mut workspace = Workspace::new(&world);
             let paths = &mut workspace.paths;
-            let mut batch = Evaluator::EIGHT.batch(&world, host, 0, &seeds, seed, paths);
+            let mut batch = Evaluator::EIGHT.batch(&world, sampler, 0, &seeds, seed, paths);
             let p = large_step_probability(P);
             let constant = (factor * p * b) as f32;
             batch.combine(constant, 1);
@@ -166,14 +167,15 @@ fn the_constant_of_the_weights_is_free() {
     let settings = settings(&scene, IntegratorKind::Pt, 104);
     let pt = Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1]);
     let cases = [0.0, 0.01, 1.0, 100.0, 1e9].map(|factor| (&over_pt, factor));
-    for (host, factor) in cases.into_iter().chain([(&over_bdpt, 10.0)]) {
-        for (i, (a, b)) in pictures(host, factor).iter().zip(&pt).enumerate() {
+    for (sampler, factor) in cases.into_iter().chain([(&over_bdpt, 10.0)]) {
+        for (i, (a, b)) in pictures(sampler, factor).iter().zip(&pt).enumerate() {
             a.expect_same(b, &format!("c = {factor} p b, value {i}"));
         }
     }
 }
 
-/// Large steps that count twice are worth it: where chains have little to do, the picture has less noise than by states alone.
+/// Large steps that count twice are worth it: where chains have little to do, the picture has less
+/// noise than by states alone.
 #[test]
 fn large_steps_count() {
     let scene = lit_stage(16, 12);
@@ -188,7 +190,7 @@ fn large_steps_count() {
     };
     // Independent samples at random places; a path tracer's are stratified.
     let (chains, samples) = (error(OVER_PT, 64), error(IntegratorKind::Pt, 64));
-    println!("relative variance {chains:.2e}, of the host {samples:.2e}");
+    println!("relative variance {chains:.2e}, of the sampler {samples:.2e}");
     // 24 runs of 36 values know a ratio of variances to 7 %.
     assert!(chains < 2.0 * samples, "{chains} {samples}");
 }

@@ -1,9 +1,10 @@
-//! Whole pictures against those of independent renderers (`tests/reference`): pbrt-v3 (`bdpt`) for the v3 scenes, pbrt-v4 (`bdpt`) for
-//! `room-v4`.
+//! Whole pictures against those of independent renderers (`tests/reference`): pbrt-v3 (`bdpt`) for
+//! the v3 scenes, pbrt-v4 (`bdpt`) for `room-v4`.
 //!
-//! A picture agrees if the mean of every channel is within half a percent plus four pooled standard errors, and at most two in a
-//! hundred blocks of 8x8 pixels are more than five pooled standard errors off. Pooled are our own error (from the scatter of seeds),
-//! the reference's (`NAME.se8.pfm`, from few renders, so itself uncertain), and one percent of the block.
+//! A picture agrees if the mean of every channel is within half a percent plus four pooled standard
+//! errors, and at most two in a hundred blocks of 8x8 pixels are more than five pooled standard
+//! errors off. Pooled are our own error (from the scatter of seeds), the reference's
+//! (`NAME.se8.pfm`, from few renders, so itself uncertain), and one percent of the block.
 
 use crate::support;
 
@@ -166,8 +167,8 @@ fn room_v4() {
     compare("room-v4", IntegratorKind::Bdpt, 8, 8);
 }
 
-/// Renders cornell-glass at 200 mutations per pixel with 2000 chains; the mean over all pixels and channels of each run, relative to the
-/// reference's.
+/// Renders cornell-glass at 200 mutations per pixel with 2000 chains; the mean over all pixels and
+/// channels of each run, relative to the reference's.
 fn energy(seeds: u64) -> Estimate {
     let reference = Reference::load("cornell-glass");
     let settings = Settings {
@@ -205,7 +206,8 @@ fn energy(seeds: u64) -> Estimate {
 /// Standard deviation of the mean of one run of [`energy`], measured over 16 seeds.
 const RUN_DEVIATION: f64 = 0.0032;
 
-/// Neither the normalisation nor start-up may gain or lose light. Four runs see a bias of four of their standard errors.
+/// Neither the normalisation nor start-up may gain or lose light. Four runs see a bias of four of
+/// their standard errors.
 #[test]
 fn no_energy_bias() {
     let ratio = energy(4);
@@ -215,8 +217,9 @@ fn no_energy_bias() {
     );
 }
 
-/// `cargo test --test renderer reference:: -- --ignored --nocapture` takes half a minute on two cores, and printed
-/// "cornell-glass over 16 seeds: -0.026 % off, standard error 0.081 %, one run's deviation 0.322 %".
+/// `cargo test --test renderer reference:: -- --ignored --nocapture` takes half a minute on two
+/// cores, and printed "cornell-glass over 16 seeds: -0.026 % off, standard error 0.081 %, one run's
+/// deviation 0.322 %".
 #[test]
 #[ignore = "half a minute for what four seeds see nearly as well"]
 fn no_energy_bias_over_sixteen_seeds() {

@@ -12,8 +12,8 @@ use command::{command, refused, run, text};
 use common::scenes;
 use common::stats::Random;
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::learn::learned;
 use phalanx::chain::mutate::{Kernel, Mutation};
+use phalanx::chain::strategy_choice::learned;
 use phalanx::chain::tune::Tune;
 use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::pbrt::{load, load_str};
@@ -21,11 +21,11 @@ use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
 use phalanx::scene::Scene;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 use serde_json::Value;
 
 /// What a path leaves behind.
-fn bits(o: &Outcome) -> ([u32; 3], [u32; 2], u32, bool) {
+fn bits(o: &Splat) -> ([u32; 3], [u32; 2], u32, bool) {
     (
         o.rgb.map(f32::to_bits),
         o.raster.map(f32::to_bits),
@@ -65,7 +65,8 @@ fn walks_are_what_the_renderer_evaluates() {
     }
 }
 
-/// Two skies, one a square map, textures, a bilinear patch, an interface: what the scenes of [`scenes`] lack.
+/// Two skies, one a square map, textures, a bilinear patch, an interface: what the scenes of
+/// [`scenes`] lack.
 fn odd_scene(dir: &Path) -> Scene {
     let sky = scenes::sky(8, 8);
     phalanx::film::output::write(&dir.join("sky.pfm"), &sky, &[], 0.0).unwrap();
@@ -237,7 +238,7 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         let of_depth = &stats.depths[depth];
         let about = &replayed["iteration"];
         let (p, sigma) = (of_depth.large_step_probability, of_depth.sigma);
-        let kernel = Kernel::new(7, p, sigma).with_law(settings.mutation);
+        let kernel = Kernel::new(7, p, sigma).with_proposals(settings.mutation);
         let figure = |name: &str| about[name].as_f64().unwrap() as f32;
         assert_eq!(
             (figure("large_step_probability"), figure("sigma")),
@@ -272,11 +273,11 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         let single = |name: &str| about[name].as_f64().unwrap() as f32;
         assert_eq!(single("acceptance"), step.acceptance);
         assert_eq!(single("drawn"), step.drawn);
-        let outcome = paths.splats.camera[chain];
+        let splat = paths.splats.camera[chain];
         let proposal = &replayed["proposal"];
-        assert_eq!(floats(&proposal["contribution"]), outcome.rgb);
-        assert_eq!(floats(&proposal["raster"]), outcome.raster);
-        assert_eq!(proposal["s"], outcome.s);
+        assert_eq!(floats(&proposal["contribution"]), splat.rgb);
+        assert_eq!(floats(&proposal["raster"]), splat.raster);
+        assert_eq!(proposal["s"], splat.s);
         // The arguments that the report ends with are those of the same path.
         let list: Vec<String> = (floats(&proposal["uniform_samples"])
             .iter()
@@ -290,7 +291,7 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
             ),
         );
         assert_eq!(again["path"]["vertices"], proposal["vertices"]);
-        assert_eq!(again["path"]["s"], outcome.s);
+        assert_eq!(again["path"]["s"], splat.s);
         // A state of a chain carries light, and the weight is that of f64 but for roundings.
         let current = &replayed["current"];
         assert!(floats(&current["contribution"]).iter().any(|v| *v > 0.0));

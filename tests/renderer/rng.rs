@@ -80,8 +80,9 @@ fn streams_are_uniform_and_uncorrelated_along_every_axis() {
             pairs[(v[0] * 8.0) as usize * 8 + (v[1] * 8.0) as usize] += 1.0;
         }
         assert_follows(&high, &expected, p, &format!("leading bits, {name}"));
-        // Where nothing but the top twelve bits of x differs, the last six of 24 bits are not mixed to this standard (pcg4d carries upwards);
-        // no chain meets that, since its own number and iteration go on below.
+        // Where nothing but the top twelve bits of x differs, the last six of 24 bits are not mixed
+        // to this standard (pcg4d carries upwards); no chain meets that, since its own
+        // number and iteration go on below.
         if !name.starts_with("x << 20") {
             assert_follows(&low, &expected, p, &format!("trailing bits, {name}"));
         }
@@ -193,15 +194,15 @@ fn normals_are_normal() {
     }
 }
 
-/// Of the standard normal law.
+/// Of the standard normal proposal.
 fn cdf(z: f64) -> f64 {
     let tail = common::stats::chi_square_tail(z * z, 1) / 2.0;
     if z > 0.0 { 1.0 - tail } else { tail }
 }
 
 /// Marches chains by small steps only, and returns the samples of all.
-fn march(law: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
-    let kernel = Kernel::new(5, 0.0, sigma).with_law(law);
+fn march(proposal: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
+    let kernel = Kernel::new(5, 0.0, sigma).with_proposals(proposal);
     let ids: Vec<u32> = (0..chains as u32).collect();
     let mut current = Samples::new(dimensions, chains);
     let mut random = Random(8);
@@ -227,11 +228,12 @@ fn march(law: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize
 
 #[test]
 fn small_steps_keep_samples_uniform() {
-    // Chains are independent whatever the correlation along each: the last states are independent samples.
+    // Chains are independent whatever the correlation along each: the last states are independent
+    // samples.
     let (chains, steps, dimensions) = (4096, 1000, 4);
-    let laws = Mutation::ALL.map(|law| [(law, 0.01), (law, 0.3)]);
-    for (law, sigma) in laws.into_iter().flatten() {
-        let samples = march(law, sigma, chains, steps, dimensions);
+    let proposals = Mutation::ALL.map(|proposal| [(proposal, 0.01), (proposal, 0.3)]);
+    for (proposal, sigma) in proposals.into_iter().flatten() {
+        let samples = march(proposal, sigma, chains, steps, dimensions);
         let p = FALSE_ALARM / (6.0 * dimensions as f64);
         let expected = vec![chains as f64 / 64.0; 64];
         for d in 0..dimensions {
@@ -246,13 +248,13 @@ fn small_steps_keep_samples_uniform() {
                 &cells,
                 &expected,
                 p,
-                &format!("{law:?} {sigma}, dimension {d}"),
+                &format!("{proposal:?} {sigma}, dimension {d}"),
             );
             assert_follows(
                 &pairs,
                 &expected,
                 p,
-                &format!("{law:?} {sigma}, dimensions {d}, {d} + 1"),
+                &format!("{proposal:?} {sigma}, dimensions {d}, {d} + 1"),
             );
         }
     }
@@ -260,8 +262,8 @@ fn small_steps_keep_samples_uniform() {
 
 #[test]
 fn one_long_chain_visits_everything_alike() {
-    // 10^6 steps with sigma 0.3: the first Fourier mode decays by exp(-2 (pi 0.3)^2) = 0.17 a step, so that each tenth state is
-    // independent of the last to 1e-8.
+    // 10^6 steps with sigma 0.3: the first Fourier mode decays by exp(-2 (pi 0.3)^2) = 0.17 a step,
+    // so that each tenth state is independent of the last to 1e-8.
     let kernel = Kernel::new(6, 0.0, 0.3);
     let ids: Vec<u32> = (0..8).collect();
     let mut current = Samples::new(1, 8);

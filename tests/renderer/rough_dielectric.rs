@@ -1,4 +1,5 @@
-//! Rough glass: both of its lobes against their densities, reciprocity between the modes, energy, and what it becomes as it gets smooth.
+//! Rough glass: both of its lobes against their densities, reciprocity between the modes, energy,
+//! and what it becomes as it gets smooth.
 
 use crate::common;
 
@@ -25,8 +26,9 @@ fn at_angle(theta: f64, phi: f64, side: f64) -> [f32; 3] {
     ])
 }
 
-/// Directions that a half vector `h` reflects and refracts `wo` to, with the Jacobians of `h` (Walter et al. 2007, equations 14 and 17).
-/// `eta` is the index of the far side over that of the side of `wo`; `wo[2] > 0`.
+/// Directions that a half vector `h` reflects and refracts `wo` to, with the Jacobians of `h`
+/// (Walter et al. 2007, equations 14 and 17). `eta` is the index of the far side over that of the
+/// side of `wo`; `wo[2] > 0`.
 fn lobes(wo: V, h: V, eta: f64) -> [Option<(V, f64)>; 2] {
     let c = dot(wo, h);
     if c <= 0.0 {
@@ -54,8 +56,9 @@ fn half_vector(wo: V, wi: V, eta: f64) -> (V, usize) {
     (scale(h, 1f64.copysign(h[2])), 1)
 }
 
-/// Cells are those of the half vector's slopes over the roughness, in polar coordinates, the radius `r` as `r / (1 + r)`, since refraction at
-/// grazing angles is all in steep slopes; a square for each lobe, and one cell for samples that are lost.
+/// Cells are those of the half vector's slopes over the roughness, in polar coordinates, the radius
+/// `r` as `r / (1 + r)`, since refraction at grazing angles is all in steep slopes; a square for
+/// each lobe, and one cell for samples that are lost.
 #[test]
 fn sampling_follows_the_density() {
     const CELLS: usize = 12;
@@ -129,8 +132,9 @@ fn sampling_follows_the_density() {
     }
 }
 
-/// `f(wo, wi)` of radiance over the square of the index on the side of `wo` is `f(wi, wo)` over that on the side of `wi`, and what importance
-/// sees is the same with the directions swapped (Veach 1997, equations 5.13 and 5.14).
+/// `f(wo, wi)` of radiance over the square of the index on the side of `wo` is `f(wi, wo)` over
+/// that on the side of `wi`, and what importance sees is the same with the directions swapped
+/// (Veach 1997, equations 5.13 and 5.14).
 #[test]
 fn transmission_is_reciprocal_but_for_the_square_of_the_index() {
     let mut random = Random(2);
@@ -184,7 +188,8 @@ fn albedo(row: &[f32; 8], cos: f64, side: f64, mode: Mode) -> Mean {
     mean
 }
 
-/// Nothing is gained; what is lost is what microfacets send into other microfacets, little where they are smooth and none in the limit.
+/// Nothing is gained; what is lost is what microfacets send into other microfacets, little where
+/// they are smooth and none in the limit.
 #[test]
 fn white_glass_loses_only_what_is_scattered_twice() {
     let tail = normal_quantile(FALSE_ALARM);
@@ -212,7 +217,8 @@ fn white_glass_loses_only_what_is_scattered_twice() {
     }
 }
 
-/// As the roughness goes to 0, the share of reflections goes to the Fresnel reflectance, and directions go to the mirror's and Snell's.
+/// As the roughness goes to 0, the share of reflections goes to the Fresnel reflectance, and
+/// directions go to the mirror's and Snell's.
 #[test]
 fn nearly_smooth_glass_is_smooth_glass() {
     let mut random = Random(5);

@@ -1,5 +1,5 @@
-//! Small scenes of one difficulty each, in which every strategy must weigh itself right: MMLT against PT, by the rule of
-//! [`support`].
+//! Small scenes of one difficulty each, in which every strategy must weigh itself right: MMLT
+//! against PT, by the rule of [`support`].
 
 use crate::support;
 use crate::support::dialect;
@@ -86,7 +86,8 @@ fn area(shape: &str, two_sided: bool) -> String {
     )
 }
 
-/// Stands upright in the middle of the stage, so that both sides light something; it reflects as well.
+/// Stands upright in the middle of the stage, so that both sides light something; it reflects as
+/// well.
 #[test]
 fn one_and_two_sided_lights() {
     let shape = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [1.2 .2 -.5 1.2 .2 .5 1.2 1.2 .5 1.2 1.2 -.5]";
@@ -116,7 +117,8 @@ fn sphere_light() {
     );
 }
 
-/// Not a sphere any more: points on it are not uniform over its area. Two-sided, its inside emits as well.
+/// Not a sphere any more: points on it are not uniform over its area. Two-sided, its inside emits
+/// as well.
 #[test]
 fn ellipsoid_light() {
     let shape = "Translate 1.4 1.2 .5\nRotate 40 1 1 0\nScale .1 .7 .3\nShape \"sphere\" \"float radius\" [1]";
@@ -124,8 +126,9 @@ fn ellipsoid_light() {
     agree(&area(shape, true), "two-sided ellipsoid");
 }
 
-/// A coarse ball whose vertex normals are those of the sphere: seen from a light, its triangles are not what they seem, and
-/// without the adjoint correction (Veach 1997, section 5.3) light subpaths give another picture than camera subpaths.
+/// A coarse ball whose vertex normals are those of the sphere: seen from a light, its triangles are
+/// not what they seem, and without the adjoint correction (Veach 1997, section 5.3) light subpaths
+/// give another picture than camera subpaths.
 fn smooth_ball(material: &str) -> String {
     let (rings, segments) = (5, 8);
     let mut points = Vec::new();
@@ -194,8 +197,9 @@ fn shading_normals_of_a_rough_metal_mesh() {
     );
 }
 
-/// Refraction at shading normals, and the square of the index that radiance is scaled by and importance is not (Veach 1997, section
-/// 5.2): a floor under a slab of glass, lit by an emitter that both integrators can find.
+/// Refraction at shading normals, and the square of the index that radiance is scaled by and
+/// importance is not (Veach 1997, section 5.2): a floor under a slab of glass, lit by an emitter
+/// that both integrators can find.
 #[test]
 fn floor_under_glass() {
     let slab = "AttributeBegin\nMaterial \"glass\" \"float index\" [1.5]\nReverseOrientation\n"
@@ -259,7 +263,8 @@ fn floor_under_a_pane() {
     expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under a pane");
 }
 
-/// Rough glass, whose both sides light subpaths and camera subpaths are joined at; a smooth mesh of it as well.
+/// Rough glass, whose both sides light subpaths and camera subpaths are joined at; a smooth mesh of
+/// it as well.
 #[test]
 fn rough_glass() {
     let frosted = "\"glass\" \"float uroughness\" [.4] \"float vroughness\" [.2] \"bool remaproughness\" \"false\"";

@@ -7,12 +7,13 @@ use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
 use phalanx::chain::evaluator::Evaluator;
 use phalanx::transport::evaluate::UnidirectionalLayout;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 
 const MAX_DEPTH: u32 = 4;
 const BATCH: usize = 2048;
 const BATCHES: usize = 30;
-/// Tiles along each side of the region: means over the whole picture would hide what is only misplaced.
+/// Tiles along each side of the region: means over the whole picture would hide what is only
+/// misplaced.
 const TILES: usize = 2;
 
 fn fill(samples: &mut Samples, random: &mut Random) {
@@ -21,7 +22,7 @@ fn fill(samples: &mut Samples, random: &mut Random) {
     }
 }
 
-fn value(o: &Outcome) -> f64 {
+fn value(o: &Splat) -> f64 {
     assert!(o.rejected == 0);
     // Channels weighed apart, so that swapped ones show.
     f64::from(o.rgb[0]) + 2.0 * f64::from(o.rgb[1]) + 3.0 * f64::from(o.rgb[2])
@@ -63,7 +64,8 @@ fn sums_over_strategies_are_what_path_tracing_sees() {
                     add(&mut multiplexed, &world, o.raster, value(o));
                     by_strategy[o.s as usize] += value(o) / (BATCH * BATCHES) as f64;
                 }
-                // The same numbers with one scattering event less: the difference is this depth alone.
+                // The same numbers with one scattering event less: the difference is this depth
+                // alone.
                 fill(&mut numbers, &mut random);
                 Evaluator::EIGHT.unidirectional(&world, &layout, &numbers, BATCH, &mut paths);
                 if k > 0 {

@@ -1,4 +1,5 @@
-//! Textures against the formulas of pbrt-v3 and pbrt-v4 in `f64`, on their own, through the loader, and in pictures.
+//! Textures against the formulas of pbrt-v3 and pbrt-v4 in `f64`, on their own, through the loader,
+//! and in pictures.
 
 use crate::property;
 #[path = "common/stats.rs"]
@@ -11,7 +12,7 @@ use phalanx::pbrt::load_str;
 use phalanx::scene::{
     Image, Mapping, MarbleSpline, Octaves, Param, Scene, Texture, ToTexture, UvMapping, Wrap,
 };
-use phalanx::surface::texture::{Place, announce, evaluate, noise, procedural};
+use phalanx::surface::texture::{Place, evaluate, noise, prefetch_texels, procedural};
 use proptest::prelude::*;
 use stats::Random;
 use std::f64::consts::{PI, TAU};
@@ -159,8 +160,8 @@ fn somewhere(random: &mut Random, size: f32) -> [f32; 3] {
     std::array::from_fn(|_| (2.0 * random.uniform() - 1.0) * size)
 }
 
-/// The slope of noise along any axis is less: those of two gradients differ by at most 2, over a distance in which weights change at
-/// a rate of at most 15 / 8.
+/// The slope of noise along any axis is less: those of two gradients differ by at most 2, over a
+/// distance in which weights change at a rate of at most 15 / 8.
 const STEEPEST_NOISE: f64 = 2.0 + 2.0 * 15.0 / 8.0;
 
 /// What roundings can make of a sum of octaves at a point.
@@ -404,7 +405,8 @@ fn texture_coordinates_and_directions_as_colours() {
     }
 }
 
-/// Half a million metres off, turned, stretched, and mapped in each way by textures that say what they see.
+/// Half a million metres off, turned, stretched, and mapped in each way by textures that say what
+/// they see.
 #[test]
 fn mappings_through_the_loader() {
     let centre = DVec3::new(5e5, -2e5, 1e5);
@@ -599,7 +601,7 @@ proptest! {
         let [u, v, x, y, z, nx, ny, nz] = place;
         let place = Place { uv: [u, v], p: [x, y, z], n: [nx, ny, nz] };
         for i in 0..textures.len() as u32 {
-            announce(&textures, std::slice::from_ref(&image), i, &place);
+            prefetch_texels(&textures, std::slice::from_ref(&image), i, &place);
             let value = evaluate(&textures, std::slice::from_ref(&image), Param::Texture(i), &place);
             prop_assert!(value.iter().all(|v| v.is_finite()), "{:?} {:?}", value, textures[i as usize]);
         }

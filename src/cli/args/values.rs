@@ -8,7 +8,7 @@ use clap::builder::PossibleValue;
 use crate::chain::mutate::Mutation;
 use crate::integrate::{Settings, StrategyChoice};
 use crate::plan::Forced;
-use crate::scene::{HostKind, IntegratorKind};
+use crate::scene::{IntegratorKind, PathSamplerKind};
 
 impl ValueEnum for Forced {
     fn value_variants<'a>() -> &'a [Self] {
@@ -47,12 +47,12 @@ pub enum Host {
 }
 
 impl Host {
-    pub const DEFAULT: HostKind = HostKind::Bdpt;
+    pub const DEFAULT: PathSamplerKind = PathSamplerKind::Bdpt;
 
-    pub fn kind(self) -> HostKind {
+    pub fn kind(self) -> PathSamplerKind {
         match self {
-            Host::Bdpt => HostKind::Bdpt,
-            Host::Pt => HostKind::Pt,
+            Host::Bdpt => PathSamplerKind::Bdpt,
+            Host::Pt => PathSamplerKind::Pt,
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::cli::messages::Messages;
 use crate::cli::progress::bar;
 use crate::cli::signals::Signals;
 use crate::cli::units;
-use crate::converge::run::{Run, Step, Watch};
+use crate::converge::run::{Run, StudyStep, Watch};
 
 pub struct Progress<'a> {
     signals: &'a Signals,
@@ -71,23 +71,23 @@ impl<'a> Progress<'a> {
         }
     }
 
-    fn name(&self, step: Step) -> String {
+    fn name(&self, step: StudyStep) -> String {
         let scene = |i: usize| self.names.get(i).map_or("", String::as_str);
         let variant = |scene: usize, i: usize| {
             let names = self.variants.get(scene);
             names.and_then(|n| n.get(i)).map_or("", String::as_str)
         };
         match step {
-            Step::Trial {
+            StudyStep::Trial {
                 scene: s,
                 variant: v,
             } => {
                 format!("{}: trial of {}", scene(s), variant(s, v))
             }
-            Step::Reference { scene: s, part } => {
+            StudyStep::Reference { scene: s, part } => {
                 format!("{}: reference, part {}", scene(s), part + 1)
             }
-            Step::Run(turn) => format!(
+            StudyStep::Run(turn) => format!(
                 "{}: {}, budget {}, seed {}",
                 scene(turn.scene),
                 variant(turn.scene, turn.variant),
@@ -108,7 +108,7 @@ impl Watch for Progress<'_> {
         self.locked().total = amount;
     }
 
-    fn begins(&self, step: Step) {
+    fn begins(&self, step: StudyStep) {
         let mut state = self.locked();
         state.began = Instant::now();
         state.step = self.name(step);

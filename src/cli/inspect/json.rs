@@ -29,7 +29,7 @@ struct Document<'a> {
     integrator: IntegratorEntry,
     needs: NeedsEntry,
     tree: Tree,
-    plan: plan::Report,
+    plan: plan::PlanReport,
 }
 
 /// A material and its kernel.
@@ -142,7 +142,7 @@ pub fn document(input: &Input, world: &World) -> String {
             build_seconds: stats.build_time.as_secs_f64(),
             peak_rss_bytes: peak_rss_bytes(),
         },
-        plan: plan::Report::of(&world.plan),
+        plan: plan::PlanReport::of(&world.plan),
     };
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }

@@ -15,9 +15,9 @@ use super::input;
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
-use crate::integrate::{RenderError, Settings, Silent, Visit, Whose, revisit};
+use crate::integrate::{RenderError, Settings, Silent, Visit, Whose, rerun};
 use crate::plan::DepthPlan;
-use crate::replay::{Recorder, Report};
+use crate::replay::{PathReport, Recorder};
 use crate::scene::IntegratorKind;
 use crate::transport::World;
 
@@ -67,7 +67,7 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             chain: args.chain.unwrap_or(0) as usize,
             iteration: args.iteration.unwrap_or(0),
         };
-        let visit = revisit(scene, &world, &settings, whose, &Silent).map_err(|e| match e {
+        let visit = rerun(scene, &world, &settings, whose, &Silent).map_err(|e| match e {
             RenderError::Settings(_) => Failure::Input(format!("{}: {e}", input.name)),
             RenderError::Threads { .. } => Failure::Io(e.to_string()),
         })?;
@@ -90,14 +90,14 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
 struct Document<'a> {
     scene_file: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
-    path: Option<Report>,
+    path: Option<PathReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     iteration: Option<Iteration>,
     /// The chain's state before the iteration.
     #[serde(skip_serializing_if = "Option::is_none")]
-    current: Option<Report>,
+    current: Option<PathReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    proposal: Option<Report>,
+    proposal: Option<PathReport>,
 }
 
 /// What a chain did.

@@ -3,7 +3,7 @@
 use super::super::table::{Table, heading};
 use super::super::units;
 use super::{Document, Iteration};
-use crate::replay::Report;
+use crate::replay::PathReport;
 use crate::replay::report::{MeetingReport, VertexReport};
 
 pub fn of(document: &Document) -> String {
@@ -56,7 +56,7 @@ fn about_chain(out: &mut String, i: &Iteration) {
     }
 }
 
-fn path(out: &mut String, report: &Report) {
+fn path(out: &mut String, report: &PathReport) {
     let seen = match report.visible {
         Some(true) => "; its tips see each other",
         Some(false) => "; blocked between its tips",
@@ -107,7 +107,7 @@ fn percent(part: f64) -> String {
     format!("{} %", units::digits(100.0 * part, 2))
 }
 
-fn samples(out: &mut String, report: &Report) {
+fn samples(out: &mut String, report: &PathReport) {
     heading(out, "  Primary samples");
     for part in &report.layout {
         let numbers = report.samples.iter().skip(part.first).take(part.count);

@@ -63,7 +63,8 @@ impl LogAxis {
         (self.to - self.from) / (self.high - self.low)
     }
 
-    /// Values at 1 to 9 times powers of ten. Powers are labelled; 2 and 5 times them where there are few.
+    /// Values at 1 to 9 times powers of ten. Powers are labelled; 2 and 5 times them where there
+    /// are few.
     pub fn ticks(&self) -> Vec<Tick> {
         let exponents = self.low.floor() as i32..=self.high.ceil() as i32;
         let inside = |log: f64| (self.low..=self.high).contains(&log);

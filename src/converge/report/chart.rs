@@ -1,4 +1,5 @@
-//! Error against time, both logarithmic, as SVG. Ink is `currentColor`, so that a page can make it white on black.
+//! Error against time, both logarithmic, as SVG. Ink is `currentColor`, so that a page can make it
+//! white on black.
 
 use super::axis::{LogAxis, Tick, TickLabel};
 use super::cells::{self, number};
@@ -289,7 +290,8 @@ fn floor_line(axes: &Axes, floor: f64) -> Group {
         .add(text(LEFT + 8.0, (y + 15.0).min(BOTTOM - 4.0), &label, "start").set("font-size", 11))
 }
 
-/// What independent samples follow: error over time falls with slope -1. Drawn beyond the largest errors.
+/// What independent samples follow: error over time falls with slope -1. Drawn beyond the largest
+/// errors.
 fn guide(chart: &Chart, axes: &Axes, clip: &str) -> Option<Group> {
     let points = chart
         .series

@@ -7,7 +7,8 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-/// matplotlib's viridis (Smith and van der Walt 2015, CC0) at equal steps: even in lightness, for eyes of every kind and in grey.
+/// matplotlib's viridis (Smith and van der Walt 2015, CC0) at equal steps: even in lightness, for
+/// eyes of every kind and in grey.
 pub const VIRIDIS: [[u8; 3]; 9] = [
     [0x44, 0x01, 0x54],
     [0x47, 0x2d, 0x7b],

@@ -1,4 +1,5 @@
-//! A study written down: `runs.csv`, `summary.csv`, a chart of each scene as SVG, and `index.html`, a page that needs nothing else.
+//! A study written down: `runs.csv`, `summary.csv`, a chart of each scene as SVG, and `index.html`,
+//! a page that needs nothing else.
 
 mod axis;
 pub mod cells;
@@ -37,7 +38,8 @@ pub fn file_names<'a>(scenes: impl IntoIterator<Item = &'a str>) -> Vec<String> 
     SHARED.into_iter().map(String::from).chain(charts).collect()
 }
 
-/// What files about each scene begin with: the scene's file name, reduced to letters that every system can store, and made unique.
+/// What files about each scene begin with: the scene's file name, reduced to letters that every
+/// system can store, and made unique.
 pub fn stems<'a>(scenes: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut stems: Vec<String> = Vec::new();
     for scene in scenes {

@@ -1,7 +1,8 @@
-//! How series are told apart: by colour, for eyes of every kind; by marker and dash, in black-and-white print.
+//! How series are told apart: by colour, for eyes of every kind; by marker and dash, in
+//! black-and-white print.
 
-/// Okabe and Ito 2008, "Color universal design", without the yellow that white paper swallows; their black is the text's colour,
-/// which is white on a dark page.
+/// Okabe and Ito 2008, "Color universal design", without the yellow that white paper swallows;
+/// their black is the text's colour, which is white on a dark page.
 const COLORS: [&str; 7] = [
     "#0072B2",
     "#D55E00",

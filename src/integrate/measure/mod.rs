@@ -1,8 +1,8 @@
 //! How fast this machine renders a scene, and where the time goes: what eight lanes buy over one,
 //! what threads buy, what each stage of a step takes, and how full the lanes are.
 //!
-//! What is measured is the step that renders are made of: batches of chains of every host
-//! (`work`), visited in proportion to the light each host carries. Whatever is compared takes
+//! What is measured is the step that renders are made of: batches of chains of every sampler
+//! (`work`), visited in proportion to the light each sampler carries. Whatever is compared takes
 //! turns in short rounds, so that a machine whose speed drifts is equally fast for both sides;
 //! figures are medians over the rounds. The stage clock runs only where stages are measured.
 
@@ -15,7 +15,8 @@ mod work;
 
 pub use self::machine::Machine;
 pub use self::report::{
-    BootstrapFigures, LaneFigures, Rates, Report, SceneFigures, Spread, StageFigures, ThreadFigures,
+    BootstrapFigures, LaneFigures, Rates, SceneFigures, Spread, StageFigures, ThreadFigures,
+    ThroughputReport,
 };
 
 use super::bootstraps::bootstraps;
@@ -28,7 +29,7 @@ use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, Half, SplatFilm};
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
-use crate::transport::{Host, World};
+use crate::transport::{PathSampler, World};
 use std::time::{Duration, Instant};
 
 /// Rounds of a comparison; an odd number, so that the median is one of them.
@@ -63,7 +64,7 @@ struct Bench<'a> {
     kernel: Kernel,
     bootstraps: Vec<Bootstrap>,
     /// As chains choose strategies.
-    hosts: Vec<Host>,
+    samplers: Vec<PathSampler>,
     /// The layer of large steps, if they are splatted as independent samples.
     independent: Option<usize>,
     seed: u64,
@@ -86,7 +87,11 @@ pub fn thread_counts(most: usize) -> Vec<usize> {
 /// # Errors
 /// Settings out of range or of an integrator that mutates nothing, thread pools that cannot be had,
 /// and scenes without light.
-pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Report, MeasureError> {
+pub fn measure(
+    scene: &Scene,
+    settings: &Settings,
+    time: Duration,
+) -> Result<ThroughputReport, MeasureError> {
     check(settings)?;
     let pool = pool(settings.threads)?;
     let chains = settings.batch.unwrap_or(LARGEST_BATCH);
@@ -103,11 +108,11 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {
         return Err(dark(&world, settings));
     }
-    let hosts = (method.hosts.iter().zip(&bootstraps))
-        .map(|(host, bootstrap)| chosen(settings, host, bootstrap))
+    let samplers = (method.samplers.iter().zip(&bootstraps))
+        .map(|(sampler, bootstrap)| chosen(settings, sampler, bootstrap))
         .collect();
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
-    let layers = Method::layers(method.hosts.len(), method.combined);
+    let layers = Method::layers(method.samplers.len(), method.combined);
     let bench = Bench {
         world: &world,
         film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
@@ -115,7 +120,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
         crop: scene.film.crop,
         kernel: settings.kernel(),
         bootstraps,
-        hosts,
+        samplers,
         independent: method.independent(),
         seed: settings.seed,
         chains,
@@ -123,7 +128,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
     };
     let (lanes, stages, groups) = lanes::compare(&bench);
     let error_estimate = judged::compare(&bench);
-    Ok(Report {
+    Ok(ThroughputReport {
         version: env!("CARGO_PKG_VERSION"),
         machine: Machine::this(),
         integrator: method.name,
@@ -145,7 +150,7 @@ pub fn measure(scene: &Scene, settings: &Settings, time: Duration) -> Result<Rep
 fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
     match settings.integrator {
         IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
-        IntegratorKind::Pssmlt(host) => Ok(pssmlt::method(world, settings.max_depth, host)),
+        IntegratorKind::Pssmlt(sampler) => Ok(pssmlt::method(world, settings.max_depth, sampler)),
         other => Err(RenderError::Settings(format!(
             "{} mutates nothing: mutations of mmlt or pssmlt can be measured",
             other.name()
@@ -153,14 +158,14 @@ fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
     }
 }
 
-/// The bootstrap of every host, on the threads of this pool.
+/// The bootstrap of every sampler, on the threads of this pool.
 fn run_bootstrap(
     world: &World,
     method: &Method,
     settings: &Settings,
 ) -> (Vec<Bootstrap>, BootstrapFigures) {
     let start = Instant::now();
-    let all = bootstraps::<f32x8>(world, &method.hosts, settings, &|| None, |_, _| {}).hosts;
+    let all = bootstraps::<f32x8>(world, &method.samplers, settings, &|| None, |_, _| {}).samplers;
     let paths = all.iter().map(|b| b.estimate.bootstrap.count).sum();
     let rays = all.iter().map(|b| b.rays).sum();
     let seconds = start.elapsed().as_secs_f64();

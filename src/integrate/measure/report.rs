@@ -28,7 +28,7 @@ impl Spread {
 
 /// All figures.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct ThroughputReport {
     /// Of Phalanx.
     pub version: &'static str,
     pub machine: Machine,

@@ -51,13 +51,14 @@ impl<L: Lanes> Work<L> {
             .filter(|i| light(*i) > 0.0)
             .map(|i| {
                 let p = large_step_probability(bench.kernel.large_step_probability);
-                let host = &bench.hosts[i];
+                let sampler = &bench.samplers[i];
                 let all = threads * bench.chains;
-                let seeds = bench.bootstraps[i].seeds(bench.seed, host.id(), all);
+                let seeds = bench.bootstraps[i].seeds(bench.seed, sampler.id(), all);
                 let first = number * bench.chains;
                 let seeds = &seeds[first..first + bench.chains];
                 let paths = &mut workspace.paths;
-                let mut batch = Batch::new::<L>(bench.world, host, first, seeds, bench.seed, paths);
+                let mut batch =
+                    Batch::new::<L>(bench.world, sampler, first, seeds, bench.seed, paths);
                 if let Some(layer) = bench.independent {
                     batch.combine((p * light(i)) as f32, layer);
                 }

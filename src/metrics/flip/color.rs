@@ -1,4 +1,5 @@
-//! Colour spaces of FLIP: linear sRGB to YCxCz, where eyes' contrast sensitivity is known, and to L*a*b*, where differences are judged.
+//! Colour spaces of FLIP: linear sRGB to YCxCz, where eyes' contrast sensitivity is known, and to
+//! L*a*b*, where differences are judged.
 
 /// XYZ of linear sRGB, by rows, to the precision of the primaries' chromaticities (D65).
 const XYZ: [[f32; 3]; 3] = [
@@ -44,7 +45,8 @@ fn opponent([x, y, z]: [f32; 3]) -> [f32; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Linear sRGB to YCxCz: L*a*b* without its cube root (Flohr et al. 1993), so that filters may be applied.
+/// Linear sRGB to YCxCz: L*a*b* without its cube root (Flohr et al. 1993), so that filters may be
+/// applied.
 pub fn ycxcz(linear: [f32; 3]) -> [f32; 3] {
     opponent(relative_xyz(linear))
 }
@@ -56,7 +58,8 @@ pub fn linear([luma, cx, cz]: [f32; 3]) -> [f32; 3] {
     transform(&LINEAR, [x * WHITE[0], y * WHITE[1], z * WHITE[2]])
 }
 
-/// Linear sRGB to L*a*b* (CIE 1976) whose a* and b* are damped in the dark, where eyes see less colour (Hunt 1952): times `L* / 100`.
+/// Linear sRGB to L*a*b* (CIE 1976) whose a* and b* are damped in the dark, where eyes see less
+/// colour (Hunt 1952): times `L* / 100`.
 pub fn hunt_lab(linear: [f32; 3]) -> [f32; 3] {
     const DELTA: f32 = 6.0 / 29.0;
     let [lightness, a, b] = opponent(relative_xyz(linear).map(|v| {
@@ -69,7 +72,8 @@ pub fn hunt_lab(linear: [f32; 3]) -> [f32; 3] {
     [lightness, 0.01 * lightness * a, 0.01 * lightness * b]
 }
 
-/// HyAB distance (Abasi, Tehran and Fairchild 2020), for large differences: `|dL| + sqrt(da^2 + db^2)`.
+/// HyAB distance (Abasi, Tehran and Fairchild 2020), for large differences: `|dL| + sqrt(da^2 +
+/// db^2)`.
 pub fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }

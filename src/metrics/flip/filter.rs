@@ -1,20 +1,24 @@
-//! Filters of FLIP: what eyes resolve at a distance, and the edges and points they look for. All are separable, four at a time.
+//! Filters of FLIP: what eyes resolve at a distance, and the edges and points they look for. All
+//! are separable, four at a time.
 
 use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
-/// Weights of four filters, which act on the four components of pixels, over `2 * radius + 1` pixels.
+/// Weights of four filters, which act on the four components of pixels, over `2 * radius + 1`
+/// pixels.
 pub type Taps = Vec<[f32; 4]>;
 
-/// Contrast sensitivity (Andersson et al. 2020, table 1), as Gaussians `a sqrt(pi / b) exp(-pi^2 x^2 / b)`, `x` in degrees: `(a, b)` of
-/// lightness, red and green, and two whose sum is blue and yellow.
+/// Contrast sensitivity (Andersson et al. 2020, table 1), as Gaussians `a sqrt(pi / b) exp(-pi^2
+/// x^2 / b)`, `x` in degrees: `(a, b)` of lightness, red and green, and two whose sum is blue and
+/// yellow.
 const SENSITIVITY: [(f32, f32); 4] = [(1.0, 0.0047), (1.0, 0.0053), (34.1, 0.04), (13.5, 0.025)];
 
 /// Width of the edges and points looked for, in degrees.
 const FEATURE_WIDTH: f32 = 0.082;
 
-/// Gaussians for Y, Cx, and the two that make up Cz, each a side of the separable filter: the sum of the squares of the last two's sums is 1.
+/// Gaussians for Y, Cx, and the two that make up Cz, each a side of the separable filter: the sum
+/// of the squares of the last two's sums is 1.
 pub fn contrast(ppd: f32) -> Taps {
     let widest = SENSITIVITY.iter().map(|s| s.1).fold(0.0, f32::max);
     let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * ppd).ceil() as i32;
@@ -28,8 +32,8 @@ pub fn contrast(ppd: f32) -> Taps {
     scaled(taps, [sums[0], sums[1], yellow, yellow])
 }
 
-/// A Gaussian and its first and second derivatives, as `(across, down)` filters for (d/dx, d2/dx2, d/dy, d2/dy2). Positive weights sum to 1;
-/// negative ones, too, or to 0.
+/// A Gaussian and its first and second derivatives, as `(across, down)` filters for (d/dx, d2/dx2,
+/// d/dy, d2/dy2). Positive weights sum to 1; negative ones, too, or to 0.
 pub fn features(ppd: f32) -> (Taps, Taps) {
     let deviation = 0.5 * FEATURE_WIDTH * ppd;
     let radius = (3.0 * deviation).ceil() as i32;
@@ -69,7 +73,8 @@ fn scaled(mut taps: Taps, by: [f32; 4]) -> Taps {
     taps
 }
 
-/// Filters rows with `across`, then columns with `down`, component by component; pixels at the border go on beyond it.
+/// Filters rows with `across`, then columns with `down`, component by component; pixels at the
+/// border go on beyond it.
 pub fn separable(
     image: &[[f32; 4]],
     width: usize,

@@ -1,5 +1,5 @@
-//! HDR-FLIP (Andersson, Nilsson, Shirley and Akenine-Möller 2021): the greatest LDR-FLIP error over a range of exposures, of pictures as ACES
-//! shows them.
+//! HDR-FLIP (Andersson, Nilsson, Shirley and Akenine-Möller 2021): the greatest LDR-FLIP error over
+//! a range of exposures, of pictures as ACES shows them.
 
 use super::ldr;
 
@@ -11,7 +11,8 @@ pub struct Exposures {
     pub count: usize,
 }
 
-/// `(k0 x^2 + k1 x + k2) / (k3 x^2 + k4 x + k5)`: ACES's filmic curve as Narkowicz fitted it (2015), without his pre-exposure of 0.6.
+/// `(k0 x^2 + k1 x + k2) / (k3 x^2 + k4 x + k5)`: ACES's filmic curve as Narkowicz fitted it
+/// (2015), without his pre-exposure of 0.6.
 const ACES: [f32; 6] = [
     0.6 * 0.6 * 2.51,
     0.6 * 0.03,
@@ -28,9 +29,10 @@ const BRIGHTEST: f32 = 1e6;
 const TARGET: f32 = 0.85;
 
 impl Exposures {
-    /// The paper's range for a reference: its brightest luminance is shown at 0.85 at the first exposure, its median luminance at the last (of
-    /// an even number of pixels the greater of the two in the middle, as in the authors' program); about a stop apart, at least two. Where the
-    /// median is black, it is that of the pixels that are not. No light at all: 0 stops.
+    /// The paper's range for a reference: its brightest luminance is shown at 0.85 at the first
+    /// exposure, its median luminance at the last (of an even number of pixels the greater of
+    /// the two in the middle, as in the authors' program); about a stop apart, at least two. Where
+    /// the median is black, it is that of the pixels that are not. No light at all: 0 stops.
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
@@ -81,7 +83,8 @@ fn tone_map(x: f32) -> f32 {
     shown.clamp(0.0, 1.0)
 }
 
-/// HDR-FLIP of each pixel, 0 to 1, of linear pictures (what is negative counts as black), and the exposures it was looked for at.
+/// HDR-FLIP of each pixel, 0 to 1, of linear pictures (what is negative counts as black), and the
+/// exposures it was looked for at.
 pub fn hdr(
     picture: &[[f32; 3]],
     reference: &[[f32; 3]],

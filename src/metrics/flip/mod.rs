@@ -1,13 +1,17 @@
-//! FLIP: how visible the differences are to someone who flips between two pictures on a display, 0 (not at all) to 1.
+//! FLIP: how visible the differences are to someone who flips between two pictures on a display, 0
+//! (not at all) to 1.
 //!
-//! LDR-FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: a difference evaluator for alternating images",
-//! HPG 2020) of pixels on a display in linear sRGB, 0 to 1:
+//! LDR-FLIP (Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: a
+//! difference evaluator for alternating images", HPG 2020) of pixels on a display in linear sRGB, 0
+//! to 1:
 //!
-//! 1. Blur both pictures as eyes do at this distance, by contrast sensitivity in YCxCz; clamp to the display's range.
-//! 2. `dE_c`: HyAB distance in L*a*b* with Hunt's adjustment, to the power of 0.7; as a part of the greatest, green against blue (`cmax`),
-//!    it is stretched: 0 to 0.4 `cmax` becomes 0 to 0.95, the rest 0.95 to 1.
-//! 3. `dE_f`: the greater of the differences of edge strength and of point strength (gradients and second derivatives of Y), divided by the
-//!    square root of 2, to the power of 0.5.
+//! 1. Blur both pictures as eyes do at this distance, by contrast sensitivity in YCxCz; clamp to
+//!    the display's range.
+//! 2. `dE_c`: HyAB distance in L*a*b* with Hunt's adjustment, to the power of 0.7; as a part of the
+//!    greatest, green against blue (`cmax`), it is stretched: 0 to 0.4 `cmax` becomes 0 to 0.95,
+//!    the rest 0.95 to 1.
+//! 3. `dE_f`: the greater of the differences of edge strength and of point strength (gradients and
+//!    second derivatives of Y), divided by the square root of 2, to the power of 0.5.
 //! 4. `dE = dE_c^(1 - dE_f)`.
 //!
 //! [`hdr()`] is HDR-FLIP. Both agree with the authors' program.
@@ -23,7 +27,8 @@ use rayon::prelude::*;
 /// Pixels per degree of visual angle at 0.7 m from a display that is 0.7 m and 3840 pixels wide.
 pub const PPD: f32 = 67.020_645;
 
-/// Fewer pixels per degree, and the filters fall between pixels; more, and they are wider than displays.
+/// Fewer pixels per degree, and the filters fall between pixels; more, and they are wider than
+/// displays.
 pub const PPD_RANGE: [f32; 2] = [10.0, 1000.0];
 
 const COLOR_EXPONENT: f32 = 0.7;
@@ -34,8 +39,8 @@ const FEATURE_EXPONENT: f32 = 0.5;
 /// Rows filtered at a time: filtered pixels take several times the memory of the picture.
 const BAND: usize = 256;
 
-/// LDR-FLIP of each pixel, 0 to 1; pictures are linear sRGB in rows of `width`, clamped to 0 to 1. Symmetric. `ppd`: pixels per degree,
-/// within [`PPD_RANGE`].
+/// LDR-FLIP of each pixel, 0 to 1; pictures are linear sRGB in rows of `width`, clamped to 0 to 1.
+/// Symmetric. `ppd`: pixels per degree, within [`PPD_RANGE`].
 ///
 /// # Panics
 /// If the numbers of pixels differ.

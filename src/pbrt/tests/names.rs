@@ -1,4 +1,4 @@
-//! Textures, bump maps and cut-outs, and how long their names last.
+//! Textures, bump maps and alpha masks, and how long their names last.
 
 use super::*;
 use crate::surface::{DielectricMaterial, DiffuseMaterial};
@@ -14,7 +14,7 @@ fn cut_outs() {
     assert_eq!(alphas, [0, 1, NONE, 1]);
     assert_eq!(s.alphas[0].value, Param::Texture(0));
     assert!(s.alphas.iter().all(|a| a.test == AlphaTest::Fraction));
-    // Textures of cut-outs have texture coordinates to go by.
+    // Textures of alpha masks have texture coordinates to go by.
     assert_eq!(s.vertices[s.triangles[0].v[2] as usize].uv, [1.0, 1.0]);
     let s = v3(&format!(
         "{checks}\n{V3_TRIANGLE} \"texture alpha\" \"c\" \"texture shadowalpha\" \"c\"\n{V3_TRIANGLE} \"float alpha\" 0.5\n\

@@ -2,7 +2,7 @@
 
 use super::coated;
 use super::microfacet::unpacked_alphas;
-use super::path::Vertex;
+use super::path::PathVertex;
 use super::reference::{axes, twin};
 use super::vector::*;
 use super::warp::{self, from_axes};
@@ -22,7 +22,7 @@ pub struct Taken {
 }
 
 /// The direction that a BSDF samples for a path arriving along `wo`.
-pub fn bend(sides: Option<Sides>, v: &Vertex, wo: V, u: [f64; 3], taken: Taken) -> V {
+pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Taken) -> V {
     let (s, t) = axes(v);
     let exchanges = sides == Some(Sides::Geometric) && !v.kind.is_delta();
     let wo = [dot(wo, s), dot(wo, t), dot(wo, v.ns)];

@@ -2,13 +2,13 @@
 
 use super::known::Oracle;
 use super::lights::ellipsoid;
-use super::path::Vertex;
+use super::path::PathVertex;
 use super::rays::Ray;
 use super::vector::*;
 
 impl Oracle<'_> {
     /// Where a ray meets the primitive that `near` lies on.
-    pub(in crate::replay) fn hit(&self, ray: Ray, near: &Vertex) -> Option<Vertex> {
+    pub(in crate::replay) fn hit(&self, ray: Ray, near: &PathVertex) -> Option<PathVertex> {
         let triangles = self.scene.triangles.len() as u32;
         let v = if near.primitive < triangles {
             self.hit_triangle(ray, near)
@@ -18,7 +18,7 @@ impl Oracle<'_> {
         v.p.iter().all(|x| x.is_finite()).then_some(v)
     }
 
-    fn hit_triangle(&self, (o, d): Ray, near: &Vertex) -> Option<Vertex> {
+    fn hit_triangle(&self, (o, d): Ray, near: &PathVertex) -> Option<PathVertex> {
         let indices = self.scene.triangles.get(near.primitive as usize)?.v;
         let [a, b, c] = self.corners(near.primitive);
         let (e1, e2) = (sub(b, a), sub(c, a));
@@ -50,7 +50,7 @@ impl Oracle<'_> {
         } else {
             [0.0; 3]
         };
-        let v = Vertex {
+        let v = PathVertex {
             p,
             ng,
             ns: if dot(smooth, smooth) > 0.0 {
@@ -61,10 +61,10 @@ impl Oracle<'_> {
             tangent,
             ..near.clone()
         };
-        Some(self.tilted(v, [b1, b2]))
+        Some(self.perturbed(v, [b1, b2]))
     }
 
-    fn hit_sphere(&self, (o, d): Ray, near: &Vertex, index: u32) -> Option<Vertex> {
+    fn hit_sphere(&self, (o, d): Ray, near: &PathVertex, index: u32) -> Option<PathVertex> {
         let sphere = self.scene.spheres.get(index as usize)?;
         let (o, d) = (
             transform_point(&sphere.to_unit, o),
@@ -93,7 +93,7 @@ impl Oracle<'_> {
         let w = at(t);
         let p = transform_point(&sphere.to_world, w);
         let (n, _) = ellipsoid(sphere, p);
-        let v = Vertex {
+        let v = PathVertex {
             p,
             ng: n,
             ns: n,
@@ -104,6 +104,6 @@ impl Oracle<'_> {
             },
             ..near.clone()
         };
-        Some(self.tilted(v, [0.0; 2]))
+        Some(self.perturbed(v, [0.0; 2]))
     }
 }

@@ -1,6 +1,6 @@
 //! What the oracle knows of a scene, and all that it asks the renderer.
 
-use super::path::Vertex;
+use super::path::PathVertex;
 use super::sky::Sky;
 use crate::camera::Region;
 use crate::scene::{Scene, Sides};
@@ -50,17 +50,17 @@ impl<'a> Oracle<'a> {
 
     /// A vertex at barycentric coordinates `b`, with the shading frame that its bump or normal map
     /// makes of it.
-    pub(super) fn tilted(&self, v: Vertex, b: [f64; 2]) -> Vertex {
-        let Some(relief) = v.relief else {
+    pub(super) fn perturbed(&self, v: PathVertex, b: [f64; 2]) -> PathVertex {
+        let Some(perturbation) = v.perturbation else {
             return v;
         };
         let d = (self.world.geometry).derivatives(v.primitive, b, v.p.into());
         let normals = [v.ns.into(), v.ng.into()];
         let materials = &self.world.materials;
-        match materials.tilt(v.material as usize, &relief, &d, normals) {
-            Some(tilted) => Vertex {
-                ns: tilted.ns.to_array(),
-                tangent: tilted.tangent.to_array(),
+        match materials.perturb(v.material as usize, &perturbation, &d, normals) {
+            Some(perturbed) => PathVertex {
+                ns: perturbed.ns.to_array(),
+                tangent: perturbed.tangent.to_array(),
                 ..v
             },
             None => v,

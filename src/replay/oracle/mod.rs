@@ -12,8 +12,9 @@
 //! - parameters of BSDFs as `f32` looked them up: textures are not what is compared;
 //! - the names of BSDFs and of what is carried, [`Kind`](crate::surface::Kind) and
 //!   [`Mode`](crate::surface::Mode), and which of them are deltas;
-//! - what an image of a bump or normal map says ([`Relief`](crate::surface::bump::Relief)), and the
-//!   frame that follows, which the renderer computes in `f64` itself (`known`);
+//! - what an image of a bump or normal map says
+//!   ([`Perturbation`](crate::surface::bump::Perturbation)), and the frame that follows, which the
+//!   renderer computes in `f64` itself (`known`);
 //! - which intervals of primary samples stand for lights and texels: they are exact multiples of
 //!   `2^-24` by definition, and a path that falls on another side of a border is another path;
 //! - constants of a model that are fitted, not derived: [`DARK`](crate::surface::coat::DARK), and
@@ -42,5 +43,5 @@ pub mod vector;
 pub mod warp;
 
 pub use self::known::Oracle;
-pub use self::path::{End, Path, Vertex};
+pub use self::path::{End, Path, PathVertex};
 pub use self::reference::{Joint, Reference};

@@ -3,11 +3,11 @@
 
 use super::vector::V;
 use crate::surface::Kind;
-use crate::surface::bump::Relief;
+use crate::surface::bump::Perturbation;
 
 /// A vertex on a surface; internal space.
 #[derive(Clone, Debug)]
-pub struct Vertex {
+pub struct PathVertex {
     pub p: V,
     /// Distance along the normal within which the true surface lies.
     pub error: f64,
@@ -35,7 +35,7 @@ pub struct Vertex {
     /// Index into the scene's materials.
     pub material: u32,
     /// What its bump or normal map says, as looked up in `f32`.
-    pub relief: Option<Relief>,
+    pub perturbation: Option<Perturbation>,
 }
 
 /// Where a path meets its light.
@@ -78,7 +78,7 @@ pub struct Path {
     /// Where it meets the lens.
     pub camera: V,
     /// `x1 ..= xk`.
-    pub surface: Vec<Vertex>,
+    pub surface: Vec<PathVertex>,
     pub end: End,
     /// What its light is multiplied by: 1, or the colour of its wavelength if it was dispersed.
     pub colour: V,

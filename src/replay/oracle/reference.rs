@@ -19,7 +19,7 @@
 //! Products are kept as logarithms: those of a path of hundreds of vertices are beyond `f64`.
 
 use super::known::Oracle;
-use super::path::{Path, Vertex};
+use super::path::{Path, PathVertex};
 use super::vector::*;
 use super::{bsdf, coated, panorama};
 use crate::scene::{Projection, Sides};
@@ -263,7 +263,7 @@ impl Oracle<'_> {
     }
 }
 
-fn joint(sides: Option<Sides>, v: &Vertex, wo: V, wi: V) -> Joint {
+fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
     let row = v.row.map(f64::from);
     let (co, ci) = (dot(wo, v.ns), dot(wi, v.ns));
     let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
@@ -326,7 +326,7 @@ fn joint(sides: Option<Sides>, v: &Vertex, wo: V, wi: V) -> Joint {
 }
 
 /// Axes of the shading frame; where there is no tangent any will do.
-pub(super) fn axes(v: &Vertex) -> (V, V) {
+pub(super) fn axes(v: &PathVertex) -> (V, V) {
     let tangent = sub(v.tangent, scale(v.ns, dot(v.ns, v.tangent)));
     let s = if dot(tangent, tangent) > 1e-10 * dot(v.tangent, v.tangent) {
         unit(tangent)
@@ -337,7 +337,7 @@ pub(super) fn axes(v: &Vertex) -> (V, V) {
 }
 
 /// The true and the shading normal disagree whether this is a reflection.
-pub(super) fn is_disputed(v: &Vertex, wo: V, wi: V) -> bool {
+pub(super) fn is_disputed(v: &PathVertex, wo: V, wi: V) -> bool {
     let reflects = |n: V| dot(wo, n) * dot(wi, n) > 0.0;
     reflects(v.ng) != reflects(v.ns)
 }
@@ -355,7 +355,7 @@ pub(super) fn twin(w: V, ng: V) -> V {
 
 /// Reflection stays on the side it came from, transmission leaves it, for the true and for the
 /// shading surface.
-pub(super) fn sides_agree(wo: V, wi: V, v: &Vertex) -> bool {
+pub(super) fn sides_agree(wo: V, wi: V, v: &PathVertex) -> bool {
     let agree = |w: V| dot(w, v.ng) * dot(w, v.ns) > 0.0;
     agree(wo) && agree(wi)
 }

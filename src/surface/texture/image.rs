@@ -11,7 +11,7 @@ fn texel_coordinates(image: &Image, s: f32, t: f32) -> (f32, f32) {
 }
 
 /// Asks for the texels that [`bilinear`] will read.
-pub fn announce(image: &Image, s: f32, t: f32, wrap: Wrap) {
+pub fn prefetch_texels(image: &Image, s: f32, t: f32, wrap: Wrap) {
     let (x, y) = texel_coordinates(image, s, t);
     let row = |y: f32| wrapped(y as i64, image.height, wrap);
     if let Some(x) = wrapped(x.floor() as i64, image.width, wrap) {

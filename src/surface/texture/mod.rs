@@ -127,7 +127,7 @@ fn at(textures: &[Texture], images: &[Image], index: u32, place: &Place) -> Rgb 
 
 /// Asks for the texels that [`evaluate`] will read of a texture. Images are larger than caches, and
 /// hits are anywhere.
-pub fn announce(textures: &[Texture], images: &[Image], texture: u32, place: &Place) {
+pub fn prefetch_texels(textures: &[Texture], images: &[Image], texture: u32, place: &Place) {
     if let Texture::Image {
         image,
         mapping,
@@ -136,7 +136,7 @@ pub fn announce(textures: &[Texture], images: &[Image], texture: u32, place: &Pl
     } = &textures[texture as usize]
     {
         let (s, t) = mapping::map(mapping, place);
-        image::announce(&images[*image as usize], s, t, *wrap);
+        image::prefetch_texels(&images[*image as usize], s, t, *wrap);
     }
 }
 

@@ -1,4 +1,5 @@
-//! Every width and packet gives the bits of the brute-force oracle, and these are right by double precision.
+//! Every width and packet gives the bits of the brute-force oracle, and these are right by double
+//! precision.
 
 use std::time::Instant;
 

@@ -1,4 +1,5 @@
-//! Surfaces that are tested in `f64`: they fit their neighbours, every method agrees, and what is near them is told from them.
+//! Surfaces that are tested in `f64`: they fit their neighbours, every method agrees, and what is
+//! near them is told from them.
 
 use std::collections::HashSet;
 
@@ -100,7 +101,8 @@ fn meshes_of_both_sorts_do_not_leak() {
     }
 }
 
-/// A ray finds the large surface it is a millionth of its size above, and none that starts as far below or ends as far above.
+/// A ray finds the large surface it is a millionth of its size above, and none that starts as far
+/// below or ends as far above.
 #[test]
 fn small_distances_are_seen() {
     let ground = [
@@ -138,7 +140,8 @@ fn small_distances_are_seen() {
                     random.signed() * 0.1 * height,
                 );
                 let (dx, dy) = (random.signed(), random.signed());
-                // From above through it; away from it; from above and not as far as it; from below, away.
+                // From above through it; away from it; from above and not as far as it; from below,
+                // away.
                 for (z, dz, t_max, meets) in [
                     (height, -1.0, f32::INFINITY, true),
                     (height, 1.0, f32::INFINITY, false),

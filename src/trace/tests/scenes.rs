@@ -171,7 +171,8 @@ pub fn soup(random: &mut Random, count: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-/// Rays of all sorts: random, along axes (with zeros of both signs), at vertices and edges, from surfaces, of many lengths.
+/// Rays of all sorts: random, along axes (with zeros of both signs), at vertices and edges, from
+/// surfaces, of many lengths.
 pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<Ray> {
     (0..count)
         .map(|i| {

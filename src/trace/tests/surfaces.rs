@@ -78,7 +78,8 @@ fn closed_meshes_do_not_leak() {
     }
 }
 
-/// From points on triangles into the hemisphere on one side, grazing directions included: the triangle is not met.
+/// From points on triangles into the hemisphere on one side, grazing directions included: the
+/// triangle is not met.
 #[test]
 fn rays_leaving_a_surface_do_not_meet_it() {
     let mut random = Random(8);

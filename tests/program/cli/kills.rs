@@ -1,4 +1,5 @@
-//! A render that is ended from outside, at any moment and while it writes: whole files or none, and nothing else left.
+//! A render that is ended from outside, at any moment and while it writes: whole files or none, and
+//! nothing else left.
 
 use super::signals::send;
 use super::*;
@@ -75,7 +76,8 @@ fn one_signal_at_any_moment() {
         let ran = Ran(child.wait_with_output().unwrap());
         let moment = format!("signal {signal} after {delay:?}");
         let status = ran.0.status;
-        // Before the handlers are there, any of them kills; after the last file, none does anything.
+        // Before the handlers are there, any of them kills; after the last file, none does
+        // anything.
         let ended = [Some(128 + signal), Some(0)].contains(&status.code());
         assert!(
             ended || status.signal() == Some(signal),

@@ -1,4 +1,5 @@
-//! Small files that grow: whatever they grow into, the memory it takes stays near the limit, and the message says what it is.
+//! Small files that grow: whatever they grow into, the memory it takes stays near the limit, and
+//! the message says what it is.
 
 use std::fs::{self, File};
 use std::io::Write;

@@ -1,4 +1,5 @@
-//! The kernels of all kinds of BSDF over lists of directions, and how rounding of a cosine shakes a formula.
+//! The kernels of all kinds of BSDF over lists of directions, and how rounding of a cosine shakes a
+//! formula.
 
 use phalanx::surface::coated_conductor::Layers;
 use phalanx::surface::{Kind, coat::Interface, coated_diffuse, microfacet::pack_alphas};
@@ -29,7 +30,8 @@ pub fn coated_copper(eta: f32, coat: Option<[f32; 2]>, conductor: [f32; 2]) -> [
     layers.row()
 }
 
-/// Largest change of `f` if its argument moves by a few ulps of 1: what rounding of the cosine may do.
+/// Largest change of `f` if its argument moves by a few ulps of 1: what rounding of the cosine may
+/// do.
 pub fn shaken(f: impl Fn(f64) -> f64, x: f64) -> f64 {
     let d = 4.0 * f64::from(f32::EPSILON);
     [-d, -d / 8.0, d / 8.0, d]

@@ -55,7 +55,8 @@ fn crooked(corners: [[f32; 3]; 4], normals: [[f32; 3]; 4]) -> String {
     format!("{}\"normal N\" [{}]\n", quad(corners), n.join(" "))
 }
 
-/// A floor, a wall and a screen between them, of normals that are tilted far and across their faces.
+/// A floor, a wall and a screen between them, of normals that are tilted far and across their
+/// faces.
 fn crooked_walls([floor, wall, screen]: [&str; 3]) -> String {
     [
         floor.to_string(),
@@ -102,7 +103,8 @@ fn crooked_walls([floor, wall, screen]: [&str; 3]) -> String {
     .join("\n")
 }
 
-/// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right; all face inwards.
+/// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right;
+/// all face inwards.
 fn walls(materials: [&str; 5]) -> String {
     let faces = [
         [
@@ -209,7 +211,8 @@ fn lamp() -> String {
     ])
 }
 
-/// A glass wedge: its faces are not parallel, so that what refraction does to densities on the way in is not undone on the way out.
+/// A glass wedge: its faces are not parallel, so that what refraction does to densities on the way
+/// in is not undone on the way out.
 fn wedge() -> String {
     "Shape \"trianglemesh\" \"integer indices\" [0 2 1 3 4 5 0 1 4 0 4 3 1 2 5 1 5 4 2 0 3 2 3 5] \"point P\" [-0.6 0 -0.5  0.6 0 -0.5  0 0.5 -0.3  -0.6 0 0.5  0.6 0 0.5  0 0.5 0.3]\n"
         .into()
@@ -596,8 +599,8 @@ pub fn furnace(albedo: f32) -> Scene {
     load(&text, Path::new("."))
 }
 
-/// Light from a point that a mirror throws on a surface is out of a path tracer's reach, not of light subpaths': such scenes lose their
-/// delta materials.
+/// Light from a point that a mirror throws on a surface is out of a path tracer's reach, not of
+/// light subpaths': such scenes lose their delta materials.
 pub fn without_delta_caustics(scene: &mut Scene) {
     let point_like = |l: &Light| {
         matches!(

@@ -1,6 +1,8 @@
-//! Statistics of tests: a generator apart from the renderer's, chi-square, and bounds by false-alarm rate.
+//! Statistics of tests: a generator apart from the renderer's, chi-square, and bounds by
+//! false-alarm rate.
 
-/// Chance that a correct program fails one comparison. Tests that make many compare against this over their number.
+/// Chance that a correct program fails one comparison. Tests that make many compare against this
+/// over their number.
 pub const FALSE_ALARM: f64 = 1e-8;
 
 /// splitmix64 (Steele et al. 2014).
@@ -38,7 +40,8 @@ pub fn chi_square_tail(x: f64, k: usize) -> f64 {
     upper_gamma(k as f64 / 2.0, x / 2.0)
 }
 
-/// Regularised upper incomplete gamma function (series and continued fraction; Press et al., Numerical Recipes, section 6.2).
+/// Regularised upper incomplete gamma function (series and continued fraction; Press et al.,
+/// Numerical Recipes, section 6.2).
 fn upper_gamma(a: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 1.0;
@@ -99,8 +102,9 @@ pub fn normal_quantile(p: f64) -> f64 {
     low
 }
 
-/// Pearson's statistic of counts against expectations; cells are pooled in order until each expects at least 25, where the chi-square
-/// law holds far into its tail. Returns the statistic and its degrees of freedom.
+/// Pearson's statistic of counts against expectations; cells are pooled in order until each expects
+/// at least 25, where the chi-square law holds far into its tail. Returns the statistic and its
+/// degrees of freedom.
 pub fn pearson(observed: &[f64], expected: &[f64]) -> (f64, usize) {
     let (mut x, mut cells) = (0.0, 0usize);
     let (mut o, mut e) = (0.0, 0.0);

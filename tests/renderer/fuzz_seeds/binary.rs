@@ -1,9 +1,10 @@
 //! Mutations of whole scenes and of flags, given to the program itself:
 //!
-//!     PHALANX_FUZZ_SECONDS=600 PHALANX_FUZZ_SEED=1 cargo test --release --test renderer fuzz_seeds:: -- --ignored --nocapture binary
+//!     PHALANX_FUZZ_SECONDS=600 PHALANX_FUZZ_SEED=1 cargo test --release --test renderer
+//! fuzz_seeds:: -- --ignored --nocapture binary
 //!
-//! A run must end in time with code 0, 1 or 2, and say something if that is not 0. What fails is kept in `target/fuzz-binary`, a scene and
-//! a command line each.
+//! A run must end in time with code 0, 1 or 2, and say something if that is not 0. What fails is
+//! kept in `target/fuzz-binary`, a scene and a command line each.
 
 use std::collections::hash_map::DefaultHasher;
 use std::fs;

@@ -1,8 +1,9 @@
 //! Rows 7, 8, 23, 24, 30 and 37: surfaces.
 //!
-//! `tests/renderer/scenes_hard.rs` has smooth meshes and floors under glass by both integrators (rows 7 and 8), `tests/renderer/analytic.rs` furnaces of every
-//! material and glass slabs before an emitter (rows 8 and 30), `tests/renderer/bsdf.rs` sampling against densities, values against `f64` and albedos at
-//! every roughness (row 23), and the Fresnel equations of metals.
+//! `tests/renderer/scenes_hard.rs` has smooth meshes and floors under glass by both integrators
+//! (rows 7 and 8), `tests/renderer/analytic.rs` furnaces of every material and glass slabs before
+//! an emitter (rows 8 and 30), `tests/renderer/bsdf.rs` sampling against densities, values against
+//! `f64` and albedos at every roughness (row 23), and the Fresnel equations of metals.
 
 use super::COMPARISONS;
 use super::dialect::to_v4;
@@ -19,8 +20,8 @@ use phalanx::transport::mis::adjoint_cosine;
 
 const EPSILON: f64 = f32::EPSILON as f64;
 
-/// Row 7: shading normals from the light's side. Where the light grazes the true surface the adjoint correction divides by a cosine of 0:
-/// nothing is reflected there.
+/// Row 7: shading normals from the light's side. Where the light grazes the true surface the
+/// adjoint correction divides by a cosine of 0: nothing is reflected there.
 #[test]
 fn adjoint_corrections_are_finite() {
     for wo_ng in [0.0f32, -0.0] {
@@ -41,7 +42,8 @@ fn adjoint_corrections_are_finite() {
     }
 }
 
-/// A floor of albedo 0.7 whose normals are tilted by `degrees`, seen from where it should look like any other; `v4` says the dialect.
+/// A floor of albedo 0.7 whose normals are tilted by `degrees`, seen from where it should look like
+/// any other; `v4` says the dialect.
 fn tilted_floor(v4: bool, degrees: f64, depth: u32, light: &str) -> Scene {
     let view = "LookAt 0 -5 3  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" [10]";
     let (sin, cos) = degrees.to_radians().sin_cos();
@@ -61,9 +63,10 @@ const FOUR: [IntegratorKind; 4] = [
     IntegratorKind::Mmlt,
 ];
 
-/// Rows 7 and 37: normals at right angles to the face, and facing away. A Lambertian surface under the same sky everywhere is as bright as its
-/// albedo, wherever its shading normal points: in v3 light comes from the upper side of the face, in v4 from the side of the
-/// shading normal that the eye is on.
+/// Rows 7 and 37: normals at right angles to the face, and facing away. A Lambertian surface under
+/// the same sky everywhere is as bright as its albedo, wherever its shading normal points: in v3
+/// light comes from the upper side of the face, in v4 from the side of the shading normal that the
+/// eye is on.
 #[test]
 fn skies_over_floors_of_any_normal() {
     for v4 in [false, true] {
@@ -110,7 +113,8 @@ fn suns_over_floors_of_any_normal() {
     }
 }
 
-/// v3's plastic from behind reflects as glass does from outside, where from the front it reflects as glass from inside.
+/// v3's plastic from behind reflects as glass does from outside, where from the front it reflects
+/// as glass from inside.
 #[test]
 fn plastic_from_behind() {
     let gloss = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.25, 0.25];
@@ -256,8 +260,9 @@ fn albedo(kind: Kind, row: &[f32; 8], cos: f64, n: usize) -> Mean {
     mean
 }
 
-/// Row 23: roughness from 0 up. As a metal gets smooth its albedo goes to that of the mirror, at every angle and in steps that the roughness
-/// bounds; below the least roughness it is one. It never reflects more than it receives.
+/// Row 23: roughness from 0 up. As a metal gets smooth its albedo goes to that of the mirror, at
+/// every angle and in steps that the roughness bounds; below the least roughness it is one. It
+/// never reflects more than it receives.
 #[test]
 fn metals_become_mirrors() {
     let n = 40_000;
@@ -272,7 +277,8 @@ fn metals_become_mirrors() {
             let got = albedo(Kind::RoughConductor, &metal(alpha), cos, n);
             let reach = standard_errors(COMPARISONS, 1e4) * got.error();
             assert!(got.mean() <= 1.0 + reach + 1e-5, "{alpha} {cos}");
-            // A lobe of this width loses what goes below the horizon: continuous, with a slope of the order of 1 / cos.
+            // A lobe of this width loses what goes below the horizon: continuous, with a slope of
+            // the order of 1 / cos.
             let step = 2.0 * f64::from(alpha - before) * (1.0 + 0.2 / cos);
             assert!(
                 (got.mean() - last).abs() <= step + reach + 1e-5,
@@ -284,8 +290,8 @@ fn metals_become_mirrors() {
     }
 }
 
-/// Row 23: a material's roughness from 0 to 1 in a scene: the picture changes little from step to step around the least roughness, where rough
-/// turns to smooth, and stays finite below.
+/// Row 23: a material's roughness from 0 to 1 in a scene: the picture changes little from step to
+/// step around the least roughness, where rough turns to smooth, and stays finite below.
 #[test]
 fn roughness_is_continuous_where_rough_turns_smooth() {
     let ball = |alpha: f64| {
@@ -301,7 +307,8 @@ fn roughness_is_continuous_where_rough_turns_smooth() {
     let smooth = ball(0.0);
     for alpha in [1e-30, 1e-6, 0.9e-3, 1.1e-3, 2e-3] {
         let mut rough = ball(alpha);
-        // The sky is the same everywhere: only what a lobe loses below the horizon differs, a part of its width.
+        // The sky is the same everywhere: only what a lobe loses below the horizon differs, a part
+        // of its width.
         rough.error = rough.error.hypot(alpha * smooth.mean / 6.0);
         rough.expect_same_among(COMPARISONS, &smooth, &format!("roughness {alpha}"));
     }
@@ -378,8 +385,9 @@ fn glass_of_index_1_is_invisible() {
     }
 }
 
-/// Row 30: energy, depth by depth. In a closed box whose walls emit 1, what is scattered `k` times is the albedo to the `k`: nothing is
-/// lost in any depth that another makes up for. `tests/renderer/analytic.rs` has whole pictures of all materials.
+/// Row 30: energy, depth by depth. In a closed box whose walls emit 1, what is scattered `k` times
+/// is the albedo to the `k`: nothing is lost in any depth that another makes up for.
+/// `tests/renderer/analytic.rs` has whole pictures of all materials.
 #[test]
 fn furnaces_depth_by_depth() {
     let white = [

@@ -1,8 +1,10 @@
-//! Rows 3, 11, 12, 13, 14, 15 and 27: acceptance, samples, starts, and chains that do not go where they should.
+//! Rows 3, 11, 12, 13, 14, 15 and 27: acceptance, samples, starts, and chains that do not go where
+//! they should.
 //!
-//! `chain::accept` has the table of acceptance with states that can arise (row 3), `tests/renderer/rng.rs` the uniformity of samples after many
-//! small steps (row 11) and of random numbers along every axis of their counters (row 13), `tests/renderer/reference.rs` caustics against long
-//! renders (row 27).
+//! `chain::accept` has the table of acceptance with states that can arise (row 3),
+//! `tests/renderer/rng.rs` the uniformity of samples after many small steps (row 11) and of random
+//! numbers along every axis of their counters (row 13), `tests/renderer/reference.rs` caustics
+//! against long renders (row 27).
 
 use super::COMPARISONS;
 use crate::common::stats::{FALSE_ALARM, normal_quantile};
@@ -18,8 +20,8 @@ use phalanx::transport::samples::Samples;
 
 // --- Acceptance ---
 
-/// Row 3: acceptance of 0 over 0, and of everything else over everything else: a probability always, 0 for proposals that carry no light or
-/// none that can be, 1 where there was none before.
+/// Row 3: acceptance of 0 over 0, and of everything else over everything else: a probability
+/// always, 0 for proposals that carry no light or none that can be, 1 where there was none before.
 #[test]
 fn acceptance_is_a_probability() {
     let subnormal = f32::from_bits(1);
@@ -65,7 +67,8 @@ fn acceptance_is_a_probability() {
 
 // --- Samples ---
 
-/// Row 11: samples wrapped to exactly 1. Every float around 0 and 1, and tiny ones, stay in `[0, 1)`.
+/// Row 11: samples wrapped to exactly 1. Every float around 0 and 1, and tiny ones, stay in `[0,
+/// 1)`.
 #[test]
 fn wrapping_stays_below_one() {
     let around = |x: f32| -> Vec<f32> {
@@ -102,7 +105,8 @@ fn wrapping_stays_below_one() {
 
 // --- Starts ---
 
-/// Row 12: bias at the start. Chains that make few mutations show where they started. The mean of many tiny renders must be PT's.
+/// Row 12: bias at the start. Chains that make few mutations show where they started. The mean of
+/// many tiny renders must be PT's.
 #[test]
 fn no_bias_at_the_start() {
     let scene = lit_stage(12, 9);
@@ -133,7 +137,8 @@ fn no_bias_at_the_start() {
 
 // --- Correlation ---
 
-/// Row 13: correlated chains. Kinds, directions and decisions of the steps of all chains are uncorrelated.
+/// Row 13: correlated chains. Kinds, directions and decisions of the steps of all chains are
+/// uncorrelated.
 #[test]
 fn proposals_of_chains_are_uncorrelated() {
     // All chains start from one state, as chains from one bootstrap sample do.
@@ -182,8 +187,9 @@ fn proposals_of_chains_are_uncorrelated() {
 
 // --- Stuck ---
 
-/// A tiny bright lamp in a closed chamber with a hole in it: the only way out, for light subpaths that find it, is through a pane of glass,
-/// which no connection crosses. A dim sky lights the rest.
+/// A tiny bright lamp in a closed chamber with a hole in it: the only way out, for light subpaths
+/// that find it, is through a pane of glass, which no connection crosses. A dim sky lights the
+/// rest.
 fn chamber(hole: f64) -> Scene {
     let view = "LookAt 3 1.5 1.5  -.3 -.15 -2  0 1 0\nCamera \"perspective\" \"float fov\" [40]";
     let ring = format!(
@@ -211,8 +217,9 @@ fn chamber(hole: f64) -> Scene {
     )
 }
 
-/// Row 14: stuck chains. No acceptance is forced: chains that have found the way out stay where they are for hundreds of iterations, and the
-/// render says how many, and where to expect a spot. Without the hole, nothing is said.
+/// Row 14: stuck chains. No acceptance is forced: chains that have found the way out stay where
+/// they are for hundreds of iterations, and the render says how many, and where to expect a spot.
+/// Without the hole, nothing is said.
 #[test]
 fn stuck_chains_are_told() {
     let render = |hole: f64| {
@@ -238,7 +245,8 @@ fn stuck_chains_are_told() {
         .flat_map(|d| &d.mixing.stuck)
         .collect();
     assert_eq!(open.stats.stuck_chains, all.len() as u64);
-    // The spot is where the lamp shines through the hole: in the middle of the picture, by light subpaths alone.
+    // The spot is where the lamp shines through the hole: in the middle of the picture, by light
+    // subpaths alone.
     for chain in &all {
         assert!((chain.x - 16.0).abs() < 1.0 && (chain.y - 16.0).abs() < 1.0);
         assert_eq!((chain.s, chain.t), (Some(4), Some(1)));
@@ -253,7 +261,8 @@ fn stuck_chains_are_told() {
         "at pixel 16, 16",
     ];
     assert!(place.iter().any(|p| rest.contains(p)), "{told}");
-    // In the picture there is one: that pixel is brighter than its neighbours by what the warning says at least.
+    // In the picture there is one: that pixel is brighter than its neighbours by what the warning
+    // says at least.
     let row = |y: usize| open.pixels[y * 32 + 14..y * 32 + 18].iter().map(|p| p[1]);
     let brightest = row(15).chain(row(16)).fold(0.0, f32::max);
     let around = open.pixels.iter().map(|p| p[1]).sum::<f32>() / 1024.0;
@@ -281,8 +290,9 @@ fn two_rooms(width: u32, ratio: f64) -> Scene {
     scene(&(head(width, width / 2, 3, camera) + &room(-1.01, ratio) + &room(1.01, 1.0)))
 }
 
-/// Row 15: modes never found. Two rooms of which no light passes from one to the other, lit 1000 : 1: small steps cannot lead to the dim one, and the chains that are
-/// in it by chance say nothing of its share.
+/// Row 15: modes never found. Two rooms of which no light passes from one to the other, lit 1000 :
+/// 1: small steps cannot lead to the dim one, and the chains that are in it by chance say nothing
+/// of its share.
 #[test]
 fn a_dim_room_beside_a_bright_one() {
     let scene = two_rooms(16, 1000.0);
@@ -308,8 +318,9 @@ fn a_dim_room_beside_a_bright_one() {
     scaled.expect_same_among(COMPARISONS, &bright, "a thousand times the dim room");
 }
 
-/// Row 15: what the render itself knows of such rooms. R-hat tells that chains which hardly ever make a large step stay where they are. Of a room
-/// so dim that no chain enters it, large steps tell that it is missing, and where, though all chains agree. Neither is said of chains that go
+/// Row 15: what the render itself knows of such rooms. R-hat tells that chains which hardly ever
+/// make a large step stay where they are. Of a room so dim that no chain enters it, large steps
+/// tell that it is missing, and where, though all chains agree. Neither is said of chains that go
 /// everywhere.
 #[test]
 fn rooms_that_chains_do_not_find_are_told() {
@@ -369,8 +380,8 @@ pub fn open_box() -> String {
 
 // --- Specular, diffuse, specular ---
 
-/// Row 27: a caustic seen in a mirror. Every path is specular, diffuse, specular: no connection makes it, and chance has to meet the
-/// lamp through the glass from the mirror's side.
+/// Row 27: a caustic seen in a mirror. Every path is specular, diffuse, specular: no connection
+/// makes it, and chance has to meet the lamp through the glass from the mirror's side.
 #[test]
 fn caustics_in_mirrors() {
     let view = "LookAt 0 1 3  0 .8 -2  0 1 0\nCamera \"perspective\" \"float fov\" [20]";
@@ -383,7 +394,8 @@ fn caustics_in_mirrors() {
            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n\
            AttributeBegin\nMaterial \"glass\"\nTranslate 0 1 .6\nShape \"sphere\" \"float radius\" [.45]\nAttributeEnd\n";
     let scene = scene(&text);
-    // Enough paths at the start that no depth is missed, or starts from one path alone, of which no error could be told.
+    // Enough paths at the start that no depth is missed, or starts from one path alone, of which no
+    // error could be told.
     let change = |s: &mut Settings| {
         (s.samples_per_pixel, s.mutations_per_pixel) = (300, 200);
         (s.bootstrap, s.chains) = (50_000, 512);

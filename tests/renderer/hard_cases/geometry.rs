@@ -1,7 +1,8 @@
 //! Rows 4, 20, 21, 22, 29 and 37: points, edges, broken meshes, grazing angles, mirrors.
 //!
-//! `trace` has rays that leave surfaces and segments between them, by triangles of every shape (rows 4 and 22), and broken geometry that the
-//! tracer is given all the same (row 21); `tests/renderer/bsdf.rs` has every scattering function at grazing angles (row 22).
+//! `trace` has rays that leave surfaces and segments between them, by triangles of every shape
+//! (rows 4 and 22), and broken geometry that the tracer is given all the same (row 21);
+//! `tests/renderer/bsdf.rs` has every scattering function at grazing angles (row 22).
 
 use super::COMPARISONS;
 use crate::common::stats::Random;
@@ -13,12 +14,13 @@ use phalanx::scene::{IntegratorKind, LightKind, Scene};
 use phalanx::simd::{Lanes, Vec3, f32x8};
 use phalanx::trace::{Coherence, Hit, Ray, Tracer};
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 use std::fmt::Write;
 
 // --- Coincident vertices ---
 
-/// A groove along `z` whose sides meet in the origin, and below it a triangle that makes the origin the centre of the scene.
+/// A groove along `z` whose sides meet in the origin, and below it a triangle that makes the origin
+/// the centre of the scene.
 fn groove() -> Scene {
     let view = "LookAt 0 1 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" [10]";
     scene(
@@ -30,9 +32,9 @@ fn groove() -> Scene {
     )
 }
 
-/// The path camera, `x = camera`, `x = light`, light, joined in its middle: rays straight down, at those places of the groove. Returns its outcome and
-/// the distance of the two tips.
-fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Outcome, f64) {
+/// The path camera, `x = camera`, `x = light`, light, joined in its middle: rays straight down, at
+/// those places of the groove. Returns its splat and the distance of the two tips.
+fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Splat, f64) {
     let mut scene = groove();
     // It looks down; its upper side is to positive z.
     let height = 0.9;
@@ -59,18 +61,19 @@ fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Outcome, f64) {
     samples.row_mut(at.emission + 3).fill(0.75);
     let mut paths = Paths::new(&world);
     evaluator.multiplexed(&world, plan, &samples, 8, &mut paths);
-    let outcome = paths.splats.camera[0];
-    assert_eq!(outcome.s, 2);
+    let splat = paths.splats.camera[0];
+    assert_eq!(splat.s, 2);
     let [a, b] = [0, 1].map(|side: usize| paths.subpaths.endpoints[side].place[0].p);
     let distance2: f64 = (0..3).map(|i| f64::from(a[i] - b[i]).powi(2)).sum();
-    (outcome, distance2.sqrt())
+    (splat, distance2.sqrt())
 }
 
-/// Row 4: tips at distances from 0 up, on both sides of a groove and on one side of it. Such a path is worth what its likes of any size are, as
-/// long as `f32` holds its densities; then nothing. It is never infinite nor rejected.
+/// Row 4: tips at distances from 0 up, on both sides of a groove and on one side of it. Such a path
+/// is worth what its likes of any size are, as long as `f32` holds its densities; then nothing. It
+/// is never infinite nor rejected.
 #[test]
 fn vertices_that_coincide() {
-    let value = |o: &Outcome| f64::from(o.rgb[1]);
+    let value = |o: &Splat| f64::from(o.rgb[1]);
     let usual = value(&joined(Evaluator::ONE, 1e-3, -1e-3).0);
     assert!(usual > 0.0);
     let mut places = vec![0.0f32];
@@ -182,8 +185,9 @@ fn closed_meshes_hold_every_ray_of_many() {
 
 // --- Broken meshes ---
 
-/// Row 21: triangles without area, with vertices that coincide or are not finite, in the scene's text and in PLY files: dropped with a counted
-/// warning, and the picture is to the bit that of the mesh without them.
+/// Row 21: triangles without area, with vertices that coincide or are not finite, in the scene's
+/// text and in PLY files: dropped with a counted warning, and the picture is to the bit that of the
+/// mesh without them.
 #[test]
 fn broken_triangles_are_dropped_and_counted() {
     let dir = tempfile::tempdir().unwrap();
@@ -256,7 +260,8 @@ fn broken_triangles_are_dropped_and_counted() {
     }
 }
 
-/// Row 21: normals and texture coordinates that are not finite are told and left out: the mesh is as if it had none.
+/// Row 21: normals and texture coordinates that are not finite are told and left out: the mesh is
+/// as if it had none.
 #[test]
 fn broken_normals_are_left_out() {
     let dir = tempfile::tempdir().unwrap();
@@ -328,14 +333,17 @@ fn needles_make_a_floor() {
 
 // --- Grazing angles ---
 
-/// Row 22: a plain under a constant sky shows its albedo, from straight above and from a hundred-thousandth of a radian over it: paths from the
-/// camera graze it, and light subpaths end in a camera that does. Glossy plains are the same by both integrators. (At some 3e-6 radians the
-/// camera itself lies in the plain, as far as `f32` can tell. What scatters at smaller angles is in `tests/renderer/bsdf.rs` and `trace`.)
+/// Row 22: a plain under a constant sky shows its albedo, from straight above and from a
+/// hundred-thousandth of a radian over it: paths from the camera graze it, and light subpaths end
+/// in a camera that does. Glossy plains are the same by both integrators. (At some 3e-6 radians the
+/// camera itself lies in the plain, as far as `f32` can tell. What scatters at smaller angles is in
+/// `tests/renderer/bsdf.rs` and `trace`.)
 #[test]
 fn plains_seen_at_grazing_angles() {
     for angle in [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-5f64] {
         let (sin, cos) = angle.sin_cos();
-        // The window shows most of the plain at every angle: light subpaths meet it as often as camera subpaths do.
+        // The window shows most of the plain at every angle: light subpaths meet it as often as
+        // camera subpaths do.
         let half = 1.9 * sin;
         let view = format!(
             "LookAt {} {} 0  0 0 0  0 1 0\nCamera \"orthographic\" \"float screenwindow\" [-1.9 1.9 -{half} {half}]",
@@ -364,7 +372,8 @@ fn plains_seen_at_grazing_angles() {
 
 // --- Mirrors ---
 
-/// Row 29: mirrored transforms. `Scale -1 1 1` around the world shows its mirror image, with emitters on their right sides: meshes, disks and spheres, also inside out.
+/// Row 29: mirrored transforms. `Scale -1 1 1` around the world shows its mirror image, with
+/// emitters on their right sides: meshes, disks and spheres, also inside out.
 #[test]
 fn mirrored_worlds_are_mirror_images() {
     let world = |scale: &str| {
@@ -422,7 +431,8 @@ fn normal_at_centroid(text: &str) -> [f64; 3] {
     n.map(f64::from)
 }
 
-/// Row 37: normals are interpolated as they come, after the transform, and normalised after that; whatever their common length.
+/// Row 37: normals are interpolated as they come, after the transform, and normalised after that;
+/// whatever their common length.
 #[test]
 fn normals_of_any_length() {
     let given = [[0.0, 0.0, 10.0f64], [0.866, 0.1, 0.5], [0.3, -0.2, 0.05]];
@@ -476,7 +486,8 @@ fn normals_of_any_length() {
     }
 }
 
-/// Row 37: a mesh whose normals are of lengths that no product of two holds, in triangles of their own.
+/// Row 37: a mesh whose normals are of lengths that no product of two holds, in triangles of their
+/// own.
 #[test]
 fn normals_of_one_mesh_of_all_lengths() {
     for order in ["0 1 2 3 4 5", "3 4 5 0 1 2"] {

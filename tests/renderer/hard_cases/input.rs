@@ -1,7 +1,8 @@
 //! Row 33: hostile files.
 //!
-//! `pbrt` and `pbrt::ply` have generated texts, truncated and damaged meshes; `tests/renderer/fuzz_seeds.rs` has the inputs that fuzzing
-//! (`fuzz/README.md`) found to fail; here the program meets them.
+//! `pbrt` and `pbrt::ply` have generated texts, truncated and damaged meshes;
+//! `tests/renderer/fuzz_seeds.rs` has the inputs that fuzzing (`fuzz/README.md`) found to fail;
+//! here the program meets them.
 
 use std::fs;
 use std::path::Path;
@@ -52,8 +53,9 @@ fn refused(dir: &Path, file: &str) {
     assert!(!dir.join("out.pfm").exists(), "{file}");
 }
 
-/// Row 33: headers that promise more than any file holds: a message and exit code 2 before the memory is asked for. The program has a
-/// gigabyte; each of these would take more. Pictures have 16 000 pixels squared: few enough to be believed of a larger file.
+/// Row 33: headers that promise more than any file holds: a message and exit code 2 before the
+/// memory is asked for. The program has a gigabyte; each of these would take more. Pictures have 16
+/// 000 pixels squared: few enough to be believed of a larger file.
 #[cfg(target_os = "linux")]
 #[test]
 fn headers_that_promise_too_much() {
@@ -117,7 +119,8 @@ fn headers_that_promise_too_much() {
     }
 }
 
-/// Row 33: files with bytes changed, cut or repeated at random load, or are refused with a message of one line; nothing panics.
+/// Row 33: files with bytes changed, cut or repeated at random load, or are refused with a message
+/// of one line; nothing panics.
 #[test]
 fn damaged_files_are_refused() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Rows 34, 36 and 40: very large surfaces, lamps that lie in other surfaces, primitives that lie in one place.
+//! Rows 34, 36 and 40: very large surfaces, lamps that lie in other surfaces, primitives that lie
+//! in one place.
 //!
 //! `trace` has the tests of single rays (row 34), `scene` the warnings.
 
@@ -18,7 +19,8 @@ fn ground(s: f64, [x, y]: [f64; 2]) -> String {
     )
 }
 
-/// Grounds whose surface is the plane `z = 0` where the small things are, of sizes from usual to ten million.
+/// Grounds whose surface is the plane `z = 0` where the small things are, of sizes from usual to
+/// ten million.
 fn grounds() -> Vec<(String, String)> {
     let mut grounds = Vec::new();
     for s in [1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
@@ -76,7 +78,8 @@ fn apart(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
 
 // --- Large surfaces ---
 
-/// Row 34: a ball and a box on the ground, and a wall beside them: every ground and pose gives the same picture.
+/// Row 34: a ball and a box on the ground, and a wall beside them: every ground and pose gives the
+/// same picture.
 #[test]
 fn shadows_touch_what_casts_them() {
     let world = |ground: &str, [pose, back]: [&str; 2]| {
@@ -111,7 +114,8 @@ fn shadows_touch_what_casts_them() {
     mmlt(&far).expect_same_among(COMPARISONS, &mmlt(&plain), "ground of 1e6");
 }
 
-/// Row 34: no light comes from below a large black ground: a wall sees half the sky down to its foot.
+/// Row 34: no light comes from below a large black ground: a wall sees half the sky down to its
+/// foot.
 #[test]
 fn large_grounds_hold_light_off() {
     let camera = "LookAt 0 -20 .5  0 0 .5  0 0 1\nCamera \"orthographic\" \"float screenwindow\" [-.5 .5 -.5 .5]";
@@ -225,7 +229,8 @@ fn see_from_close_by(name: &str, ground: &str, kinds: &[IntegratorKind]) {
     }
 }
 
-/// Row 34: a room whose walls and ceiling go on for a million, lit by a small lamp, against the same room cut off where it does not matter.
+/// Row 34: a room whose walls and ceiling go on for a million, lit by a small lamp, against the
+/// same room cut off where it does not matter.
 #[test]
 fn large_walls_and_ceilings_meet_small_lamps() {
     let quad = |p: [[f64; 3]; 4]| {
@@ -314,7 +319,8 @@ fn square(y: f64, down: bool) -> String {
     )
 }
 
-/// Row 36: a lamp in a ceiling shines as one just below it, whatever comes first in the file, however it is turned, by every integrator.
+/// Row 36: a lamp in a ceiling shines as one just below it, whatever comes first in the file,
+/// however it is turned, by every integrator.
 #[test]
 fn lamps_in_ceilings_shine() {
     let disk = |y: f64| {
@@ -342,8 +348,8 @@ fn lamps_in_ceilings_shine() {
     }
 }
 
-/// Row 36: of two lamps in one place the brighter counts; two that shine to opposite sides both do; and one that shines away from the room
-/// leaves it dark.
+/// Row 36: of two lamps in one place the brighter counts; two that shine to opposite sides both do;
+/// and one that shines away from the room leaves it dark.
 #[test]
 fn lamps_in_one_place_have_one_winner() {
     let below = room(&lamp(5.0, &square(0.9995, true)), true, POSES[0]);
@@ -389,7 +395,8 @@ fn lamps_beside_surfaces_stay_where_they_are() {
 
 // --- Primitives in one place ---
 
-/// Row 40: trees over equal triangles, nested ones and ones in a growing row take seconds, and rays through them too.
+/// Row 40: trees over equal triangles, nested ones and ones in a growing row take seconds, and rays
+/// through them too.
 #[test]
 fn crowds_are_built_and_traced() {
     let n = 200_000;

@@ -1,13 +1,15 @@
-//! Rows 1, 25, 28 and 38: no light, tiny lights, lights of one colour, narrow cones, lights that no ray meets.
+//! Rows 1, 25, 28 and 38: no light, tiny lights, lights of one colour, narrow cones, lights that no
+//! ray meets.
 //!
-//! `tests/program/cli.rs` says what the program prints of a scene without light, and that it ends well (row 1); `tests/renderer/chains.rs` walls a light in.
+//! `tests/program/cli.rs` says what the program prints of a scene without light, and that it ends
+//! well (row 1); `tests/renderer/chains.rs` walls a light in.
 
 use super::COMPARISONS;
 use crate::support::stage::{CAMERA, GREY, lamp, stage};
 use crate::support::{BOTH, Runs, head, run, scene, settings};
 use phalanx::integrate::{EndedBy, Render, Settings};
 use phalanx::plan::Forced;
-use phalanx::scene::{HostKind, IntegratorKind};
+use phalanx::scene::{IntegratorKind, PathSamplerKind};
 
 // --- None ---
 
@@ -74,8 +76,8 @@ fn expect_black(render: &Render, what: &str) {
     assert_eq!(figures.map(f64::to_bits), [0, 0], "{what}: {figures:?}");
 }
 
-/// Row 1: tables that are empty, whatever is turned on: no light, no light with an area, no shape, no triangle, no material of one's own, no
-/// texture.
+/// Row 1: tables that are empty, whatever is turned on: no light, no light with an area, no shape,
+/// no triangle, no material of one's own, no texture.
 #[test]
 fn empty_tables() {
     let flat = "AttributeBegin\nAreaLightSource \"diffuse\"\n\
@@ -119,8 +121,9 @@ fn empty_tables() {
 
 // --- Tiny ---
 
-/// Row 25: tiny lights. A sphere of radius `r` and radiance `I / (pi r^2)` lights what it does not touch exactly as a point of intensity
-/// `I` does: from a hundredth of the scene to a millionth, with a radiance of up to 4e10.
+/// Row 25: tiny lights. A sphere of radius `r` and radiance `I / (pi r^2)` lights what it does not
+/// touch exactly as a point of intensity `I` does: from a hundredth of the scene to a millionth,
+/// with a radiance of up to 4e10.
 #[test]
 fn spheres_shrink_to_points() {
     let at = "AttributeBegin\nTranslate .7 2.2 1\n";
@@ -149,8 +152,9 @@ fn spheres_shrink_to_points() {
     }
 }
 
-/// Row 25: the same for panels, down to some billionths of the scene, where the square of their normal nearly leaves `f32`. The panel is in the
-/// middle of the scene, so that its corners have all their digits.
+/// Row 25: the same for panels, down to some billionths of the scene, where the square of their
+/// normal nearly leaves `f32`. The panel is in the middle of the scene, so that its corners have
+/// all their digits.
 #[test]
 fn panels_shrink_to_points() {
     let power = 2.0;
@@ -212,7 +216,8 @@ fn lights_without_area_shine_on_nothing() {
 
 // --- Colour ---
 
-/// Row 28: saturated colour. Blue light alone: the same blue channel as under white light, and no more noise in it.
+/// Row 28: saturated colour. Blue light alone: the same blue channel as under white light, and no
+/// more noise in it.
 #[test]
 fn saturated_light_is_no_noisier() {
     let lit = |l: &str| scene(&(head(16, 12, 4, CAMERA) + &lamp(l) + &stage(GREY)));
@@ -244,8 +249,8 @@ fn saturated_light_is_no_noisier() {
 
 // --- Narrow ---
 
-/// Row 38: one flux through cones of 5 degrees to a ten-thousandth, along an axis and askew. Almost none of the room is lit by the cone itself, so
-/// what is seen has been reflected where it ends.
+/// Row 38: one flux through cones of 5 degrees to a ten-thousandth, along an axis and askew. Almost
+/// none of the room is lit by the cone itself, so what is seen has been reflected where it ends.
 #[test]
 fn cones_of_one_flux_light_a_room_alike() {
     let room = "Material \"matte\" \"rgb Kd\" [.5 .5 .5]\nAttributeBegin\nReverseOrientation\nShape \"sphere\"\nAttributeEnd\n";
@@ -282,8 +287,8 @@ fn cones_of_one_flux_light_a_room_alike() {
 
 // --- Unseen ---
 
-/// An area light with alpha 0 lights what a black lamp in its place lights that nobody sees, is itself not seen, and casts no
-/// shadow, by every integrator.
+/// An area light with alpha 0 lights what a black lamp in its place lights that nobody sees, is
+/// itself not seen, and casts no shadow, by every integrator.
 #[test]
 fn lights_that_no_ray_meets_shine_all_the_same() {
     let panel = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-.5 0 -.5 .5 0 -.5 .5 0 .5 -.5 0 .5]";
@@ -301,7 +306,7 @@ fn lights_that_no_ray_meets_shine_all_the_same() {
         IntegratorKind::Pt,
         IntegratorKind::Lt,
         IntegratorKind::Bdpt,
-        IntegratorKind::Pssmlt(HostKind::Bdpt),
+        IntegratorKind::Pssmlt(PathSamplerKind::Bdpt),
         IntegratorKind::Mmlt,
     ];
     let hidden = "\"float alpha\" 0";

@@ -1,7 +1,7 @@
 //! Rows 5, 6, 9 and 10: weights, strategies, lights at infinity, and the camera's end.
 //!
-//! `tests/renderer/strategies.rs` has the sums over strategies against path tracing depth by depth (row 6), `tests/renderer/scenes_hard.rs` an image sky and each
-//! light by itself (row 9).
+//! `tests/renderer/strategies.rs` has the sums over strategies against path tracing depth by depth
+//! (row 6), `tests/renderer/scenes_hard.rs` an image sky and each light by itself (row 9).
 
 use super::COMPARISONS;
 use crate::common::scenes;
@@ -25,8 +25,9 @@ const NOTHING: f64 = 1e-15;
 /// Paths per scene and depth.
 const PATHS: usize = 10_000;
 
-/// Row 5: weights. Whole paths of every light and material, recorded and weighed in `f64` from all densities: the running sums give
-/// every strategy the balance heuristic, so that weights of a path sum to 1.
+/// Row 5: weights. Whole paths of every light and material, recorded and weighed in `f64` from all
+/// densities: the running sums give every strategy the balance heuristic, so that weights of a path
+/// sum to 1.
 #[test]
 fn every_strategy_reports_the_balance_heuristic() {
     let mut random = Random(11);
@@ -45,19 +46,19 @@ fn every_strategy_reports_the_balance_heuristic() {
             let mut lit = vec![0; plan.depth as usize + 2];
             let (mut differ, mut wild) = (0, 0);
             for i in 0..PATHS {
-                let outcome = paths.splats.camera[i];
+                let splat = paths.splats.camera[i];
                 assert!(
-                    outcome.rejected == 0,
+                    splat.rejected == 0,
                     "{name}, depth {}, path {i}",
                     plan.depth
                 );
-                let got = outcome.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / choices;
+                let got = splat.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0 / choices;
                 let recorded = recorder.walk(plan, &samples.column(i)).path();
                 let Some(path) = &recorded else {
                     differ += usize::from(got > 0.0);
                     continue;
                 };
-                assert_eq!(path.s, outcome.s);
+                assert_eq!(path.s, splat.s);
                 let reference = recorder.reference(path, &plan.strategies);
                 let want = reference.value();
                 let spread = recorder
@@ -68,7 +69,8 @@ fn every_strategy_reports_the_balance_heuristic() {
                     wild += usize::from(want > 0.0);
                     continue;
                 }
-                // Vertices on one flat face are joined along it: what passes there is made of rounding errors of cosines.
+                // Vertices on one flat face are joined along it: what passes there is made of
+                // rounding errors of cosines.
                 if want.max(got) < NOTHING {
                     continue;
                 }
@@ -83,7 +85,8 @@ fn every_strategy_reports_the_balance_heuristic() {
                     reference.weight(path.s),
                 );
             }
-            // Rays that graze an edge may be decided either way, and few paths hang on a rounding error.
+            // Rays that graze an edge may be decided either way, and few paths hang on a rounding
+            // error.
             assert!(
                 differ <= PATHS / 1000 && wild <= PATHS / 200,
                 "{name}: {differ} {wild}"
@@ -96,8 +99,9 @@ fn every_strategy_reports_the_balance_heuristic() {
     }
 }
 
-/// Row 6: each strategy alone. In a box lit by a lamp, light met by chance, light sampled from the wall, and light subpaths that end in the
-/// camera can each make every path: without weights each gives the whole, and so do all strategies, weighted and summed.
+/// Row 6: each strategy alone. In a box lit by a lamp, light hit by chance, light sampled from the
+/// wall, and light subpaths that end in the camera can each make every path: without weights each
+/// gives the whole, and so do all strategies, weighted and summed.
 #[test]
 fn each_strategy_alone_gives_the_whole() {
     let n = 4096;
@@ -125,7 +129,8 @@ fn each_strategy_alone_gives_the_whole() {
                 let got = o.rgb.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0;
                 summed.add(got);
                 for (s, mean) in &mut alone {
-                    // Other strategies carry nothing of this one: a strategy is drawn once in `choices` times.
+                    // Other strategies carry nothing of this one: a strategy is drawn once in
+                    // `choices` times.
                     let mut value = 0.0;
                     if o.s == *s && got > 0.0 {
                         let path = recorder
@@ -164,8 +169,9 @@ fn each_strategy_alone_gives_the_whole() {
 
 // --- Infinity ---
 
-/// Row 9: infinite and distant lights. Densities over directions at the light's end of a path, over an area where it meets the scene. The
-/// camera sees all of the floor from above, so that light subpaths, which fall on the whole scene, weigh as much as camera subpaths.
+/// Row 9: infinite and distant lights. Densities over directions at the light's end of a path, over
+/// an area where it meets the scene. The camera sees all of the floor from above, so that light
+/// subpaths, which fall on the whole scene, weigh as much as camera subpaths.
 #[test]
 fn sun_and_constant_sky() {
     let view = "LookAt 0 6 .5  0 0 .5  0 0 -1\nCamera \"orthographic\" \"float screenwindow\" [-3 3 -2.5 2.5]";
@@ -180,8 +186,9 @@ fn sun_and_constant_sky() {
 
 // --- Borders ---
 
-/// Row 10: raster positions of light subpaths, and borders. A field of constant radiance is flat to the border of the picture, under every filter, with and without a crop window: it is seen by chance
-/// (depth 0), and by light subpaths that end in the camera (depth 1, a lit wall).
+/// Row 10: raster positions of light subpaths, and borders. A field of constant radiance is flat to
+/// the border of the picture, under every filter, with and without a crop window: it is seen by
+/// chance (depth 0), and by light subpaths that end in the camera (depth 1, a lit wall).
 #[test]
 fn constant_fields_are_flat() {
     let filters = [
@@ -208,8 +215,8 @@ fn constant_fields_are_flat() {
              Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-40 -40 -5 40 -40 -5 40 40 -5 -40 40 -5]\n",
             1.0,
         ),
-        // A wall lit by a distant light: all of depth 1, and not by chance. It is little larger than what is seen of it, so that a good part
-        // comes by light subpaths.
+        // A wall lit by a distant light: all of depth 1, and not by chance. It is little larger
+        // than what is seen of it, so that a good part comes by light subpaths.
         (
             "lit wall",
             1,
@@ -251,7 +258,8 @@ fn constant_fields_are_flat() {
                     ];
                     for (part, region) in parts {
                         let mut e = runs.region(region, 1);
-                        // PT's weights of a flat field are exact but for the quadrature of the filter's norm.
+                        // PT's weights of a flat field are exact but for the quadrature of the
+                        // filter's norm.
                         e.error = e.error.hypot(1e-5);
                         e.expect_among(COMPARISONS, truth, &format!("{name}, {part}"));
                     }

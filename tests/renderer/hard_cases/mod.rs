@@ -1,5 +1,5 @@
-//! What breaks bidirectional and Metropolis renderers, from the histories of those there are: a test for every case, which fails if what
-//! guards against it is taken away.
+//! What breaks bidirectional and Metropolis renderers, from the histories of those there are: a
+//! test for every case, which fails if what guards against it is taken away.
 //!
 //! | row | case | module |
 //! |---|---|---|
@@ -58,7 +58,8 @@ mod scale;
 mod stops;
 mod sums;
 
-/// Comparisons of means in this suite, at most: all together fail by chance once in a million changes of seed
-/// ([`support::standard_errors`]). A bias of 12 standard errors is then found in all but one case in a million (of well-known errors; twice
-/// that with 23 degrees of freedom), and tests say what that is where it is not plain.
+/// Comparisons of means in this suite, at most: all together fail by chance once in a million
+/// changes of seed ([`support::standard_errors`]). A bias of 12 standard errors is then found in
+/// all but one case in a million (of well-known errors; twice that with 23 degrees of freedom), and
+/// tests say what that is where it is not plain.
 const COMPARISONS: usize = 1500;

@@ -32,7 +32,8 @@ fn moved(d: f64, s: f64) -> Scene {
     )
 }
 
-/// Rows 18 and 19: scenes far from the origin, of any size, and both. Scenes are centred and scaled at load, and no length is absolute.
+/// Rows 18 and 19: scenes far from the origin, of any size, and both. Scenes are centred and scaled
+/// at load, and no length is absolute.
 #[test]
 fn scenes_far_away_and_of_any_size() {
     let plain = moved(0.0, 1.0);
@@ -55,7 +56,8 @@ fn scenes_far_away_and_of_any_size() {
     ];
     for (d, s) in places {
         let scene = moved(d, s);
-        // The same primary samples make the same paths, but for roundings that send one in some thousands the other way at an edge.
+        // The same primary samples make the same paths, but for roundings that send one in some
+        // thousands the other way at an edge.
         let other = one(&scene);
         let off: f64 = (other.iter().flatten().zip(pt_plain.iter().flatten()))
             .map(|(a, b)| f64::from(a - b).abs())
@@ -76,8 +78,9 @@ fn scenes_far_away_and_of_any_size() {
     }
 }
 
-/// Row 18: rays leave the surfaces they come from. A plain under a constant sky has its albedo's radiance, however it lies: points on it are
-/// rounded to one side or the other, and a path that met the plain again would darken it.
+/// Row 18: rays leave the surfaces they come from. A plain under a constant sky has its albedo's
+/// radiance, however it lies: points on it are rounded to one side or the other, and a path that
+/// met the plain again would darken it.
 #[test]
 fn plains_do_not_shade_themselves() {
     for axis in ["1 2 3", "3 -1 1", "-1 1 5"] {

@@ -38,8 +38,8 @@ fn stopped(scene: &Scene, settings: &Settings, phase: Phase, done: u64) -> Rende
     render
 }
 
-/// Row 32: a stop during the bootstrap, even before it has begun: every depth has its paths, and the picture its brightness. A bias of
-/// 6 % would show.
+/// Row 32: a stop during the bootstrap, even before it has begun: every depth has its paths, and
+/// the picture its brightness. A bias of 6 % would show.
 #[test]
 fn a_bootstrap_cut_short_keeps_all_light() {
     let scene = lit_stage(16, 12);
@@ -66,7 +66,8 @@ fn a_bootstrap_cut_short_keeps_all_light() {
     cut.expect_among(COMPARISONS, truth, "brightness");
 }
 
-/// Row 32: a pass over the picture broken off: what is rendered has its brightness to the last pixel, what is not is black.
+/// Row 32: a pass over the picture broken off: what is rendered has its brightness to the last
+/// pixel, what is not is black.
 #[test]
 fn a_pass_broken_off_is_as_bright_as_a_whole_one() {
     let sky = "LookAt 0 0 0  0 0 1  0 1 0\nCamera \"perspective\"";

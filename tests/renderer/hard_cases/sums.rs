@@ -1,7 +1,8 @@
 //! Rows 2, 16, 17, 26, 31, 39 and 41: what is summed, and how much of it.
 //!
-//! `film::sums` has the exact sums of the film alone (row 16), `tests/renderer/precision.rs` the longest paths depth by depth (row 26), and
-//! `tests/renderer/chains.rs` odd numbers of chains (row 31).
+//! `film::sums` has the exact sums of the film alone (row 16), `tests/renderer/precision.rs` the
+//! longest paths depth by depth (row 26), and `tests/renderer/chains.rs` odd numbers of chains (row
+//! 31).
 
 use super::COMPARISONS;
 use crate::support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
@@ -15,7 +16,8 @@ use phalanx::transport::mis::{self, Partial};
 
 // --- Not finite ---
 
-/// The stage, and a panel beside it that can break. Black, or it would be lit and lights would see it.
+/// The stage, and a panel beside it that can break. Black, or it would be lit and lights would see
+/// it.
 fn beside(panel: &str) -> Scene {
     scene(
         &(head(16, 12, 3, CAMERA)
@@ -28,8 +30,9 @@ fn beside(panel: &str) -> Scene {
     )
 }
 
-/// Row 2: contributions that are not finite, or negative, from lights, from materials, and from shading normals. They are counted, reported
-/// once, and left out; the rest of the picture is that of a scene in which what is broken is black.
+/// Row 2: contributions that are not finite, or negative, from lights, from materials, and from
+/// shading normals. They are counted, reported once, and left out; the rest of the picture is that
+/// of a scene in which what is broken is black.
 #[test]
 fn broken_contributions_are_left_out() {
     let broken = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0];
@@ -121,8 +124,9 @@ fn check_finite(scene: &Scene, what: &str) {
 
 // --- Many ---
 
-/// Row 16: sums of many splats. Thirty million mutations of one value, 1, in one pixel: `f32` sums would stop at 2^24, and a
-/// weight that is lost or counted twice would be one part in thirty million. The pixel is 1 to the last digit of `f32`.
+/// Row 16: sums of many splats. Thirty million mutations of one value, 1, in one pixel: `f32` sums
+/// would stop at 2^24, and a weight that is lost or counted twice would be one part in thirty
+/// million. The pixel is 1 to the last digit of `f32`.
 #[test]
 fn millions_of_equal_splats_are_exact() {
     let text = head(1, 1, 0, CAMERA) + "LightSource \"infinite\" \"rgb L\" [1 1 1]\n";
@@ -137,8 +141,9 @@ fn millions_of_equal_splats_are_exact() {
     assert_eq!(render.pixels, [[1.0; 3]]);
 }
 
-/// Row 17: counters beyond 32 bits. Bootstrap path `i` and path `i + 2^32` are different paths: 100 million of them, 48 depths, are more than
-/// 2^32. That the command line takes such numbers, `tests/program/cli.rs` says.
+/// Row 17: counters beyond 32 bits. Bootstrap path `i` and path `i + 2^32` are different paths: 100
+/// million of them, 48 depths, are more than 2^32. That the command line takes such numbers,
+/// `tests/program/cli.rs` says.
 #[test]
 fn paths_are_counted_beyond_32_bits() {
     let scene = lit_stage(4, 4);
@@ -193,12 +198,13 @@ fn long_paths() {
     }
 }
 
-/// Row 26: sums that overflow saturate. What a later density of 0 takes out of a weight must not leave `0 * inf` behind, and whatever goes into
-/// a weight, it ends between 0 and 1.
+/// Row 26: sums that overflow saturate. What a later density of 0 takes out of a weight must not
+/// leave `0 * inf` behind, and whatever goes into a weight, it ends between 0 and 1.
 #[test]
 fn weights_saturate() {
     let start = |d_vcm: f32, d_vc: f32| Partial { d_vcm, d_vc };
-    // A grazing hit after a long way: the sum over earlier strategies is beyond `f32`. None of them can make this bounce.
+    // A grazing hit after a long way: the sum over earlier strategies is beyond `f32`. None of them
+    // can make this bounce.
     let grazing = start(1.0, 1e30)
         .arrive(1.0, 1e-30)
         .scatter(1.0, 0.5, 0.0, false);
@@ -303,8 +309,9 @@ fn figures(i: f64, kind: IntegratorKind) -> Vec<f64> {
     figures.iter().map(|v| v / i).collect()
 }
 
-/// Row 39: brightness. Pictures, errors and pictures of strategies are in proportion to the light, from the darkest to the brightest that `f32`
-/// has room for, with every integrator. All arithmetic scales with a power of 2, but for the rounding of what leaves the range.
+/// Row 39: brightness. Pictures, errors and pictures of strategies are in proportion to the light,
+/// from the darkest to the brightest that `f32` has room for, with every integrator. All arithmetic
+/// scales with a power of 2, but for the rounding of what leaves the range.
 #[test]
 fn light_of_any_brightness() {
     for kind in ALL {
@@ -325,7 +332,8 @@ fn light_of_any_brightness() {
     }
 }
 
-/// Row 39: what one lamp lights is not lost beside what another lights, a hundred billion billion times as much.
+/// Row 39: what one lamp lights is not lost beside what another lights, a hundred billion billion
+/// times as much.
 #[test]
 fn dim_light_beside_bright_light() {
     let camera =
@@ -361,7 +369,8 @@ fn pictures_hold_no_infinite_values() {
         let render = run(&scene, &settings(&scene, kind, 4));
         for [r, g, _] in &render.pixels {
             assert_eq!(*r, f32::MAX, "{kind:?}");
-            // Chains weigh colours by their mean: what is so dark beside another channel is rounded.
+            // Chains weigh colours by their mean: what is so dark beside another channel is
+            // rounded.
             assert!((0.0..=1e32).contains(g), "{kind:?}: {g}");
         }
         let told = render
@@ -374,8 +383,8 @@ fn pictures_hold_no_infinite_values() {
 
 // --- Flat ---
 
-/// Row 41: a sky of one value is flat after any number of samples, under every filter: samples are divided by what they weigh, or what they
-/// lack is filled in.
+/// Row 41: a sky of one value is flat after any number of samples, under every filter: samples are
+/// divided by what they weigh, or what they lack is filled in.
 #[test]
 fn skies_are_flat_at_any_number_of_samples() {
     let filters = [
@@ -418,8 +427,8 @@ fn skies_are_flat_at_any_number_of_samples() {
     }
 }
 
-/// Row 41: the same mean with every integrator, whether samples are divided by what they weigh or chains splat them, under filters narrower
-/// than a pixel, wider, and with negative weights.
+/// Row 41: the same mean with every integrator, whether samples are divided by what they weigh or
+/// chains splat them, under filters narrower than a pixel, wider, and with negative weights.
 #[test]
 fn filters_leave_the_mean() {
     let filters = [

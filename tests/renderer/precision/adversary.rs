@@ -158,7 +158,8 @@ fn approach(recorder: &Recorder, plan: &DepthPlan, u: &mut [f32], random: &mut R
     }
 }
 
-/// The smallest distance between successive vertices of a path that reaches from the camera to a light.
+/// The smallest distance between successive vertices of a path that reaches from the camera to a
+/// light.
 fn nearest(walk: &Walk) -> f64 {
     let Some(path) = walk.paths().next() else {
         return f64::INFINITY;

@@ -10,9 +10,9 @@ use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, normal_quantile};
 use phalanx::chain::evaluator::Evaluator;
 use phalanx::transport::samples::Samples;
-use phalanx::transport::{Outcome, Paths, World};
+use phalanx::transport::{Paths, Splat, World};
 
-fn bits(o: &Outcome) -> ([u32; 3], [u32; 2], u32, u32) {
+fn bits(o: &Splat) -> ([u32; 3], [u32; 2], u32, u32) {
     (
         o.rgb.map(f32::to_bits),
         o.raster.map(f32::to_bits),
@@ -94,8 +94,9 @@ fn extreme_samples_give_numbers() {
 
 #[test]
 fn long_paths_stay_finite_and_right() {
-    // Radiosity of a closed box of albedo r lit from inside by a black-backed lamp: each depth carries nearly r times the last, less what
-    // the lamp's own dark surface takes; it is bounded by the geometric series.
+    // Radiosity of a closed box of albedo r lit from inside by a black-backed lamp: each depth
+    // carries nearly r times the last, less what the lamp's own dark surface takes; it is
+    // bounded by the geometric series.
     for (depth, n) in [(64, 4096), (200, 1024)] {
         let scene = scenes::furnace(0.99);
         let world = World::new(&scene, depth);
@@ -124,7 +125,8 @@ fn long_paths_stay_finite_and_right() {
             estimates.push((k, mean));
         }
         let ((k0, a), (k1, b)) = (estimates[0], estimates[1]);
-        // The lamp hardly absorbs more than walls do (it is of the same material): one factor of albedo a bounce.
+        // The lamp hardly absorbs more than walls do (it is of the same material): one factor of
+        // albedo a bounce.
         let ratio = 0.99f64.powi((k1 - k0) as i32);
         let error = (a.error() * ratio).hypot(b.error());
         let off = (b.mean() - a.mean() * ratio) / error;

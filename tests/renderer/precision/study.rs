@@ -1,4 +1,5 @@
-//! How far `f32` is from `f64`: contributions, sampled densities and MIS weights of random and of hard paths.
+//! How far `f32` is from `f64`: contributions, sampled densities and MIS weights of random and of
+//! hard paths.
 
 use super::adversary;
 use super::tail::{QUANTILES, Tail};
@@ -28,7 +29,8 @@ const FALSE_ALARM: f64 = 1e-6;
 /// Contributions below it have lost digits as they neared the smallest `f32`.
 const TINY: f64 = 1e-34;
 
-/// What is compared: figures of the walk in `f32` against `f64` from the vertices that it found, and from the same primary samples.
+/// What is compared: figures of the walk in `f32` against `f64` from the vertices that it found,
+/// and from the same primary samples.
 #[derive(Clone, Copy, PartialEq)]
 enum Figure {
     Contribution,
@@ -37,7 +39,8 @@ enum Figure {
     Density,
     ContributionBySamples,
     WeightBySamples,
-    /// Error of the contribution over what rounding of operations and vertices explains, of some paths.
+    /// Error of the contribution over what rounding of operations and vertices explains, of some
+    /// paths.
     Conditioned,
 }
 
@@ -88,7 +91,8 @@ impl Case {
 #[derive(Default)]
 struct Errors {
     tails: [Tail; FIGURES.len()],
-    /// Paths looked at that reach from the camera to a light, and those that could not be followed in `f64` from their samples.
+    /// Paths looked at that reach from the camera to a light, and those that could not be followed
+    /// in `f64` from their samples.
     paths: usize,
     lost: usize,
     /// Large errors by explanation: the figure moves with the vertices; numbers out of range.
@@ -115,14 +119,16 @@ impl Looked<'_> {
         (self.recorder).sensitivity_to(self.path, strategies, 1, self.reference, pairs, factor)
     }
 
-    /// What the roundings of a path's formulas may add up to, relative: an ulp of each of the some ten factors that a vertex brings.
+    /// What the roundings of a path's formulas may add up to, relative: an ulp of each of the some
+    /// ten factors that a vertex brings.
     fn roundings(&self) -> f64 {
         10.0 * f64::from(f32::EPSILON) * f64::from(self.plan.depth + 2)
     }
 
-    /// Whether rounding of the vertices explains a relative error: `moved` picks a figure's relative change. If a few movements have
-    /// found nothing: more; shorter ones, since a figure can be steeper nearby; and twice as far, since both ends of a segment are moved off their
-    /// surfaces.
+    /// Whether rounding of the vertices explains a relative error: `moved` picks a figure's
+    /// relative change. If a few movements have found nothing: more; shorter ones, since a
+    /// figure can be steeper nearby; and twice as far, since both ends of a segment are moved off
+    /// their surfaces.
     fn explained(&self, error: f64, moved: impl Fn(&Sensitivity) -> f64) -> Result<(), f64> {
         let mut most = 0.0f64;
         for (pairs, factor) in [(3, 1.0), (30, 1.0), (300, 0.1), (300, 0.01), (300, 2.0)] {
@@ -246,7 +252,8 @@ impl Errors {
             if error <= LARGE {
                 continue;
             }
-            // Forth from the camera is back from the light. Of a delta lobe only the ratio varies, which is kept as the way back.
+            // Forth from the camera is back from the light. Of a delta lobe only the ratio varies,
+            // which is kept as the way back.
             let delta = looked.path.surface[d.joint].kind.is_delta();
             let way = match d.side {
                 _ if delta => 1,
@@ -362,8 +369,8 @@ fn study() {
     rows.iter().for_each(|row| println!("{row}"));
 }
 
-/// A light subpath that leaves a smooth surface along it: its shading cosine is 2e-5, which `f32` has to 0.5 % only, and which the
-/// contribution does not depend on.
+/// A light subpath that leaves a smooth surface along it: its shading cosine is 2e-5, which `f32`
+/// has to 0.5 % only, and which the contribution does not depend on.
 #[test]
 fn shading_cosines_of_light_subpaths_cancel() {
     #[rustfmt::skip]
@@ -385,8 +392,9 @@ fn shading_cosines_of_light_subpaths_cancel() {
     assert!(error < 1e-4, "{error:e}");
 }
 
-/// Width, in radians, of the narrowest refracted lobe of a scene, at most 1: an error of a direction is that much larger relative to it. The half
-/// vector of a refraction lies along `n_o wo + n_i wi`, whose length is the distance of the indices where light goes straight on.
+/// Width, in radians, of the narrowest refracted lobe of a scene, at most 1: an error of a
+/// direction is that much larger relative to it. The half vector of a refraction lies along `n_o wo
+/// + n_i wi`, whose length is the distance of the indices where light goes straight on.
 fn narrowest_lobe(scene: &Scene) -> f64 {
     let table = MaterialTable::new(scene);
     let rows = table.entries.iter().zip(&table.rows);
@@ -419,14 +427,15 @@ fn single_precision_is_good_to_ulps_over_rarity() {
             assert!(errors.tail(Figure::Contribution).len() > 500, "{name}");
         }
         let [random, hard] = all;
-        // Samples that no sampler draws may ask for a direction within the surface, which f64 does not follow.
+        // Samples that no sampler draws may ask for a direction within the surface, which f64 does
+        // not follow.
         assert!(random.lost == 0 && hard.lost < hard.paths / 50, "{name}");
         for (figure, rarest) in [
             (Figure::Contribution, 0.99),
             (Figure::Weight, 0.999),
             (Figure::Density, 0.999),
-            // Of lacquered scenes 3 million paths put the last at 1.10 times its bound, within what chance may
-            // do to the paths here.
+            // Of lacquered scenes 3 million paths put the last at 1.10 times its bound, within
+            // what chance may do to the paths here.
             (Figure::ContributionBySamples, 0.99),
             (Figure::WeightBySamples, 0.99),
         ] {

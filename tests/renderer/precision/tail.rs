@@ -77,7 +77,8 @@ fn tails_of_binomials_are_those_of_the_tables() {
         (10, 0.5, 8, 56.0 / 1024.0),
         (4, 0.25, 4, 1.0 / 256.0),
         (3, 0.1, 1, 0.271),
-        // 10 % more than expected of 150 000 are 3.9 standard deviations; by the normal limit 5e-5.
+        // 10 % more than expected of 150 000 are 3.9 standard deviations; by the normal limit
+        // 5e-5.
         (150_000, 0.01, 1650, 6.608e-5),
         (20, 0.5, 10, 1.0),
     ] {

@@ -1,13 +1,15 @@
-//! What the tests of whole renders share: independent runs of a scene, and the only rule by which a measured number may differ from
-//! another.
+//! What the tests of whole renders share: independent runs of a scene, and the only rule by which a
+//! measured number may differ from another.
 //!
-//! Every estimate is the mean of renders with different seeds, and its standard error comes from their scatter. A test fails if a
-//! difference exceeds so many standard errors that chance alone does so once in five million ([`FALSE_ALARM`]): with the few
-//! hundred comparisons there are, the whole suite raises a false alarm less than once in ten thousand changes of seed. For many runs that is
-//! 5.2 standard errors; with few, the scatter itself is uncertain, and Student's distribution asks for more ([`reach`]). Seeds are fixed.
+//! Every estimate is the mean of renders with different seeds, and its standard error comes from
+//! their scatter. A test fails if a difference exceeds so many standard errors that chance alone
+//! does so once in five million ([`FALSE_ALARM`]): with the few hundred comparisons there are, the
+//! whole suite raises a false alarm less than once in ten thousand changes of seed. For many runs
+//! that is 5.2 standard errors; with few, the scatter itself is uncertain, and Student's
+//! distribution asks for more ([`reach`]). Seeds are fixed.
 //!
-//! A suite that counts its comparisons can hand the number to [`standard_errors`], and then all of them together raise a false alarm
-//! once in a million changes of seed ([`SUITE_FALSE_ALARM`]).
+//! A suite that counts its comparisons can hand the number to [`standard_errors`], and then all of
+//! them together raise a false alarm once in a million changes of seed ([`SUITE_FALSE_ALARM`]).
 
 // Each test file uses its own part of this.
 #![allow(dead_code)]
@@ -40,8 +42,8 @@ pub fn scene(text: &str) -> Scene {
     load_str(text, "test.pbrt", &dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Settings for small pictures: one thread (the tests themselves run in parallel), `effort` samples or mutations per pixel, and a bootstrap
-/// and chains to match.
+/// Settings for small pictures: one thread (the tests themselves run in parallel), `effort` samples
+/// or mutations per pixel, and a bootstrap and chains to match.
 pub fn settings(scene: &Scene, integrator: IntegratorKind, effort: u64) -> Settings {
     Settings {
         integrator,
@@ -152,7 +154,8 @@ impl Runs {
             .collect()
     }
 
-    /// Writes the mean picture to `$PHALANX_TEST_PICTURES/NAME.png`, if that is set: a number that is right beside a wrong picture is not.
+    /// Writes the mean picture to `$PHALANX_TEST_PICTURES/NAME.png`, if that is set: a number that
+    /// is right beside a wrong picture is not.
     pub fn show(&self, name: &str) {
         if let Some(dir) = std::env::var_os("PHALANX_TEST_PICTURES") {
             let picture = Picture {
@@ -266,15 +269,16 @@ impl Estimate {
     }
 }
 
-/// How many standard errors chance exceeds with probability [`FALSE_ALARM`] (two-sided), if the error was measured with so many degrees of
-/// freedom: Student's distribution, whose density with `x = sqrt(f) tan(angle)` is `cos(angle)^(f - 1)`.
+/// How many standard errors chance exceeds with probability [`FALSE_ALARM`] (two-sided), if the
+/// error was measured with so many degrees of freedom: Student's distribution, whose density with
+/// `x = sqrt(f) tan(angle)` is `cos(angle)^(f - 1)`.
 pub fn reach(freedom: f64) -> f64 {
     quantile(FALSE_ALARM, freedom)
 }
 
-/// How far equal things may be apart, in standard errors, so that chance exceeds it in any of so many comparisons with probability
-/// [`SUITE_FALSE_ALARM`] at most (Bonferroni's bound): 6.1 for a thousand comparisons of well-known errors, 9.9 if the errors
-/// have 23 degrees of freedom.
+/// How far equal things may be apart, in standard errors, so that chance exceeds it in any of so
+/// many comparisons with probability [`SUITE_FALSE_ALARM`] at most (Bonferroni's bound): 6.1 for a
+/// thousand comparisons of well-known errors, 9.9 if the errors have 23 degrees of freedom.
 pub fn standard_errors(comparisons: usize, freedom: f64) -> f64 {
     quantile(SUITE_FALSE_ALARM / comparisons as f64, freedom)
 }
@@ -302,7 +306,8 @@ fn quantile(rate: f64, freedom: f64) -> f64 {
     freedom.sqrt() * low.tan()
 }
 
-/// Renders with PT and MMLT and fails where they differ: the whole picture and a grid of regions, every channel.
+/// Renders with PT and MMLT and fails where they differ: the whole picture and a grid of regions,
+/// every channel.
 #[track_caller]
 pub fn expect_integrators_agree(
     scene: &Scene,
@@ -354,7 +359,8 @@ fn agree(
     }
 }
 
-/// A closed axis-aligned box `[x0, x1] x [y0, y1] x [z0, z1]` as a pbrt mesh whose front faces inwards.
+/// A closed axis-aligned box `[x0, x1] x [y0, y1] x [z0, z1]` as a pbrt mesh whose front faces
+/// inwards.
 pub fn inward_box([x0, x1, y0, y1, z0, z1]: [f64; 6]) -> String {
     let corners: Vec<String> = (0..8)
         .map(|i| {
@@ -386,7 +392,8 @@ pub fn inward_box([x0, x1, y0, y1, z0, z1]: [f64; 6]) -> String {
     )
 }
 
-/// The head of a scene in the v3 dialect, up to `WorldBegin`: film size, largest depth, and the camera with its transform.
+/// The head of a scene in the v3 dialect, up to `WorldBegin`: film size, largest depth, and the
+/// camera with its transform.
 pub fn head(width: u32, height: u32, depth: u32, camera: &str) -> String {
     format!(
         "{camera}\nFilm \"image\" \"integer xresolution\" [{width}] \"integer yresolution\" [{height}]\n\

@@ -13,14 +13,14 @@ use super::texture::{self, Place};
 use crate::scene::{Alpha, AlphaTest, Image, Scene, Texture};
 use crate::simd::rng;
 
-/// The cut-outs of a scene.
-pub struct Cutouts<'a> {
+/// The alpha masks of a scene.
+pub struct AlphaMasks<'a> {
     alphas: &'a [Alpha],
     textures: &'a [Texture],
     images: &'a [Image],
 }
 
-impl<'a> Cutouts<'a> {
+impl<'a> AlphaMasks<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             alphas: &scene.alphas,
@@ -57,7 +57,7 @@ mod tests {
     #[test]
     fn alpha_is_the_part_that_is_there() {
         let there = |a: f32, test| {
-            let cutouts = Cutouts {
+            let alpha_masks = AlphaMasks {
                 alphas: &[Alpha {
                     value: Param::Constant([a; 3]),
                     test,
@@ -71,7 +71,7 @@ mod tests {
                 ..Place::default()
             };
             let count = (0..n)
-                .filter(|&i| cutouts.is_there(0, 7, &place(i)))
+                .filter(|&i| alpha_masks.is_there(0, 7, &place(i)))
                 .count();
             count as f64 / f64::from(n)
         };

@@ -2,9 +2,9 @@
 //! chains march together.
 
 use super::bootstraps::bootstraps;
-use super::schedule::{Start, allot};
+use super::schedule::{Start, chain_budgets};
 use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool, tuning};
-use crate::chain::batch::{Batch, State, Step};
+use crate::chain::batch::{Batch, ChainStep, State};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
 use crate::plan::DepthPlan;
@@ -41,7 +41,7 @@ pub struct Visit {
     pub start: u64,
     /// Where it stood before the iteration.
     pub state: State,
-    pub step: Step,
+    pub step: ChainStep,
 }
 
 /// Makes the bootstrap and marches one chain to an iteration of it, exactly as
@@ -51,7 +51,7 @@ pub struct Visit {
 /// # Errors
 /// Settings out of range, thread pools that cannot be had, and chains or iterations that the render
 /// does not have; the observer's stop.
-pub fn revisit(
+pub fn rerun(
     scene: &Scene,
     world: &World,
     settings: &Settings,
@@ -81,43 +81,43 @@ pub fn revisit(
     let method = mmlt::method(&world.plan);
     let all: Vec<Bootstrap> = pool(settings.threads)?.install(|| {
         let stop = || observer.stop().then_some(EndedBy::Observer);
-        bootstraps::<f32x8>(world, &method.hosts, settings, &stop, |_, _| {}).hosts
+        bootstraps::<f32x8>(world, &method.samplers, settings, &stop, |_, _| {}).samplers
     });
     if all.iter().any(Bootstrap::is_short) {
         return fail("stopped".into());
     }
     let area = world.camera.region.area();
     let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
-    let mut allotments = allot(&run, &method, &all, mutations);
-    allotments.retain(|a| a.host.depth() == Some(depth));
-    let Some(allotment) = allotments.first() else {
+    let mut budgets = chain_budgets(&run, &method, &all, mutations);
+    budgets.retain(|a| a.sampler.depth() == Some(depth));
+    let Some(budget) = budgets.first() else {
         return fail(format!(
             "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
             settings.bootstrap
         ));
     };
-    if chain >= allotment.chains {
+    if chain >= budget.chains {
         return fail(format!(
             "there is no chain {chain}: depth {depth} has {} chains, from 0 on",
-            allotment.chains
+            budget.chains
         ));
     }
-    if iteration >= allotment.iterations {
+    if iteration >= budget.iterations {
         return fail(format!(
             "there is no iteration {iteration}: at {} mutations a pixel chains of depth {depth} make {} iterations, from 0 on",
-            settings.mutations_per_pixel, allotment.iterations
+            settings.mutations_per_pixel, budget.iterations
         ));
     }
     let stop = || observer.stop().then_some(EndedBy::Observer);
-    let tuned = tuning::tune::<f32x8>(&run, &mut allotments, &all, &stop, |_| {});
+    let tuned = tuning::tune::<f32x8>(&run, &mut budgets, &all, &stop, |_| {});
     if tuned.ended_by.is_some() {
         return fail("stopped".into());
     }
-    let allotment = &allotments[0];
-    let Some(plan) = allotment.host.plan() else {
+    let budget = &budgets[0];
+    let Some(plan) = budget.sampler.plan() else {
         return fail(format!("chains of depth {depth} have no plan"));
     };
-    let start = Start::new(&run, allotment, &all);
+    let start = Start::new(&run, budget, &all);
     drop(all);
     let seeds = start.seeds();
     let first = chain / BATCH * BATCH;
@@ -128,15 +128,15 @@ pub fn revisit(
         if observer.stop() {
             return fail("stopped".into());
         }
-        batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
+        batch.step::<f32x8>(world, &budget.kernel, &mut paths);
     }
     let state = batch.state(chain - first);
-    batch.step::<f32x8>(world, &allotment.kernel, &mut paths);
+    batch.step::<f32x8>(world, &budget.kernel, &mut paths);
     Ok(Visit {
         plan: plan.clone(),
-        kernel: allotment.kernel,
-        chains: allotment.chains,
-        iterations: allotment.iterations,
+        kernel: budget.kernel,
+        chains: budget.chains,
+        iterations: budget.iterations,
         start: seeds[chain],
         state,
         step: batch.latest(chain - first),

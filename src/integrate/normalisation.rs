@@ -1,12 +1,12 @@
 //! How much light there is, and what that makes of the film's sums. The picture is
 //!
 //! ```text
-//! sum over k of  b_k * A / N_k * sum of splats of host k
+//! sum over k of  b_k * A / N_k * sum of splats of sampler k
 //! ```
 //!
-//! with `b_k` the integral of host `k`, `A` the sampled raster area in pixels and `N_k` the
-//! mutations made by chains of that host, whatever their number: rounding and early stops cost no
-//! energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every
+//! with `b_k` the integral of sampler `k`, `A` the sampled raster area in pixels and `N_k` the
+//! mutations made by chains of that sampler, whatever their number: rounding and early stops cost
+//! no energy. `b_k` is the mean target of all uniform samples there are: the bootstrap's, and every
 //! large step's ([`Estimate`]; pbrt-v3, section 16.4.3, uses the first alone).
 //!
 //! If the method combines them, large steps are splatted as independent samples, too
@@ -20,18 +20,18 @@
 //! its expectation: that is unbiased also where there are few of them, or none.
 
 use super::Run;
-use super::schedule::{Allotment, density, layer_of};
+use super::schedule::{ChainBudget, density, layer_of};
 use crate::chain::batch::Batch;
 use crate::chain::bootstrap::Estimate;
 use crate::chain::monitor::{GroupTiles, UNITS};
 use crate::film::Scales;
 
 /// Batches of chains that have made the same number of iterations as others of their layer.
-pub(super) type Chains<'a> = Vec<(&'a Allotment, &'a Batch)>;
+pub(super) type Chains<'a> = Vec<(&'a ChainBudget, &'a Batch)>;
 
 /// How much light there is, and how it gets from the film into the picture.
 pub(super) struct Light {
-    /// By host: the integrals `b_k`.
+    /// By sampler: the integrals `b_k`.
     pub estimates: Vec<Estimate>,
     /// By layer of the film: what turns its sums into radiance, and the squared relative standard
     /// error of that.
@@ -50,8 +50,8 @@ impl Light {
             (scale + independent_scale(chains, layer)) * area
         };
         let relative = |layer: usize| {
-            let hosts = estimates.iter().enumerate();
-            let of_layer = hosts.filter(|(host, _)| layer_of(*host) == layer);
+            let samplers = estimates.iter().enumerate();
+            let of_layer = samplers.filter(|(sampler, _)| layer_of(*sampler) == layer);
             let (b, error2) = of_layer.fold((0.0, 0.0), |(b, error2), (_, e)| {
                 (b + e.mean(), error2 + e.error2())
             });
@@ -89,10 +89,10 @@ impl Light {
     }
 }
 
-/// All independent samples of each host: the bootstrap's and the large steps'.
+/// All independent samples of each sampler: the bootstrap's and the large steps'.
 fn estimate(chains: &Chains) -> Vec<Estimate> {
-    let hosts = chains.iter().map(|(a, _)| a.index + 1).max();
-    let mut estimates = vec![Estimate::default(); hosts.unwrap_or(0)];
+    let samplers = chains.iter().map(|(a, _)| a.index + 1).max();
+    let mut estimates = vec![Estimate::default(); samplers.unwrap_or(0)];
     for (a, _) in chains {
         estimates[a.index] = a.bootstrap;
     }
@@ -104,13 +104,13 @@ fn estimate(chains: &Chains) -> Vec<Estimate> {
     estimates
 }
 
-/// Factor of a layer of chains: its hosts' integral over their weighted mutations; 0 for others.
+/// Factor of a layer of chains: its samplers' integral over their weighted mutations; 0 for others.
 fn layer_scale(chains: &Chains, estimates: &[Estimate], layer: usize) -> f64 {
     let members = || chains.iter().filter(|(a, _)| a.layer == layer);
     // Chains of a layer have all made the same number of iterations.
     let done = members().next().map_or(0, |(_, batch)| batch.iterations());
     let densest = members().map(|(a, _)| density(a)).fold(0.0, f64::max);
-    // A host has several batches, in a row.
+    // A sampler has several batches, in a row.
     let (mut boot, mut refined, mut last) = (0.0, 0.0, None);
     for (a, _) in members() {
         if last != Some(a.index) {
@@ -158,7 +158,7 @@ fn weights(chains: &Chains, layers: usize) -> Vec<f64> {
 }
 
 /// What a group of chains has left in each tile of a layer.
-pub(super) fn sums_of<'a>(a: &Allotment, group: &'a GroupTiles, layer: usize) -> &'a [u64] {
+pub(super) fn sums_of<'a>(a: &ChainBudget, group: &'a GroupTiles, layer: usize) -> &'a [u64] {
     match layer {
         _ if a.layer == layer => &group.sums,
         _ if a.independent == Some(layer) => &group.independent,

@@ -6,7 +6,7 @@
 //! tile their mean must be that of the chains.
 
 use super::error::{Groups, Tiles};
-use super::light::{Chains, Light, sums_of};
+use super::normalisation::{Chains, Light, sums_of};
 use super::{Run, Stats};
 use crate::chain::mixing::{Mixing, StrategyMixing, Stuck};
 use crate::chain::monitor::{Monitor, TileMoments, UNITS};
@@ -128,7 +128,7 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
         };
         let monitors: Vec<&Monitor> = own().filter_map(|(_, batch)| batch.monitor()).collect();
         let b = estimate.mean();
-        let depth = a.host.depth();
+        let depth = a.sampler.depth();
         list.push(DepthStats {
             depth,
             b,
@@ -312,7 +312,7 @@ fn cross_check(
             let scale = f64::from(run.scene.film.scale);
             let told = whole.unwrap_or(&by_chains).mean[tile];
             let found = Missed {
-                depth: first.host.depth(),
+                depth: first.sampler.depth(),
                 tile: tiling.bounds(tile),
                 chains: told * scale,
                 large_steps: whole.map_or(mean, |_| told + lack) * scale,
@@ -366,7 +366,7 @@ fn stuck(
 ) -> Option<String> {
     let mut spots: Vec<(f64, Option<u32>, &Stuck)> = Vec::new();
     for d in depths {
-        let own = chains.iter().find(|(a, _)| a.host.depth() == d.depth);
+        let own = chains.iter().find(|(a, _)| a.sampler.depth() == d.depth);
         let layer = own.map_or(0, |(a, _)| a.layer);
         for stuck in &d.mixing.stuck {
             let around = tiles.mean[tiling.index([stuck.x, stuck.y])];

@@ -13,8 +13,9 @@ pub struct Half {
 }
 
 impl Half {
-    /// With `f` the part of the half, `A` its sum and `T` that of all, `A / sqrt(f (1 - f)) - T sqrt(f / (1 - f))` has mean 0 and the variance
-    /// of `T`, if chains are alike. These are the factors of `A` (halved, so that it is about 1) and of `T`.
+    /// With `f` the part of the half, `A` its sum and `T` that of all, `A / sqrt(f (1 - f)) - T
+    /// sqrt(f / (1 - f))` has mean 0 and the variance of `T`, if chains are alike. These are
+    /// the factors of `A` (halved, so that it is about 1) and of `T`.
     pub(super) fn factors(&self) -> [f64; 2] {
         let (f, g) = (self.part, 1.0 - self.part);
         if f > 0.0 && g > 0.0 {
@@ -37,8 +38,9 @@ pub struct Scales<'a> {
 }
 
 impl SplatFilm {
-    /// Pixels of the picture, and a standard error of each of their values: from the difference of two pictures by the two halves of all
-    /// chains ([`Half`]), and from the relative variance of each layer's scale. Its square is right in the mean.
+    /// Pixels of the picture, and a standard error of each of their values: from the difference of
+    /// two pictures by the two halves of all chains ([`Half`]), and from the relative variance
+    /// of each layer's scale. Its square is right in the mean.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -79,7 +81,8 @@ impl SplatFilm {
         (narrow(&squares), deviation)
     }
 
-    /// What brings the half, which was summed with scales known before, to the level of the picture.
+    /// What brings the half, which was summed with scales known before, to the level of the
+    /// picture.
     fn level(&self, scales: &Scales) -> f64 {
         let total = |scale: &dyn Fn(usize) -> f64| -> f64 {
             (scales.light.iter().enumerate())

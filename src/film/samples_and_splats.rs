@@ -4,10 +4,11 @@ use super::samples::Estimate;
 use super::{FilterTable, GROUPS, Passes, Sample, SampleFilm, Tiling};
 use std::ops::Range;
 
-/// Film for samples that are placed in the cells of the raster one after the other and also splat light to places that nobody chose, as those of
-/// light subpaths do. What was placed and what was splatted is normalised apart: a pass that is broken off has gone over a part of the cells, but
+/// Film for samples that are placed in the cells of the raster one after the other and also splat
+/// light to places that nobody chose, as those of light subpaths do. What was placed and what was
+/// splatted is normalised apart: a pass that is broken off has gone over a part of the cells, but
 /// its splats fell everywhere.
-pub struct ScatteredFilm {
+pub struct SplattingFilm {
     placed: SampleFilm,
     splats: Option<SampleFilm>,
 }
@@ -24,7 +25,7 @@ pub struct Done {
 /// Pixels that are resolved at a time.
 const BAND: usize = 4096;
 
-impl ScatteredFilm {
+impl SplattingFilm {
     /// `judged` says that the film knows its own error, `splats` that there are any.
     pub fn new(filter: FilterTable, judged: bool, splats: bool) -> Self {
         Self {
@@ -38,7 +39,8 @@ impl ScatteredFilm {
         self.placed.add(samples);
     }
 
-    /// Adds splats: sums over a pass that estimate radiance. There is a place for them only if the film was made with one.
+    /// Adds splats: sums over a pass that estimate radiance. There is a place for them only if the
+    /// film was made with one.
     pub fn splat(&self, splats: impl Iterator<Item = Sample>) {
         if let Some(film) = &self.splats {
             film.add(splats);
@@ -84,8 +86,9 @@ impl ScatteredFilm {
         picture
     }
 
-    /// Pixels of the picture, and a standard error of each of their values, as [`SampleFilm::resolve_with_error`]: what is placed and what is
-    /// splatted in a pass belongs together, and both are added before halves are compared.
+    /// Pixels of the picture, and a standard error of each of their values, as
+    /// [`SampleFilm::resolve_with_error`]: what is placed and what is splatted in a pass
+    /// belongs together, and both are added before halves are compared.
     ///
     /// # Panics
     /// If the film is not judged.
@@ -119,8 +122,8 @@ impl ScatteredFilm {
         })
     }
 
-    /// What has fallen into each tile by group of passes, as if no pass had been broken off: a part of a pass makes its group's sum more certain,
-    /// not larger.
+    /// What has fallen into each tile by group of passes, as if no pass had been broken off: a part
+    /// of a pass makes its group's sum more certain, not larger.
     pub fn tile_sums(&self, done: &Done) -> Vec<[f64; GROUPS]> {
         let mut sums = regular(&self.placed, &done.placed);
         if let Some(splats) = &self.splats {
@@ -141,7 +144,7 @@ fn regular(film: &SampleFilm, passes: &Passes) -> Vec<[f64; GROUPS]> {
     let mut tiles = film.tile_sums();
     let mut weights = film.tile_weights();
     let group = passes.whole as usize % GROUPS;
-    let thrown = ScatteredFilm::thrown(passes.whole.max(1));
+    let thrown = SplattingFilm::thrown(passes.whole.max(1));
     let regular = thrown[group];
     let tiling = film.tiling();
     let [left, right, top, _] = film.filter().crop();
@@ -169,8 +172,9 @@ fn regular(film: &SampleFilm, passes: &Passes) -> Vec<[f64; GROUPS]> {
     tiles
 }
 
-/// Sums over the pixels of a tile as if each had had a weight of 1 in each pass: what they lack or have too much of is put down to
-/// the tile's mean, as pixels are divided by what their samples weigh.
+/// Sums over the pixels of a tile as if each had had a weight of 1 in each pass: what they lack or
+/// have too much of is put down to the tile's mean, as pixels are divided by what their samples
+/// weigh.
 fn weigh(sums: &mut [f64; GROUPS], weights: &[f64; GROUPS], thrown: [f64; GROUPS], pixels: f64) {
     let weight: f64 = weights.iter().sum();
     if weight > 0.0 {
@@ -187,12 +191,12 @@ mod tests {
     use crate::scene::{Filter, FilterKind};
     use glam::Vec2;
 
-    fn film(judged: bool, splats: bool) -> ScatteredFilm {
+    fn film(judged: bool, splats: bool) -> SplattingFilm {
         let filter = Filter {
             radius: Vec2::splat(0.5),
             kind: FilterKind::Box,
         };
-        ScatteredFilm::new(FilterTable::new(&filter, [0, 2, 0, 1]), judged, splats)
+        SplattingFilm::new(FilterTable::new(&filter, [0, 2, 0, 1]), judged, splats)
     }
 
     fn sample(x: f32, value: f32, pass: u64) -> Sample {

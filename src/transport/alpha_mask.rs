@@ -1,7 +1,9 @@
-//! Rays through cut-outs: what is not there is passed, and distances stay those from where the ray began.
+//! Rays through alpha masks: what is not there is passed, and distances stay those from where the
+//! ray began.
 //!
-//! The tracer knows no cut-outs. In a scene that has them, rays whose hit lies on a part that is cut out are traced again from beyond it, off the
-//! surface by its error bound as rays leave surfaces elsewhere, until none is left.
+//! The tracer knows no alpha masks. In a scene that has them, rays whose hit lies on a part that is
+//! cut out are traced again from beyond it, off the surface by its error bound as rays leave
+//! surfaces elsewhere, until none is left.
 
 use super::World;
 use super::list::List;
@@ -12,7 +14,7 @@ use crate::simd::{Lanes, Vec3};
 use crate::surface::texture::Place;
 use crate::trace::offset;
 
-/// Workspace of rays on their way through cut-outs.
+/// Workspace of rays on their way through alpha masks.
 #[derive(Default)]
 pub struct Through {
     rays: Vec<Ray>,
@@ -36,7 +38,8 @@ impl Through {
 }
 
 impl World<'_> {
-    /// [`Tracer::closest`](crate::trace::Tracer::closest), through cut-outs. Returns how many more rays that took.
+    /// [`Tracer::closest`](crate::trace::Tracer::closest), through alpha masks. Returns how many
+    /// more rays that took.
     pub fn closest<L: Lanes>(
         &self,
         rays: &[Ray],
@@ -45,7 +48,7 @@ impl World<'_> {
         through: &mut Through,
     ) -> u64 {
         self.tracer.closest::<L>(rays, list, hits);
-        if !self.plan.cutouts {
+        if !self.plan.alpha_masks {
             return 0;
         }
         through.start(rays.len());
@@ -84,7 +87,8 @@ impl World<'_> {
         more
     }
 
-    /// [`Tracer::occluded`](crate::trace::Tracer::occluded), through cut-outs; `hits` is scratch. Returns how many more rays that took.
+    /// [`Tracer::occluded`](crate::trace::Tracer::occluded), through alpha masks; `hits` is
+    /// scratch. Returns how many more rays that took.
     pub fn occluded<L: Lanes>(
         &self,
         rays: &[Ray],
@@ -94,7 +98,7 @@ impl World<'_> {
         through: &mut Through,
     ) -> u64 {
         self.tracer.occluded::<L>(rays, list, blocked);
-        if !self.plan.cutouts {
+        if !self.plan.alpha_masks {
             return 0;
         }
         through.start(rays.len());
@@ -149,7 +153,8 @@ impl World<'_> {
         (!there).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
     }
 
-    /// Whether a point of a shape with cut-outs is there; as for [`Geometry::surface_point`](crate::geometry::Geometry::surface_point).
+    /// Whether a point of a shape with alpha masks is there; as for
+    /// [`Geometry::surface_point`](crate::geometry::Geometry::surface_point).
     fn is_there(
         &self,
         primitive: u32,
@@ -171,12 +176,12 @@ impl World<'_> {
             n: point.ng.lane(0),
         };
         let alpha = self.geometry.shape_of(primitive).0.alpha;
-        (self.cutouts.is_there(alpha, primitive, &place), point)
+        (self.alpha_masks.is_there(alpha, primitive, &place), point)
     }
 
     /// Bits of the lanes whose point, sampled on the lane's light by `u`, is there to emit.
     pub fn emits<L: Lanes>(&self, lights: &[u32], u: [L; 2]) -> u32 {
-        if !self.plan.cut_lights {
+        if !self.plan.masked_lights {
             return u32::MAX;
         }
         let mut bits = 0;
@@ -203,7 +208,8 @@ impl World<'_> {
         self.is_there(primitive, p, Vec3::zero(), hit).0
     }
 
-    /// No ray crosses more surfaces than this: what still goes on after that goes round in circles of rounding errors.
+    /// No ray crosses more surfaces than this: what still goes on after that goes round in circles
+    /// of rounding errors.
     fn most_layers(&self) -> usize {
         self.tracer.stats().triangles + 2 * self.tracer.stats().spheres
     }

@@ -6,7 +6,7 @@ use crate::simd::prefetch::prefetch;
 use std::sync::MutexGuard;
 
 /// The stripe that splats go to.
-pub(super) struct Held<'a> {
+pub(super) struct LockedStripe<'a> {
     film: &'a SplatFilm,
     layer: usize,
     /// Weight in the half, if the splats belong to it.
@@ -18,7 +18,7 @@ pub(super) struct Held<'a> {
     pixels_of_half: Option<MutexGuard<'a, Table<i64>>>,
 }
 
-impl<'a> Held<'a> {
+impl<'a> LockedStripe<'a> {
     /// Holds nothing yet. `half` is the weight in the half, if splats belong to it.
     pub fn new(film: &'a SplatFilm, layer: usize, half: Option<f64>, shift: u32) -> Self {
         Self {
@@ -42,7 +42,8 @@ impl<'a> Held<'a> {
 
     #[inline(never)]
     fn move_to(&mut self, stripe: u32) {
-        // What is held is given back first, and a layer is locked before the half: nobody waits in a circle.
+        // What is held is given back first, and a layer is locked before the half: nobody waits in
+        // a circle.
         self.pixels = None;
         self.pixels_of_half = None;
         let film = self.film;
@@ -66,7 +67,8 @@ impl<'a> Held<'a> {
 
     #[inline(always)]
     pub fn prefetch(&self, pixel: usize) {
-        // If it belongs to another stripe this fetches in vain. A pixel can lie across two cache lines.
+        // If it belongs to another stripe this fetches in vain. A pixel can lie across two cache
+        // lines.
         let at = self.place(pixel);
         for pixels in [&self.pixels, &self.pixels_of_half].into_iter().flatten() {
             prefetch::<8, _>(pixels.entries(), at);
@@ -134,7 +136,8 @@ const SMALL: f64 = (1u64 << 51) as f64;
 /// A number whose last digit is 1.
 const MAGIC: f64 = (3u64 << 51) as f64;
 
-/// To the nearest integer, ties to even, for numbers of absolute value below [`SMALL`]: a cast would look for what does not fit.
+/// To the nearest integer, ties to even, for numbers of absolute value below [`SMALL`]: a cast
+/// would look for what does not fit.
 #[inline(always)]
 fn round_small(x: f64) -> i64 {
     (x + MAGIC).to_bits() as i64 - MAGIC.to_bits() as i64

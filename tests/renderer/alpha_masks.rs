@@ -8,7 +8,7 @@ use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::{IntegratorKind, NONE, Scene};
 use phalanx::trace::{Hit, Ray};
 use phalanx::transport::World;
-use phalanx::transport::cutout::Through;
+use phalanx::transport::alpha_mask::Through;
 use support::{BOTH, Runs, expect_integrators_agree, head, inward_box, run, scene, settings};
 
 const SEEDS: u64 = 16;
@@ -55,7 +55,8 @@ fn a_half_there_sheet_halves_what_is_seen() {
     }
 }
 
-/// Light subpaths and visibility rays: a floor under a sheet, lit from above, seen from below the sheet.
+/// Light subpaths and visibility rays: a floor under a sheet, lit from above, seen from below the
+/// sheet.
 #[test]
 fn a_half_there_sheet_halves_what_lights() {
     let sheets = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"float alpha\" [.5] \
@@ -71,8 +72,8 @@ fn a_half_there_sheet_halves_what_lights() {
     expect_uniform(&scene, 256, truth, "sun through a sheet");
 }
 
-/// A vessel of which the part `a` is there, emits 1 inwards and reflects `rho`, in a sky of 2: `a + 2 (1 - a)` from everywhere, and
-/// that times `(a rho)^k` after `k` reflections.
+/// A vessel of which the part `a` is there, emits 1 inwards and reflects `rho`, in a sky of 2: `a +
+/// 2 (1 - a)` from everywhere, and that times `(a rho)^k` after `k` reflections.
 #[test]
 fn a_furnace_with_holes() {
     let (a, rho, depth) = (0.6, 0.7, 3);
@@ -92,7 +93,8 @@ fn a_furnace_with_holes() {
     }
 }
 
-/// A lamp of which a checkerboard is left: half of what lights, and dark squares where it is looked at.
+/// A lamp of which a checkerboard is left: half of what lights, and dark squares where it is looked
+/// at.
 #[test]
 fn a_lamp_with_holes_lights_by_what_is_left() {
     let check = "Texture \"c\" \"float\" \"checkerboard\" \"float uscale\" [16] \"float vscale\" [16] \"float tex1\" [0] \"float tex2\" [1]\n";
@@ -114,7 +116,8 @@ fn a_lamp_with_holes_lights_by_what_is_left() {
         let of = |scene: &Scene| Runs::new(scene, &settings(scene, kind, 256), SEEDS);
         let (cut, whole) = (of(&cut), of(&whole));
         cut.show(&format!("lamp-with-holes-{kind:?}"));
-        // Squares are a sixteenth of a metre, seven metres away: the moments of the pattern are below what can be measured.
+        // Squares are a sixteenth of a metre, seven metres away: the moments of the pattern are
+        // below what can be measured.
         (cut.whole(0)).expect_same(&whole.whole(0), &format!("lamp with holes {kind:?}"));
     }
 }
@@ -154,7 +157,8 @@ fn alpha_0_is_absent_and_alpha_1_opaque_to_the_bit() {
     }
 }
 
-/// One square of a checkerboard covers each sheet: nothing is there, and every ray has to find that out a hundred times.
+/// One square of a checkerboard covers each sheet: nothing is there, and every ray has to find that
+/// out a hundred times.
 #[test]
 fn a_hundred_sheets_that_are_not_there() {
     let nothing = "Texture \"c\" \"float\" \"checkerboard\" \"float uscale\" [.1] \"float vscale\" [.1] \"float tex1\" [0] \"float tex2\" [1]\n";
@@ -207,7 +211,8 @@ fn a_hundred_sheets_that_are_not_there() {
         let bound = 100.0 * phalanx::trace::offset::gamma(7);
         assert!((z - expected).abs() < bound, "{z} {expected}");
     }
-    // And the same for what only asks whether anything is in the way: up to the light, and beyond it.
+    // And the same for what only asks whether anything is in the way: up to the light, and beyond
+    // it.
     let to_light = |far: f32| -> Vec<Ray> {
         rays.iter()
             .zip(&hits[0])
