@@ -274,8 +274,8 @@ impl Probe for Witness<'_> {
     }
 
     fn emission<L: Lanes>(&mut self, _: &[u32], lights: &[u32], weight: L, rgb: Vec3<L>) {
-        let tip = self.camera.as_ref().and_then(|c| c.steps.last());
-        if let Some(p) = tip.map(|tip| tip.vertex.p) {
+        let end = self.camera.as_ref().and_then(|c| c.steps.last());
+        if let Some(p) = end.map(|end| end.vertex.p) {
             let light = lights[0];
             self.meet(End::Area { light, p }, weight, rgb);
         }

@@ -17,7 +17,7 @@ pub struct SubpathVertex {
     pub beta: [f32; 3],
     /// Running sums of multiple importance sampling on arrival.
     pub partial: Partial<f32>,
-    /// `None` at a tip.
+    /// `None` at an endpoint.
     pub sampled: Option<Sampled>,
 }
 
@@ -61,13 +61,13 @@ pub enum Fate {
     Absorbed(Side),
     /// `s = 0`, and the last vertex is not on a light.
     Dark,
-    /// The tip is of a delta BSDF, which cannot be joined.
+    /// The endpoint is of a delta BSDF, which cannot be joined.
     Delta(Side),
     /// The light sends nothing that way.
     Unlit,
-    /// `t = 1`, and the camera does not see the tip.
+    /// `t = 1`, and the camera does not see the endpoint.
     OutOfView,
-    /// Both tips are in one place.
+    /// Both endpoints are in one place.
     Coincident,
 }
 
@@ -95,7 +95,10 @@ impl fmt::Display for Fate {
                 name(side)
             ),
             Fate::Unlit => write!(f, "the light sends nothing that way"),
-            Fate::OutOfView => write!(f, "the light subpath's tip is out of the camera's view"),
+            Fate::OutOfView => write!(
+                f,
+                "the light subpath's endpoint is out of the camera's view"
+            ),
             Fate::Coincident => write!(f, "both subpaths end in one place"),
         }
     }

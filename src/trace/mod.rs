@@ -22,6 +22,7 @@
 mod build;
 mod bvh8;
 mod crowd;
+mod eight;
 mod large;
 mod node;
 pub mod offset;

@@ -1,14 +1,12 @@
 //! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that
 //! have nothing in common.
 
-use std::ops::Range;
-
 use super::Trees;
 use super::bvh8::Node8;
+use super::eight::{Broadcast, enter, record, test_group};
 use super::node::Child;
 use super::packet::Best;
-use super::ray::{PAD, PAD_OF_ORIGIN, Ray, Sheared};
-use super::store::WIDTH;
+use super::ray::{PAD, Ray, Sheared};
 use super::triangle::TriangleTest;
 use crate::simd::prefetch::prefetch;
 use crate::simd::{Lanes, Mask, f32x8};
@@ -35,7 +33,7 @@ impl Walks {
 /// A ray on its way.
 struct Walk {
     cursor: Cursor,
-    ray: Splat,
+    ray: Broadcast,
     stack: Stack,
 }
 
@@ -45,20 +43,6 @@ struct Cursor {
     current: Child,
     top: usize,
     best: Best<f32>,
-}
-
-/// The ray of one lane, in every lane.
-#[derive(Clone, Copy)]
-struct Splat {
-    rd: [f32x8; 3],
-    ord: [f32x8; 3],
-    own: Sheared<f32x8>,
-    /// [`Ray::own_pad`].
-    pad: f32x8,
-    /// 1 where the direction is negative.
-    negative: [usize; 3],
-    /// Axes of the scene in the ray's own order.
-    order: [usize; 3],
 }
 
 /// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one
@@ -96,7 +80,7 @@ impl Stored {
     }
 
     #[inline(always)]
-    fn splat<const VAST: bool>(&self, lane: usize) -> Splat {
+    fn splat<const VAST: bool>(&self, lane: usize) -> Broadcast {
         let lane = lane & 7;
         let order = match (self.swap_x >> lane & 1, self.swap_y >> lane & 1) {
             (1, _) => [2, 1, 0],
@@ -110,7 +94,7 @@ impl Stored {
             let [x, y, z] = all(&self.o).map(Lanes::abs);
             Lanes::max(Lanes::max(x, y), z) * f32x8::splat(PAD)
         };
-        Splat {
+        Broadcast {
             rd: all(&self.rd),
             ord: all(&self.ord),
             own: Sheared {
@@ -297,7 +281,7 @@ impl Walk {
                 top: 0,
                 best: Best::NOTHING,
             },
-            ray: Splat {
+            ray: Broadcast {
                 rd: ZERO,
                 ord: ZERO,
                 own: Sheared {
@@ -332,7 +316,7 @@ impl Cursor {
     fn step<L: Lanes, T: TriangleTest, const ANY: bool, const VAST: bool>(
         &mut self,
         trees: &Trees,
-        ray: &Splat,
+        ray: &Broadcast,
         stack: &mut Stack,
         (rays, lane): (&Ray<L>, usize),
     ) -> bool {
@@ -431,87 +415,5 @@ impl Cursor {
             stack[self.top & (STACK - 1)] = child.0 as u64;
             self.top += 1;
         }
-    }
-}
-
-/// Where the ray enters each child, and bits of those it enters no later than its best hit.
-#[inline(always)]
-fn enter<const VAST: bool>(ray: &Splat, node: &Node8, t_max: f32) -> (f32x8, u32) {
-    let (mut near, mut far) = (f32x8::ZERO, f32x8::splat(t_max));
-    for k in 0..3 {
-        let side = ray.negative[k] & 1;
-        let plane =
-            |side: usize| Lanes::mul_add(f32x8::new(node.bounds[k][side]), ray.rd[k], -ray.ord[k]);
-        let grown = if VAST {
-            ray.pad * f32x8::splat(PAD_OF_ORIGIN / PAD) * Lanes::abs(ray.rd[k])
-        } else {
-            f32x8::ZERO
-        };
-        let (t0, t1) = (plane(side), plane(1 - side));
-        near = Lanes::max(near, if VAST { t0 - grown } else { t0 });
-        far = Lanes::min(far, if VAST { t1 + grown } else { t1 });
-    }
-    (near, Mask::bits(Lanes::le(near, far)))
-}
-
-#[inline(always)]
-fn test_group<T: TriangleTest, const ANY: bool, const VAST: bool>(
-    trees: &Trees,
-    ray: &Splat,
-    range: Range<usize>,
-    best: &mut Best<f32>,
-) {
-    let group = trees.triangles.group(range.start, range.len());
-    let p = group.ordered(ray.order).all();
-    let (mask, known) = T::covers(&ray.own, &p);
-    let covered = Mask::bits(mask) & group.lanes();
-    if covered == 0 {
-        return;
-    }
-    let t_max = f32x8::splat(best.t);
-    let found = T::hit::<f32x8, ANY, VAST>(&ray.own, &p, mask, known, t_max, ray.pad);
-    let mask = Mask::bits(found.mask) & covered;
-    record_all::<ANY>(trees, range, mask, found.t, || T::barycentrics(known), best);
-}
-
-/// Records the hits of a group.
-#[inline(always)]
-fn record_all<const ANY: bool>(
-    trees: &Trees,
-    range: Range<usize>,
-    mut mask: u32,
-    t: f32x8,
-    barycentrics: impl FnOnce() -> [f32x8; 2],
-    best: &mut Best<f32>,
-) {
-    if mask == 0 {
-        return;
-    }
-    if ANY {
-        best.t = -1.0;
-        return;
-    }
-    let t = t.to_array();
-    let b = barycentrics().map(|b| b.to_array());
-    while mask != 0 {
-        let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-        mask &= mask - 1;
-        let prim = trees.triangles.index(range.start + lane);
-        record::<ANY>(best, t[lane], prim, || [b[0][lane], b[1][lane]]);
-    }
-}
-
-#[inline(always)]
-fn record<const ANY: bool>(
-    best: &mut Best<f32>,
-    t: f32,
-    prim: u32,
-    barycentrics: impl FnOnce() -> [f32; 2],
-) {
-    if ANY {
-        best.t = -1.0;
-    } else if t < best.t || (t == best.t && prim < best.prim) {
-        let [b1, b2] = barycentrics();
-        *best = Best { t, b1, b2, prim };
     }
 }

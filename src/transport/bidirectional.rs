@@ -5,7 +5,7 @@
 //! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's
 //! endpoints are set aside. A strategy `(s, t)` then takes the endpoints of its two vertices back,
 //! for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's
-//! visibility rays are one full wave. A tip's running sums ([`super::mis`]) are all that a weight
+//! visibility rays are one full wave. An endpoint's running sums ([`super::mis`]) are all that a weight
 //! needs, here as there, and the weights are the same.
 //!
 //! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample
@@ -16,7 +16,7 @@ use super::clock::Stage;
 use super::connect::{Joining, Techniques};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
-use super::list::List;
+use super::kept::{Kept, KeptVertex};
 use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
@@ -185,71 +185,6 @@ impl BidirectionalLayout {
     }
 }
 
-/// Vertices of the subpaths of a batch.
-#[derive(Default)]
-pub(super) struct Kept {
-    /// By side and number of the surface vertex.
-    sides: [Vec<KeptVertex>; 2],
-}
-
-/// One vertex of each path.
-#[derive(Default)]
-struct KeptVertex {
-    endpoints: Endpoints,
-    /// Paths that have it and can be joined there.
-    joined: List,
-    joins: Vec<bool>,
-    /// The subpath has met what disperses light, here or before; empty in a scene without.
-    dispersed: Vec<bool>,
-}
-
-impl Kept {
-    /// Room for the vertices of `room` paths; none has any.
-    fn start(&mut self, layout: &BidirectionalLayout, room: usize, dispersion: bool) {
-        let counts = [layout.camera_vertices, layout.light_vertices];
-        for (side, count) in self.sides.iter_mut().zip(counts) {
-            if side.len() < count {
-                side.resize_with(count, KeptVertex::default);
-            }
-            for vertex in side {
-                if vertex.joins.len() < room {
-                    vertex.endpoints.resize(room);
-                    vertex.joined.reserve(room);
-                    vertex.joins.resize(room, false);
-                }
-                if dispersion && vertex.dispersed.len() < room {
-                    vertex.dispersed.resize(room, false);
-                }
-                for &path in &*vertex.joined {
-                    vertex.joins[path as usize] = false;
-                }
-                vertex.joined.clear();
-            }
-        }
-    }
-}
-
-impl KeptVertex {
-    /// The subpaths of `list` have arrived here.
-    fn note(&mut self, paths: &Paths, list: &[u32], side: Side) {
-        let kinds = &paths.subpaths.endpoints[side as usize].kind;
-        for &path in list {
-            let joins = !kinds[path as usize].is_delta();
-            self.joins[path as usize] = joins;
-            self.joined.push_if(path, joins);
-        }
-        if !self.dispersed.is_empty() {
-            for &path in list {
-                self.dispersed[path as usize] = paths.dispersion.has_met(path, side);
-            }
-        }
-    }
-
-    fn has_dispersed(&self, path: u32) -> bool {
-        self.dispersed.get(path as usize).is_some_and(|d| *d)
-    }
-}
-
 impl World<'_> {
     /// Bidirectional evaluation: path `i` of `n` takes column `i` of `samples`.
     /// `paths.splats.camera[i]` is left with what its strategies of `t >= 2` add at the
@@ -278,7 +213,8 @@ impl World<'_> {
             n,
         );
         let mut kept = std::mem::take(&mut paths.kept);
-        kept.start(layout, paths.room(), self.plan.dispersion);
+        let counts = [layout.camera_vertices, layout.light_vertices];
+        kept.start(counts, paths.room(), self.plan.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
@@ -348,7 +284,7 @@ impl World<'_> {
         lists.light.clear();
     }
 
-    /// Puts the tips that the subpaths of `lists.emission` have in this wave among the vertices
+    /// Puts the endpoints that the subpaths of `lists.emission` have in this wave among the vertices
     /// that are kept; the list of the side is left with those that scatter and go on.
     fn set_aside<L: Lanes>(
         &self,
@@ -359,7 +295,8 @@ impl World<'_> {
         (side, kept): (Side, &mut Kept),
     ) {
         let vertex = &mut kept.sides[side as usize][wave];
-        vertex.note(paths, &lists.emission, side);
+        let arrived = &paths.subpaths.endpoints[side as usize];
+        vertex.note(arrived, &paths.dispersion, &lists.emission, side);
         let (on, first, count) = match side {
             Side::Camera => (
                 &mut lists.camera,

@@ -26,6 +26,7 @@ pub mod clock;
 mod connect;
 mod dispersion;
 pub mod evaluate;
+mod kept;
 mod list;
 pub mod mis;
 pub mod path_sampler;

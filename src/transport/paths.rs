@@ -1,7 +1,7 @@
 //! The workspace of a batch of paths: tables of [`records`](super::records), one per path, by what
 //! lives together.
 
-use super::bidirectional::Kept;
+use super::kept::Kept;
 use crate::simd::{Lanes, Row, UintLanes, Vec3};
 use crate::surface::{Kind, Mode};
 use crate::trace::offset;

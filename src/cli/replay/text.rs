@@ -58,8 +58,8 @@ fn about_chain(out: &mut String, i: &Iteration) {
 
 fn path(out: &mut String, report: &PathReport) {
     let seen = match report.visible {
-        Some(true) => "; its tips see each other",
-        Some(false) => "; blocked between its tips",
+        Some(true) => "; its endpoints see each other",
+        Some(false) => "; blocked between its endpoints",
         None => "",
     };
     let rejected = if report.rejected {

@@ -33,7 +33,7 @@ fn groove() -> Scene {
 }
 
 /// The path camera, `x = camera`, `x = light`, light, joined in its middle: rays straight down, at
-/// those places of the groove. Returns its splat and the distance of the two tips.
+/// those places of the groove. Returns its splat and the distance of the two endpoints.
 fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Splat, f64) {
     let mut scene = groove();
     // It looks down; its upper side is to positive z.
@@ -68,7 +68,7 @@ fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Splat, f64) {
     (splat, distance2.sqrt())
 }
 
-/// Row 4: tips at distances from 0 up, on both sides of a groove and on one side of it. Such a path
+/// Row 4: endpoints at distances from 0 up, on both sides of a groove and on one side of it. Such a path
 /// is worth what its likes of any size are, as long as `f32` holds its densities; then nothing. It
 /// is never infinite nor rejected.
 #[test]

@@ -384,7 +384,7 @@ fn shading_cosines_of_light_subpaths_cancel() {
     let walk = recorder.walk(plan, &samples);
     let path = walk.path().expect("a path that carries light");
     let leaves = &walk.light.as_ref().expect("a light subpath").steps[3];
-    let along = leaves.sampled.expect("not its tip").wi;
+    let along = leaves.sampled.expect("not its endpoint").wi;
     let cos = dot(wide(along), leaves.vertex.ns);
     assert!(cos.abs() < 1e-4, "{cos}");
     let reference = recorder.reference(&path, &plan.strategies);
