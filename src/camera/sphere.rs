@@ -8,7 +8,7 @@
 //! places together, and a path joined to the camera chooses one of them uniformly, which is what a
 //! camera subpath does.
 
-use super::Region;
+use super::region::Region;
 use crate::scene::SphereMap;
 use crate::simd::{Lanes, Mask, Vec3, math};
 use std::f32::consts::{FRAC_1_PI, PI};

@@ -4,6 +4,7 @@
 mod bdpt;
 mod bootstraps;
 mod chains;
+mod depth_stats;
 mod error;
 mod failure;
 mod grid;
@@ -24,9 +25,9 @@ mod schedule;
 mod settings;
 mod tuning;
 
+pub use self::depth_stats::{CrossCheck, DepthStats};
 pub use self::error::{Tiles, standard_errors};
 pub use self::failure::RenderError;
-pub use self::mixing_check::{CrossCheck, DepthStats};
 pub use self::needs::{Need, Needs};
 pub use self::rerun::{Visit, Whose, rerun};
 pub use self::result::{Render, Stats, StrategyPictures};

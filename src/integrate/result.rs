@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
+use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
-use super::mixing_check::CrossCheck;
-use super::mixing_check::DepthStats;
 use super::run::EndedBy;
 use crate::transport::bidirectional::Strategy;
 

@@ -1,8 +1,9 @@
 //! Surfaces under a dielectric coat (v4 `coateddiffuse`, `coatedconductor`).
 
+use super::built::{Built, Part, PartMaterial};
 use super::color::Use;
 use super::error::{SceneError, Site};
-use super::materials::{Built, Given, Part, PartMaterial};
+use super::given::Given;
 use super::params::ParamSet;
 use super::textures::{TextureNames, color_param, color_param_or, float_param, float_param_or};
 use crate::scene::{MaterialKind, Param, Remap, Roughness, Weight, is_smooth};

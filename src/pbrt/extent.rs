@@ -5,13 +5,9 @@ mod large;
 mod measure;
 mod origin;
 
-use glam::DVec3;
-
 pub(super) use self::large::large_of;
+pub(super) use self::measure::Eyes;
 pub(super) use self::origin::space_of;
-
-/// The camera's place and those of some lights.
-pub(super) struct Eyes(pub Vec<DVec3>);
 
 #[cfg(test)]
 mod tests {

@@ -13,6 +13,7 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DMat4};
 
+use super::built::MaterialDef;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError, Site};
 use super::folder::Folder;
@@ -20,7 +21,7 @@ use super::geometry::Geometry;
 use super::lexer::{Token, TokenKind};
 use super::lights::WorldLight;
 use super::params::ParamSet;
-use super::state::{MaterialDef, StateStack};
+use super::state::StateStack;
 use super::stream::TokenStream;
 use super::textures::Tables;
 use crate::pbrt::budget::Budget;

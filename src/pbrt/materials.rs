@@ -3,21 +3,17 @@
 //! A material of one BSDF is read by the file of that BSDF ([`table`]). Those that are made of
 //! several, or of one or the other, are read here, in `mixtures` and in `coats`.
 
+use super::built::{Built, MaterialNames};
 use super::coats;
-use super::color::Use;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
+use super::given::Given;
 use super::mixtures;
 use super::params::ParamSet;
-use super::spectrum;
-use super::state::{MaterialDef, MaterialNames};
-use super::textures::{Channels, Tables, TextureNames, color_param, float_param};
+use super::textures::{Channels, Tables, TextureNames, float_param};
 use crate::pbrt::image::Encoding;
-use crate::scene::spectrum::IndexCurve;
-use crate::scene::{Bump, MaterialKind, Param, Parameters, Rgb, Tangents, Weight};
+use crate::scene::{Bump, MaterialKind, Param, Tangents};
 use crate::surface::table;
-use std::fmt;
-use std::rc::Rc;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
 /// may find there.
@@ -40,64 +36,6 @@ const OVERRIDABLE: [&str; 17] = [
     "amount",
     "bumpmap",
 ];
-
-/// A material as it was read: of one kind, or several in one place.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Built {
-    One(MaterialKind),
-    /// At most [`MAX_COMPONENTS`](crate::scene::MAX_COMPONENTS).
-    Mixture(Vec<Part>),
-}
-
-/// Memory of an index over the wavelengths, roughly.
-const CURVE_BYTES: usize = 2048;
-
-impl Built {
-    /// Memory that it takes besides its own size, roughly.
-    pub fn bytes(&self) -> usize {
-        match self {
-            Self::One(kind) => kind.bytes() + kind.dispersion().map_or(0, |_| CURVE_BYTES),
-            Self::Mixture(parts) => (parts.iter())
-                .map(|part| size_of::<Part>() + part.material.bytes() + CURVE_BYTES / 8)
-                .sum(),
-        }
-    }
-}
-
-/// A part of a mixture, as [`Component`](crate::scene::Component).
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
-    pub material: PartMaterial,
-    pub weight: Weight,
-    pub albedo: Vec<Param>,
-}
-
-#[derive(Clone, Debug)]
-pub(super) enum PartMaterial {
-    /// Belongs to this mixture alone.
-    Own(MaterialKind),
-    Named(Rc<MaterialDef>),
-}
-
-impl PartMaterial {
-    fn bytes(&self) -> usize {
-        match self {
-            Self::Own(kind) => kind.bytes(),
-            Self::Named(_) => 0,
-        }
-    }
-}
-
-impl PartialEq for PartMaterial {
-    /// Names stand for what they name.
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Own(a), Self::Own(b)) => a == b,
-            (Self::Named(a), Self::Named(b)) => Rc::ptr_eq(a, b),
-            _ => false,
-        }
-    }
-}
 
 /// Whether a v3 shape's own parameters change its material.
 pub(super) fn overrides(shape: &ParamSet) -> bool {
@@ -152,74 +90,6 @@ fn unknown(kind: &str, set: &ParamSet) -> SceneError {
         None => set.error(format_args!(
             "material \"{kind}\" is unknown; use {supported}"
         )),
-    }
-}
-
-/// The parameters of a directive, and the textures that they may name.
-pub(super) struct Given<'a> {
-    pub set: &'a ParamSet,
-    pub names: &'a TextureNames,
-}
-
-impl Parameters for Given<'_> {
-    type Error = SceneError;
-
-    fn dialect(&self) -> Dialect {
-        self.set.dialect
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.set.has(name)
-    }
-
-    fn error(&self, message: impl fmt::Display) -> SceneError {
-        self.set.error(message)
-    }
-
-    fn albedo(&self, name: &str) -> Result<Option<Param>, SceneError> {
-        color_param(self.set, self.names, name, Use::Albedo)
-    }
-
-    fn float(&self, name: &str) -> Result<Option<Param>, SceneError> {
-        float_param(self.set, self.names, name)
-    }
-
-    fn constant(&self, name: &str, default: f64, low: f64, high: f64) -> Result<f64, SceneError> {
-        self.set.float_in(name, default, low, high)
-    }
-
-    fn flag(&self, name: &str, default: bool) -> Result<bool, SceneError> {
-        self.set.bool_or(name, default)
-    }
-
-    fn index(&self, name: &str) -> Result<Option<Param>, SceneError> {
-        color_param(self.set, self.names, name, Use::Index)
-    }
-
-    fn grey_index(&self, name: &str) -> Result<Option<Param>, SceneError> {
-        let given = self.set.find(name);
-        if given.is_some_and(|p| p.ty == super::params::Type::Float) {
-            return self.float(name);
-        }
-        // A colour is no spectrum: the index is one number, that of its green.
-        Ok(self.index(name)?.map(|eta| match eta {
-            Param::Constant(c) => Param::Constant([c[1]; 3]),
-            texture => texture,
-        }))
-    }
-
-    fn index_curve(&self, name: &str) -> Result<Option<IndexCurve>, SceneError> {
-        match self.set.find(name) {
-            Some(given) => self.set.index_curve(given),
-            None => Ok(None),
-        }
-    }
-
-    fn known_index(&self, name: &str) -> Option<Rgb> {
-        match self.set.dialect {
-            Dialect::V3 => spectrum::named_spd_file(name),
-            Dialect::V4 => spectrum::named(name),
-        }
     }
 }
 

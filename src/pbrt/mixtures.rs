@@ -1,11 +1,12 @@
 //! Materials that are several in one place.
 
+use super::built::{Built, Part, PartMaterial};
+use super::built::{MaterialDef, MaterialNames};
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
-use super::materials::{Built, Given, Part, PartMaterial};
+use super::given::Given;
 use super::params::{self, ParamSet, Type, Values};
-use super::state::{MaterialDef, MaterialNames};
 use super::textures::{TextureNames, color_param, color_param_or, float_param_or};
 use crate::scene::{MAX_NESTING, MaterialKind, Param, Parameters, Remap, Roughness, Weight};
 use crate::surface::dielectric::read_v3_index;

@@ -12,6 +12,7 @@
 
 mod brightness;
 mod budget;
+mod built;
 mod coats;
 mod color;
 mod color_space;
@@ -22,6 +23,7 @@ mod finish;
 mod flush;
 mod folder;
 mod geometry;
+mod given;
 pub mod image;
 mod lexer;
 mod lights;

@@ -1,42 +1,21 @@
 //! The graphics state: what directives set and later directives use.
 
-use std::cell::Cell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
 use glam::DMat4;
-use rpds::HashTrieMap;
 
+use super::built::{MaterialDef, MaterialNames};
 use super::color_space::ColorSpace;
 use super::dialect::Dialect;
 use super::error::{Pos, Report, SceneError, Site};
 use super::lights::AreaLight;
-use super::materials::Built;
 use super::params::ParamSet;
-use super::textures::{Deferred, TextureNames};
+use super::textures::TextureNames;
 use super::transform::Place;
-use crate::pbrt::budget::Charge;
-use crate::scene::Bump;
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
-
-/// A material as it was made. It enters the scene's table when a shape first uses it.
-#[derive(Debug)]
-pub(super) struct MaterialDef {
-    /// Its name, or its type if it has none.
-    pub name: String,
-    pub kind: String,
-    pub set: ParamSet,
-    pub built: Deferred<(Built, Option<Bump>)>,
-    pub index: Cell<Option<u32>>,
-    pub used: Cell<bool>,
-    pub _room: Charge,
-}
-
-/// By name, as a mixture finds its components. Copies share what they have in common: every block
-/// saves one.
-pub(super) type MaterialNames = HashTrieMap<String, Rc<MaterialDef>>;
 
 #[derive(Clone, Debug)]
 pub(super) enum CurrentMaterial {

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::Trees;
 use super::bvh8::Node8;
 use super::packet::Best;
 use super::ray::{PAD, PAD_OF_ORIGIN, Sheared};
 use super::store::WIDTH;
+use super::trees::Trees;
 use super::triangle::TriangleTest;
 use crate::simd::{Lanes, Mask, f32x8};
 

@@ -35,6 +35,7 @@ mod split;
 mod store;
 #[cfg(test)]
 mod tests;
+mod trees;
 mod triangle;
 
 use std::cell::RefCell;
@@ -52,7 +53,8 @@ use self::ray::Extent;
 pub use self::ray::Sheared;
 pub use self::records::{Hit, HitLanes, Ray, RayLanes};
 use self::sphere::LeafSphere;
-use self::store::{Triangles, View};
+use self::store::Triangles;
+use self::trees::Trees;
 pub use self::triangle::{Hit as TriangleHit, TriangleTest, Watertight};
 use crate::memory::Table;
 
@@ -100,17 +102,6 @@ pub struct Tracer {
     extent: Extent,
     size: Size,
     stats: Stats,
-}
-
-/// The tables of a tracer, as rays read them.
-struct Trees<'a> {
-    nodes: &'a [Node],
-    wide: &'a [Node8],
-    triangles: View<'a>,
-    spheres: &'a [LeafSphere],
-    large: &'a [LargeSurface],
-    /// Whether single rays take turns.
-    in_turns: bool,
 }
 
 /// What the caller knows of rays that are neighbours in a list. It changes the speed, never a

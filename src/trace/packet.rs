@@ -4,12 +4,12 @@
 //! entered, the other waits on a stack with its entry distances, so that it is dropped if all its
 //! rays have found something nearer meanwhile.
 
-use super::Trees;
 use super::node::{Bounds, Child, Link, Node};
 use super::ray::{Agreement, Ray};
 use super::records::{self, HitLanes, RayLanes};
 use super::single::{self, Stored, Walks};
 use super::store::{Ordered, permuted};
+use super::trees::Trees;
 use super::triangle::TriangleTest;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, UintLanes};

@@ -2,8 +2,8 @@
 //! empty in a scene without dispersion.
 
 use super::World;
-use super::paths::Side;
 use super::samples::Samples;
+use super::side::Side;
 use super::wavelength::{Wavelength, Wavelengths};
 use crate::simd::{Lanes, Vec3};
 

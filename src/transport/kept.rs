@@ -2,7 +2,8 @@
 
 use super::dispersion::Dispersion;
 use super::list::List;
-use super::paths::{Endpoints, Side};
+use super::paths::Endpoints;
+use super::side::Side;
 
 /// Vertices of the subpaths of a batch.
 #[derive(Default)]

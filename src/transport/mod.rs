@@ -35,6 +35,7 @@ pub mod probe;
 pub mod records;
 pub mod samples;
 mod scatter;
+mod side;
 pub mod sides;
 mod sort;
 mod start;

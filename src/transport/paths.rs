@@ -2,8 +2,9 @@
 //! lives together.
 
 use super::kept::Kept;
+pub use super::side::Side;
 use crate::simd::{Lanes, Row, UintLanes, Vec3};
-use crate::surface::{Kind, Mode};
+use crate::surface::Kind;
 use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::alpha_mask::Through;
@@ -15,25 +16,6 @@ use crate::transport::records::*;
 use crate::transport::sides::Normals;
 use crate::transport::sort::Sorter;
 use crate::transport::wavelength::Wavelength;
-
-/// Which subpath.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(usize)]
-pub enum Side {
-    Camera = 0,
-    Light = 1,
-}
-
-impl Side {
-    /// What its subpaths carry.
-    #[inline(always)]
-    pub fn mode(self) -> Mode {
-        match self {
-            Side::Camera => Mode::Radiance,
-            Side::Light => Mode::Importance,
-        }
-    }
-}
 
 /// The endpoints of one side's subpaths.
 #[derive(Default)]

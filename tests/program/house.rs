@@ -22,7 +22,6 @@ use tree::Tree;
 
 /// Rooms from the lowest to the highest, as in the map. Rooms of one row do not use each other.
 const ROOMS: &[&[&str]] = &[
-    &["switches"],
     &["simd", "memory", "brief", "files"],
     &["formats"],
     &["scene"],

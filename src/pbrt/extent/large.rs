@@ -6,8 +6,9 @@ use glam::{DAffine3, DVec3};
 
 use super::super::geometry::Geometry;
 use super::super::transform::inverse;
-use super::Eyes;
-use super::measure::{Bounds, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance};
+use super::measure::{
+    Bounds, Eyes, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance,
+};
 use crate::scene::large::{Large, LargeSphere, LargeTriangle};
 use crate::scene::{NONE, Scene};
 

@@ -4,6 +4,9 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::geometry::Geometry;
 
+/// The camera's place and those of some lights.
+pub(in crate::pbrt) struct Eyes(pub Vec<DVec3>);
+
 /// Part of the primitives that may be smaller than what counts as small: slivers of a mesh say
 /// nothing about its scale.
 pub(super) const SLIVERS: f64 = 0.01;

@@ -5,8 +5,9 @@ use glam::{DAffine3, DVec3};
 
 use super::super::geometry::Geometry;
 use super::super::transform::inverse;
-use super::Eyes;
-use super::measure::{Bounds, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance};
+use super::measure::{
+    Bounds, Eyes, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance,
+};
 use crate::scene::Space;
 
 /// The bounds' centre is the origin unless small things are this far from it, in units of their

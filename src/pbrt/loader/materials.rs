@@ -5,11 +5,11 @@ use std::rc::Rc;
 
 use super::Loader;
 use crate::pbrt::budget::Charge;
+use crate::pbrt::built::{Built, MaterialDef, PartMaterial};
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{SceneError, Site};
-use crate::pbrt::materials::{Built, PartMaterial};
 use crate::pbrt::params::ParamSet;
-use crate::pbrt::state::{CurrentMaterial, MaterialDef};
+use crate::pbrt::state::CurrentMaterial;
 use crate::pbrt::textures::{self, Class, NAME_BYTES};
 use crate::pbrt::tolerance::{knows_material, makes_texture};
 use crate::pbrt::{coats, materials};

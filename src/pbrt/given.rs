@@ -1,0 +1,80 @@
+//! What a BSDF's file reads its parameters from: a directive, and the textures it may name.
+
+use std::fmt;
+
+use super::color::Use;
+use super::dialect::Dialect;
+use super::error::SceneError;
+use super::params::{ParamSet, Type};
+use super::spectrum;
+use super::textures::{TextureNames, color_param, float_param};
+use crate::scene::spectrum::IndexCurve;
+use crate::scene::{Param, Parameters, Rgb};
+
+/// The parameters of a directive, and the textures that they may name.
+pub(super) struct Given<'a> {
+    pub set: &'a ParamSet,
+    pub names: &'a TextureNames,
+}
+
+impl Parameters for Given<'_> {
+    type Error = SceneError;
+
+    fn dialect(&self) -> Dialect {
+        self.set.dialect
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.set.has(name)
+    }
+
+    fn error(&self, message: impl fmt::Display) -> SceneError {
+        self.set.error(message)
+    }
+
+    fn albedo(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        color_param(self.set, self.names, name, Use::Albedo)
+    }
+
+    fn float(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        float_param(self.set, self.names, name)
+    }
+
+    fn constant(&self, name: &str, default: f64, low: f64, high: f64) -> Result<f64, SceneError> {
+        self.set.float_in(name, default, low, high)
+    }
+
+    fn flag(&self, name: &str, default: bool) -> Result<bool, SceneError> {
+        self.set.bool_or(name, default)
+    }
+
+    fn index(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        color_param(self.set, self.names, name, Use::Index)
+    }
+
+    fn grey_index(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        let given = self.set.find(name);
+        if given.is_some_and(|p| p.ty == Type::Float) {
+            return self.float(name);
+        }
+        // A colour is no spectrum: the index is one number, that of its green.
+        Ok(self.index(name)?.map(|eta| match eta {
+            Param::Constant(c) => Param::Constant([c[1]; 3]),
+            texture => texture,
+        }))
+    }
+
+    fn index_curve(&self, name: &str) -> Result<Option<IndexCurve>, SceneError> {
+        match self.set.find(name) {
+            Some(given) => self.set.index_curve(given),
+            None => Ok(None),
+        }
+    }
+
+    fn known_index(&self, name: &str) -> Option<Rgb> {
+        match self.set.dialect {
+            Dialect::V3 => spectrum::named_spd_file(name),
+            Dialect::V4 => spectrum::named(name),
+        }
+    }
+}
