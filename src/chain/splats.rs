@@ -11,10 +11,11 @@ use crate::transport::records::SplatLanes;
 pub(super) const WEIGHT_BITS: u32 = 32;
 
 record! {
-    /// A splat of a chain's state. It is written when chains accept or reject, and read by the film's logs and by monitors.
+    /// A splat of a chain's state. It is written when chains accept or reject, and read by the
+    /// film's logs and by monitors.
     pub struct ChainSplat / ChainSplatLanes {
-        /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share of what it shares with large
-        /// steps, if it does.
+        /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share
+        /// of what it shares with large steps, if it does.
         colour: [f32; 3],
         /// Raster position, in pixels.
         raster: [f32; 2],

@@ -1,7 +1,8 @@
 //! Error against time: integrators and settings run against each other on the same scenes.
 //!
 //! ```text
-//! axes -> variants -> efforts for equal budgets -> runs, interleaved -> errors -> lines, times, efficiencies -> report
+//! axes -> variants -> efforts for equal budgets -> runs, interleaved -> errors
+//!      -> lines, times, efficiencies -> report
 //! ```
 //!
 //! The error of a picture is its relative mean squared error ([`crate::metrics::relmse`]) against a

@@ -8,10 +8,11 @@ record! {
     pub(super) struct Base / BaseLanes {
         /// Probability of its choice.
         choice: f32,
-        /// Radiance, intensity of a point, or what an image's values are multiplied by: linear sRGB.
+        /// Radiance, intensity of a point, or what an image's values are multiplied by: linear
+        /// sRGB.
         colour: [f32; 3],
-        /// Of an area light, its sides: 0 for one and 1 for two; -1 and 2 if no ray meets the light. Of a spotlight, its
-        /// falloff: above 0 if it is smooth, as in pbrt-v4.
+        /// Of an area light, its sides: 0 for one and 1 for two; -1 and 2 if no ray meets the
+        /// light. Of a spotlight, its falloff: above 0 if it is smooth, as in pbrt-v4.
         sides_or_falloff: f32,
         /// Triangle or sphere of an area light.
         primitive: u32,

@@ -9,7 +9,7 @@
 //! | RMSE | square root of MSE | |
 //! | relMSE | mean of `(p - r)^2 / (r^2 + 0.01)` | Rousselle, Knaus and Zwicker 2011 |
 //! | SMAPE | mean of `\|p - r\| / (\|p\| + \|r\| + 0.01)`, 0 to 1 | Vogels et al. 2018 |
-//! | PSNR | `-10 log10 MSE`, in dB, of sRGB values clamped to 0 to 1 as a display shows them; infinite for equal pictures | |
+//! | PSNR | `-10 log10 MSE`, in dB, of sRGB values clamped to 0 to 1; infinite if equal | |
 //! | FLIP | mean of [`flip::ldr`] or [`flip::hdr()`], 0 to 1 | Andersson et al. 2020, 2021 |
 //!
 //! [`Comparison`] has all of them, of the whole picture and of tiles.

@@ -6,7 +6,8 @@
 //! 2007, "Arbitrarily Layered Micro-Facet Surfaces", have its first term):
 //!
 //! ```text
-//! f(wo, wi) = coat(wo, wi) + T(wo) T(wi) / eta^2  rho / pi  (1 + rho F + (rho F)^2 + ... + (rho F)^(n - 1))
+//! f(wo, wi) = coat(wo, wi)
+//!           + T(wo) T(wi) / eta^2  rho / pi  (1 + rho F + (rho F)^2 + ... + (rho F)^(n - 1))
 //! ```
 //!
 //! where `T` is the share of the light from a direction that reaches the base, `F` what of the

@@ -13,8 +13,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 use super::crowd;
 use super::large::{LargeSurface, surfaces};
-use super::node::{Bounds, Child, Link, NOWHERE, Node, union};
-use super::packet::MAX_DEPTH;
+use super::node::{Bounds, Child, Link, MAX_DEPTH, NOWHERE, Node, union};
 use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
 use super::split::Split;

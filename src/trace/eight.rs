@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::best::Best;
 use super::bvh8::Node8;
-use super::packet::Best;
 use super::ray::{PAD, PAD_OF_ORIGIN, Sheared};
 use super::store::WIDTH;
 use super::trees::Trees;

@@ -19,6 +19,7 @@
 //! 7. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error
 //!    bounds ask for.
 
+mod best;
 mod build;
 mod bvh8;
 mod crowd;
@@ -44,11 +45,11 @@ use std::time::{Duration, Instant};
 use crate::scene::Scene;
 use crate::simd::Lanes;
 
+use self::best::Best;
 use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
 use self::large::LargeSurface;
 use self::node::Node;
-use self::packet::Best;
 use self::ray::Extent;
 pub use self::ray::Sheared;
 pub use self::records::{Hit, HitLanes, Ray, RayLanes};

@@ -3,6 +3,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// Deepest tree that can be traversed; a power of two, so that the stack needs no bounds checks.
+pub const MAX_DEPTH: usize = 128;
+
 /// A reference to a child, as 32 bits:
 ///
 /// | bits    | leaf                              | inner node   |

@@ -4,11 +4,13 @@ use crate::simd::record::record;
 use crate::simd::{Lanes, Vec3};
 
 record! {
-    /// A ray. It is written by whoever asks ([`Tracer::closest`](super::Tracer::closest)), and read by the tracer.
+    /// A ray. It is written by whoever asks ([`Tracer::closest`](super::Tracer::closest)), and read
+    /// by the tracer.
     pub struct Ray / RayLanes {
         /// Where it starts.
         origin: [f32; 3],
-        /// Where it ends, in units of the direction's length; hits have `t` in `(0, t_max)`. May be infinite.
+        /// Where it ends, in units of the direction's length; hits have `t` in `(0, t_max)`. May be
+        /// infinite.
         t_max: f32,
         /// Where it goes; need not be a unit vector.
         direction: [f32; 3],

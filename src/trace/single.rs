@@ -1,10 +1,10 @@
 //! One ray at a time down the wide tree: eight boxes or eight triangles per step. For rays that
 //! have nothing in common.
 
+use super::best::Best;
 use super::bvh8::Node8;
 use super::eight::{Broadcast, enter, record, test_group};
 use super::node::Child;
-use super::packet::Best;
 use super::ray::{PAD, Ray, Sheared};
 use super::trees::Trees;
 use super::triangle::TriangleTest;

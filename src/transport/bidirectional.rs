@@ -5,8 +5,8 @@
 //! Both subpaths of all samples are walked first, wave by wave as elsewhere, and each wave's
 //! endpoints are set aside. A strategy `(s, t)` then takes the endpoints of its two vertices back,
 //! for all samples at once, and is joined by the kernels that join multiplexed paths: a strategy's
-//! visibility rays are one full wave. An endpoint's running sums ([`super::mis`]) are all that a weight
-//! needs, here as there, and the weights are the same.
+//! visibility rays are one full wave. An endpoint's running sums ([`super::mis`]) are all that a
+//! weight needs, here as there, and the weights are the same.
 //!
 //! A strategy with `t = 1` adds to the picture wherever its light vertex is seen, so that a sample
 //! has many raster positions: [`Splats::light`]. Without camera subpaths this is light tracing.
@@ -20,35 +20,10 @@ use super::kept::{Kept, KeptVertex};
 use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
+pub use super::strategy::Strategy;
 use super::weigh::{Sink, TechniqueMask};
 use crate::plan::{Layout, Vertices};
 use crate::simd::{Lanes, Row};
-
-/// A way to make a path: so many vertices from a light, and from the camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Strategy {
-    pub s: u32,
-    pub t: u32,
-}
-
-impl Strategy {
-    /// Scattering events of its paths.
-    pub fn depth(self) -> u32 {
-        self.s + self.t - 2
-    }
-
-    /// How many there are of depths up to `max_depth`, at most.
-    pub fn most(max_depth: u32) -> u64 {
-        let depths = u64::from(max_depth);
-        // One of depth 0, and k + 2 of depth k.
-        1 + depths * (depths + 5) / 2
-    }
-
-    /// Surface vertices of its light subpath and of its camera subpath.
-    fn surfaces(self) -> [usize; 2] {
-        [self.s, self.t].map(|n| n.saturating_sub(1) as usize)
-    }
-}
 
 /// Which strategies run, and where their primary samples are.
 #[derive(Clone, Debug)]
@@ -284,8 +259,8 @@ impl World<'_> {
         lists.light.clear();
     }
 
-    /// Puts the endpoints that the subpaths of `lists.emission` have in this wave among the vertices
-    /// that are kept; the list of the side is left with those that scatter and go on.
+    /// Puts the endpoints that the subpaths of `lists.emission` have in this wave among the
+    /// vertices that are kept; the list of the side is left with those that scatter and go on.
     fn set_aside<L: Lanes>(
         &self,
         (layout, wave): (&BidirectionalLayout, usize),

@@ -1,8 +1,8 @@
 //! Vertices of subpaths set aside, for evaluations that join them all.
 
 use super::dispersion::Dispersion;
+use super::endpoints::Endpoints;
 use super::list::List;
-use super::paths::Endpoints;
 use super::side::Side;
 
 /// Vertices of the subpaths of a batch.

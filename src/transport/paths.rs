@@ -1,46 +1,19 @@
 //! The workspace of a batch of paths: tables of [`records`](super::records), one per path, by what
 //! lives together.
 
+pub use super::endpoints::{Endpoint, Endpoints};
 use super::kept::Kept;
 pub use super::side::Side;
-use crate::simd::{Lanes, Row, UintLanes, Vec3};
+use crate::simd::Row;
 use crate::surface::Kind;
-use crate::trace::offset;
 use crate::transport::World;
 use crate::transport::alpha_mask::Through;
 use crate::transport::clock::Clock;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::list::List;
-use crate::transport::mis::Partial;
 use crate::transport::records::*;
-use crate::transport::sides::Normals;
 use crate::transport::sort::Sorter;
 use crate::transport::wavelength::Wavelength;
-
-/// The endpoints of one side's subpaths.
-#[derive(Default)]
-pub struct Endpoints {
-    pub place: Vec<EndpointPlace>,
-    pub frame: Vec<EndpointFrame>,
-    pub energy: Vec<EndpointEnergy>,
-    /// BSDF kernel.
-    pub kind: Vec<Kind>,
-}
-
-impl Endpoints {
-    /// Of one endpoint.
-    pub(super) const BYTES: usize = size_of::<EndpointPlace>()
-        + size_of::<EndpointFrame>()
-        + size_of::<EndpointEnergy>()
-        + size_of::<Kind>();
-
-    pub(super) fn resize(&mut self, n: usize) {
-        self.place.resize(n, EndpointPlace::default());
-        self.frame.resize(n, EndpointFrame::default());
-        self.energy.resize(n, EndpointEnergy::default());
-        self.kind.resize(n, Kind::Diffuse);
-    }
-}
 
 /// Rays of a wave, and what they met.
 #[derive(Default)]
@@ -298,64 +271,5 @@ impl Paths {
     /// Paths there is room for.
     pub(super) fn room(&self) -> usize {
         self.rays.ray.len()
-    }
-}
-
-/// `N` endpoints.
-pub struct Endpoint<L: Lanes> {
-    pub place: EndpointPlaceLanes<L>,
-    pub frame: EndpointFrameLanes<L>,
-    pub energy: EndpointEnergyLanes<L>,
-}
-
-impl Endpoints {
-    #[inline(always)]
-    pub fn load<L: Lanes>(&self, list: &[u32]) -> Endpoint<L> {
-        Endpoint {
-            place: EndpointPlaceLanes::load(&self.place, list),
-            frame: EndpointFrameLanes::load(&self.frame, list),
-            energy: EndpointEnergyLanes::load(&self.energy, list),
-        }
-    }
-}
-
-impl<L: Lanes> Endpoint<L> {
-    #[inline(always)]
-    pub fn normals(&self) -> Normals<L> {
-        Normals {
-            ng: self.frame.ng,
-            ns: self.frame.ns,
-            tangent: self.energy.tangent,
-        }
-    }
-
-    /// The running sums of the subpath.
-    #[inline(always)]
-    pub fn partial(&self) -> Partial<L> {
-        Partial {
-            d_vcm: self.place.d_vcm,
-            d_vc: self.frame.d_vc,
-        }
-    }
-}
-
-impl<L: Lanes> EndpointPlaceLanes<L> {
-    /// Where a ray towards `w` starts: off the surface, of geometric normal `ng`, by its error
-    /// bound.
-    #[inline(always)]
-    pub fn leave(&self, ng: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
-        offset::leave(self.p, self.error, ng, w)
-    }
-}
-
-impl<L: Lanes> EndpointFrameLanes<L> {
-    /// The parameter rows of the BSDFs.
-    #[inline(always)]
-    pub fn load_params(&self, params: &[Row], n: usize) -> [L; Row::WIDTH] {
-        let mut rows = [0u32; 8];
-        for (i, row) in rows.iter_mut().enumerate().take(n) {
-            *row = self.params.lane(i);
-        }
-        L::load_rows(params, &rows[..n])
     }
 }

@@ -5,7 +5,9 @@
 //! | [`Ray`] | path | starts, scattering, links | [`trace`](crate::trace), arrival, escapes |
 //! | [`Hit`] | path | [`trace`](crate::trace) | arrival, lights hit by chance |
 //! | [`Flight`] | path | starts, scattering | arrival, escapes |
-//! | [`EndpointPlace`], [`EndpointFrame`], [`EndpointEnergy`] | path and side | arrival | scattering, links, lights hit by chance |
+//! | [`EndpointPlace`] | path and side | arrival | scattering, links, emitter hits |
+//! | [`EndpointFrame`] | path and side | arrival | scattering, links, emitter hits |
+//! | [`EndpointEnergy`] | path and side | arrival | scattering, links, emitter hits |
 //! | [`Link`] | path | links | BSDFs along links, weights |
 //! | [`LightEnd`] | path | links, `s = 1` | weights, `s = 1` |
 //! | [`LensEnd`] | path | links, `t = 1` | weights, `t = 1` |
@@ -105,9 +107,11 @@ record! {
     pub struct LightEnd / LightEndLanes {
         /// What it sends along the link: radiance, or intensity over the squared distance.
         radiance: [f32; 3],
-        /// Density of its choice, per solid angle at the camera's endpoint; of a light without area a probability.
+        /// Density of its choice, per solid angle at the camera's endpoint; of a light without area
+        /// a probability.
         pdf: f32,
-        /// Density of a light subpath from there over `pdf`, see [`DirectSample`](crate::light::DirectSample).
+        /// Density of a light subpath from there over `pdf`, see
+        /// [`DirectSample`](crate::light::DirectSample).
         emission_ratio: f32,
         /// 1 if a camera subpath can meet it by chance; else 0.
         hittable: f32,
@@ -117,7 +121,8 @@ record! {
 record! {
     /// The far end of a link from a light subpath: a point on the lens (`t = 1`).
     pub struct LensEnd / LensEndLanes {
-        /// Importance along the link, and the density of the raster position per area at the light's endpoint.
+        /// Importance along the link, and the density of the raster position per area at the
+        /// light's endpoint.
         pdf: f32,
     } free 7
 }
@@ -149,8 +154,8 @@ record! {
 record! {
     /// What became of a path.
     pub struct Splat / SplatLanes {
-        /// Contribution: radiance over the density of the path, MIS weight and choice of strategy included. 0 if the path
-        /// carries no light.
+        /// Contribution: radiance over the density of the path, MIS weight and choice of strategy
+        /// included. 0 if the path carries no light.
         rgb: [f32; 3],
         /// Raster position it contributes to, in pixels.
         raster: [f32; 2],

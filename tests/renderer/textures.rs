@@ -496,7 +496,9 @@ fn any_texture() -> impl Strategy<Value = Vec<Texture>> {
         prop_oneof![
             3 => -10f32..10.0,
             1 => prop::num::f32::ANY,
-            1 => prop::sample::select(vec![0.0, -0.0, f32::MAX, f32::MIN, f32::INFINITY, f32::NAN, 1e-40]),
+            1 => prop::sample::select(vec![
+                0.0, -0.0, f32::MAX, f32::MIN, f32::INFINITY, f32::NAN, 1e-40,
+            ]),
         ]
     };
     let numbers = prop::collection::vec(number(), 40);
@@ -590,7 +592,9 @@ proptest! {
     #[test]
     fn values_are_finite_whatever_is_put_in(
         textures in any_texture(),
-        place in prop::array::uniform8(prop_oneof![2 => -2f32..2.0, 1 => prop::num::f32::ANY, 1 => Just(0.0)]),
+        place in prop::array::uniform8(
+            prop_oneof![2 => -2f32..2.0, 1 => prop::num::f32::ANY, 1 => Just(0.0)],
+        ),
     ) {
         let image = Image {
             name: String::new(),
@@ -602,7 +606,8 @@ proptest! {
         let place = Place { uv: [u, v], p: [x, y, z], n: [nx, ny, nz] };
         for i in 0..textures.len() as u32 {
             prefetch_texels(&textures, std::slice::from_ref(&image), i, &place);
-            let value = evaluate(&textures, std::slice::from_ref(&image), Param::Texture(i), &place);
+            let images = std::slice::from_ref(&image);
+            let value = evaluate(&textures, images, Param::Texture(i), &place);
             prop_assert!(value.iter().all(|v| v.is_finite()), "{:?} {:?}", value, textures[i as usize]);
         }
     }

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3, Vec3};
 use super::scenes::*;
 use crate::scene::{NONE, Scene, Sphere};
 use crate::simd::{Lanes, Mask, UintLanes, f32x8};
-use crate::trace::packet::Best;
+use crate::trace::best::Best;
 use crate::trace::ray;
 use crate::trace::sphere::LeafSphere;
 use crate::trace::store::{Builder, permuted};

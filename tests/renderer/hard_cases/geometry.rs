@@ -68,9 +68,9 @@ fn joined(evaluator: Evaluator, camera: f32, light: f32) -> (Splat, f64) {
     (splat, distance2.sqrt())
 }
 
-/// Row 4: endpoints at distances from 0 up, on both sides of a groove and on one side of it. Such a path
-/// is worth what its likes of any size are, as long as `f32` holds its densities; then nothing. It
-/// is never infinite nor rejected.
+/// Row 4: endpoints at distances from 0 up, on both sides of a groove and on one side of it. Such a
+/// path is worth what its likes of any size are, as long as `f32` holds its densities; then
+/// nothing. It is never infinite nor rejected.
 #[test]
 fn vertices_that_coincide() {
     let value = |o: &Splat| f64::from(o.rgb[1]);

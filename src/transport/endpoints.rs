@@ -1,0 +1,92 @@
+//! Endpoints of subpaths: the latest vertex of each.
+
+use super::mis::Partial;
+use super::records::*;
+use super::sides::Normals;
+use crate::simd::{Lanes, Row, UintLanes, Vec3};
+use crate::surface::Kind;
+use crate::trace::offset;
+
+/// The endpoints of one side's subpaths.
+#[derive(Default)]
+pub struct Endpoints {
+    pub place: Vec<EndpointPlace>,
+    pub frame: Vec<EndpointFrame>,
+    pub energy: Vec<EndpointEnergy>,
+    /// BSDF kernel.
+    pub kind: Vec<Kind>,
+}
+
+impl Endpoints {
+    /// Of one endpoint.
+    pub(super) const BYTES: usize = size_of::<EndpointPlace>()
+        + size_of::<EndpointFrame>()
+        + size_of::<EndpointEnergy>()
+        + size_of::<Kind>();
+
+    pub(super) fn resize(&mut self, n: usize) {
+        self.place.resize(n, EndpointPlace::default());
+        self.frame.resize(n, EndpointFrame::default());
+        self.energy.resize(n, EndpointEnergy::default());
+        self.kind.resize(n, Kind::Diffuse);
+    }
+}
+
+/// `N` endpoints.
+pub struct Endpoint<L: Lanes> {
+    pub place: EndpointPlaceLanes<L>,
+    pub frame: EndpointFrameLanes<L>,
+    pub energy: EndpointEnergyLanes<L>,
+}
+
+impl Endpoints {
+    #[inline(always)]
+    pub fn load<L: Lanes>(&self, list: &[u32]) -> Endpoint<L> {
+        Endpoint {
+            place: EndpointPlaceLanes::load(&self.place, list),
+            frame: EndpointFrameLanes::load(&self.frame, list),
+            energy: EndpointEnergyLanes::load(&self.energy, list),
+        }
+    }
+}
+
+impl<L: Lanes> Endpoint<L> {
+    #[inline(always)]
+    pub fn normals(&self) -> Normals<L> {
+        Normals {
+            ng: self.frame.ng,
+            ns: self.frame.ns,
+            tangent: self.energy.tangent,
+        }
+    }
+
+    /// The running sums of the subpath.
+    #[inline(always)]
+    pub fn partial(&self) -> Partial<L> {
+        Partial {
+            d_vcm: self.place.d_vcm,
+            d_vc: self.frame.d_vc,
+        }
+    }
+}
+
+impl<L: Lanes> EndpointPlaceLanes<L> {
+    /// Where a ray towards `w` starts: off the surface, of geometric normal `ng`, by its error
+    /// bound.
+    #[inline(always)]
+    pub fn leave(&self, ng: Vec3<L>, w: Vec3<L>) -> Vec3<L> {
+        offset::leave(self.p, self.error, ng, w)
+    }
+}
+
+impl<L: Lanes> EndpointFrameLanes<L> {
+    /// The parameter rows of the BSDFs.
+    #[inline(always)]
+    pub fn load_params(&self, params: &[Row], n: usize) -> [L; Row::WIDTH] {
+        let mut rows = [0u32; 8];
+        for (i, row) in rows.iter_mut().enumerate().take(n) {
+            *row = self.params.lane(i);
+        }
+        L::load_rows(params, &rows[..n])
+    }
+}
