@@ -364,7 +364,7 @@ mod tests {
         assert_eq!(scene.warnings.len(), 1);
         let warning = &scene.warnings[0];
         assert!(
-            warning.starts_with("test.pbrt:5:") && warning.contains("test.pbrt:8"),
+            warning.starts_with("test.pbrt:5:") && warning.contains("test.pbrt:9"),
             "{warning}"
         );
         // To both sides: the camera's.
