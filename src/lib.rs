@@ -9,11 +9,11 @@
 //! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
 //! ```
 //!
-//! Data flows one way, and nothing lower knows anything higher:
+//! Data flows one way: a room uses only rooms above it in this table.
 //!
 //! | room | what it does | what it does not know |
 //! |---|---|---|
-//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, random numbers | anything below |
+//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, random numbers | what they are used for |
 //! | `memory` | tables in huge pages | what they hold |
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |

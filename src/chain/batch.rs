@@ -364,7 +364,7 @@ impl<T: Target> Batch<T> {
     fn accept<L: Lanes>(&mut self, paths: &Paths) {
         let n = self.order.len();
         let splats = self.target.splats();
-        // One splat a state is told apart once a batch: nothing is added up.
+        // With one splat a state nothing is summed. This is tested once a batch.
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;

@@ -2,8 +2,8 @@
 //! fixed proposal, around the ring `[0, 1)`.
 //!
 //! Every dimension moves at every step; the proposal is that of pbrt's lazy catch-up, in which an
-//! untouched sample takes its missed small steps at once (pbrt-v3, section 16.4.2), without samples
-//! that are used for the first time in a small step starting anywhere but uniform.
+//! untouched sample takes its missed small steps at once (pbrt-v3, section 16.4.2), and a sample
+//! that is first used in a small step still starts uniform.
 //!
 //! Offsets of all proposals are as probable as their negatives, to the last bit: a bit of the
 //! random word is the sign. On the ring proposals are then symmetric, and the acceptance is the
@@ -83,7 +83,7 @@ impl Kernel {
         Self { proposal, ..self }
     }
 
-    /// The same for chains that do not count: none of their numbers is one of theirs.
+    /// The same for chains that do not count: they use separate random numbers.
     pub fn tuning(self, seed: u64) -> Self {
         Self {
             mutation: Stream::new(seed, Purpose::Tuning),

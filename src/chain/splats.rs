@@ -14,8 +14,7 @@ record! {
     /// A splat of a chain's state. It is written when chains accept or reject, and read by the
     /// film's logs and by monitors.
     pub struct ChainSplat / ChainSplatLanes {
-        /// Linear sRGB over the target of the state, at most 3 a channel; times the state's share
-        /// of what it shares with large steps, if it does.
+        /// Linear sRGB over the target of the state, at most 3 a channel; times `w` of `Batch::combine` if large steps are splatted too.
         colour: [f32; 3],
         /// Raster position, in pixels.
         raster: [f32; 2],
@@ -67,7 +66,7 @@ impl<L: Lanes> ChainSplatLanes<L> {
     }
 }
 
-/// `w` of the module's equations.
+/// `w` of the equations in [`super::batch`].
 #[inline(always)]
 pub(super) fn weight<L: Lanes>(target: L, constant: L) -> L {
     // In this order nothing overflows that matters: a target beyond c has the weight 1, one far

@@ -29,8 +29,8 @@ pub(crate) fn abandon() {
     }
 }
 
-/// Content on its way to a path: nothing of it is there before [`Replacement::finish`], and nothing
-/// is left of it without.
+/// Content on its way to a path. The path changes only at [`Replacement::finish`]; without it
+/// nothing remains.
 #[derive(Debug)]
 pub(crate) struct Replacement {
     place: Place,

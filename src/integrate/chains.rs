@@ -3,7 +3,8 @@
 //!
 //! A [`Method`] is a list of samplers. Every sampler has its own integral, its own chains, and (up
 //! to [`LAYERS`]) its own layer of the film. Mutations are shared out to samplers in proportion to
-//! the bootstrap's integrals ([`super::schedule`]); [`super::light`] makes sums of splats radiance.
+//! the bootstrap's integrals ([`super::schedule`]); [`super::normalisation`] makes sums of splats
+//! radiance.
 
 use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};

@@ -13,9 +13,9 @@
 //!
 //! # Adding a light
 //!
-//! More than a file and a line: the goniometric light stands in twelve files. It is data in
+//! More than a file and a line: the goniometric light stands in fourteen files. It is data in
 //! [`LightKind`](crate::scene::LightKind), and read, tolerated and weighed against others where
-//! scene files are read (three files). Here it has a [`Kind`], its power and records in `build.rs`,
+//! scene files are read (five files). Here it has a [`Kind`], its power and records in `build.rs`,
 //! and an arm in each of the four questions in this file, which leads to the file of its group: a
 //! light at a point, of a surface or at infinity; only a light of a new group needs a file of its
 //! own. Outside, memory is counted by kind in `integrate/needs.rs`, `inspect` tells kinds, and

@@ -78,7 +78,12 @@ pub(super) fn build(
             if inner >= radius {
                 return Err(set.error("has no area; \"radius\" must exceed \"innerradius\""));
             }
-            let data = mesh::disk(radius as f32, inner as f32, height as f32, phi_max as f32);
+            let plain = !setting.needs_uv && setting.light.is_none();
+            let data = if plain && inner == 0.0 && phi_max == 360.0 {
+                mesh::whole_disk(radius as f32, height as f32)
+            } else {
+                mesh::disk(radius as f32, inner as f32, height as f32, phi_max as f32)
+            };
             add_data(data, set, setting, geometry, true, report)
         }
         "bilinearmesh" => bilinear(set, setting, geometry, report),

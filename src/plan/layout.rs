@@ -3,14 +3,14 @@
 //!
 //! The samples of a path come in parts: what places it on the film and its lens, the bounces of its
 //! camera subpath, the start and the bounces of its light subpath, and what joins them. A part that
-//! a scene does not call for has no samples. Multiplexed paths have a part after the other, so that
-//! a change of strategy re-labels no sample; path-traced ones have all that belongs to a vertex in
+//! a scene does not call for has no samples. Multiplexed paths have one part after another, so that
+//! a change of strategy moves no sample; path-traced ones have all that belongs to a vertex in
 //! one place, so that shorter paths have the first samples of longer ones.
 
 use super::Plan;
 use std::ops::Range;
 
-/// First dimension of every part. Parts that a layout does not have begin where the next one does.
+/// First dimension of every part. An absent part is empty: it starts where the next part starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// One sample; exists if there is more than one strategy to choose among.
@@ -37,8 +37,8 @@ pub struct Layout {
     /// One sample for every vertex that is joined, if there are several lights.
     pub connection_choice: usize,
     /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed
-    /// paths are joined once, to a light, the lens, or one of several places on the film (`t =
-    /// 1`).
+    /// paths are joined once, to a light, the lens, or one of several places on the film (`t = 1`,
+    /// only some cameras: `Camera::connects_by_choice`).
     pub connection: usize,
     /// Two samples for every light vertex that is joined to the camera, if the camera reads them;
     /// of multiplexed paths those of [`Self::connection`].

@@ -1,8 +1,9 @@
 //! Coats whose roughness, or whose conductor, is looked up in textures.
 //!
-//! What a coat does over a surface takes many directions to find out ([`coat`]), too many for a
-//! hit. It is found out at some alphas when a scene is loaded, and interpolated between them.
-//! Alphas of `u` and `v` that differ count there by the mean of their squares; lobes have both.
+//! What a coat does over a surface takes many directions to find out ([`coat`](super::coat)), too
+//! many for a hit. It is found out at some alphas when a scene is loaded, and interpolated between
+//! them. Alphas of `u` and `v` that differ count there by the mean of their squares; lobes have
+//! both.
 
 use super::coat::{CoatLayer, Interface};
 use super::coated_conductor::{Calibration, Layers};

@@ -14,7 +14,7 @@
 //!    the critical angle. What leaves then has gone in many directions, in the amount that a walk
 //!    between the layers gives when the scene is loaded ([`coat::walk`]). Under a smooth coat it is
 //!    taken for diffuse. Under a rough one most of it comes from and leaves at grazing angles,
-//!    forward: part of it is [`facing`], as much as gives the steeper half of the sky its share of
+//!    forward: part of it is `facing`, as much as gives the steeper half of the sky its share of
 //!    the walk.
 //!
 //! If both are smooth there is one direction, and the sum of all bounces is exact. Otherwise
@@ -251,7 +251,7 @@ fn forward_share(steep: f32) -> f32 {
 /// An even and a forward value, by the forward share.
 #[inline(always)]
 fn mixed<L: Lanes>(forward: L, value: L) -> L {
-    forward.mul_add(value - L::one(), L::one())
+    forward.mul_add(value, L::one() - forward)
 }
 
 /// How much a direction sees of later bounces, next to the coat's transmittance: what they are

@@ -34,7 +34,7 @@ use crate::simd::{Lanes, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// A rough coat and its base. Row: value of the base but for the transmittances (3), eta (inside
-/// over outside), alphas ([`pack_alphas`](super::microfacet::pack_alphas)), transmittance
+/// over outside), alphas ([`pack_alphas`]), transmittance
 /// ([`coat::Interface::packed`], 3).
 pub struct Rough;
 

@@ -39,7 +39,8 @@ pub fn unpack_layer<L: Lanes>(packed: L) -> [L; 3] {
     let code = bits.and(L::Uint::splat(0xff80)).shl::<9>();
     let gain = L::from_bits(code.add(L::Uint::splat(LEAST_GAIN)));
     let share = L::from_uint24(bits.and(L::Uint::splat(0x7f)));
-    [thickness, gain, share * L::splat(1.0 / SHARES)]
+    // A quotient is exactly 1 where all goes forward: what is left of the even share must be 0.
+    [thickness, gain, share / L::splat(SHARES)]
 }
 
 /// Three numbers of eight bits, 0 to [`BRIGHTEST`], as one whole number.

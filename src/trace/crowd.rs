@@ -1,5 +1,5 @@
-//! Primitives that lie in one place, which clustering takes a time for that grows with the square
-//! of their number.
+//! Primitives that lie in one place. Clustering them takes a time that grows with the square of
+//! their number.
 //!
 //! Clustering merges boxes that are each other's best neighbours, again and again. Of equal or
 //! nested boxes, and of rows in which every box is larger than the one before, only one pair a

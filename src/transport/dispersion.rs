@@ -66,8 +66,7 @@ impl Dispersion {
         self.touched.fill(false);
     }
 
-    /// Whether a path up to the present endpoint of a side, which is on its way, has met what
-    /// disperses light.
+    /// Whether a path has met what disperses light, up to this side's endpoint.
     #[inline(always)]
     pub fn has_met(&self, path: u32, side: Side) -> bool {
         self.touched[path as usize] | self.endpoint[side as usize][path as usize]

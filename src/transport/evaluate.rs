@@ -194,7 +194,8 @@ impl World<'_> {
             }
         }
         paths.clock.lap(Stage::Sort);
-        // Only vertices hit by chance are so late, and they do not scatter.
+        // In the last wave only paths of `s = 0` are left. Their vertex on the light does not
+        // scatter.
         let label = (wave < depth.depth).then(|| {
             Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
         });

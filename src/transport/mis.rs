@@ -43,10 +43,10 @@ impl<L: Lanes> Partial<L> {
         }
     }
 
-    /// Scattering (equations 34 and 35; a delta BSDF can be neither connected nor reversed
-    /// otherwise than it was sampled, equations 53 and 54). Those equations take the two
-    /// densities of a delta BSDF to be equal; at a refraction they differ by the change of solid
-    /// angle, without which the weights still sum to 1 but are not the balance heuristic.
+    /// Scattering (equations 34 and 35; a delta BSDF cannot be connected, and its reverse path is
+    /// the sampled one, equations 53 and 54). Those equations take the two densities of a delta
+    /// BSDF to be equal; at a refraction they differ by the change of solid angle, without
+    /// which the weights still sum to 1 but are not the balance heuristic.
     #[inline(always)]
     pub fn scatter(self, cos_out: L, pdf: L, pdf_reverse: L, delta: bool) -> Self {
         if delta {

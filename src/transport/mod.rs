@@ -14,7 +14,7 @@
 //! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
 //!    vertex.
-//! 7. [`sampler`] names the ways of evaluation that chains can march over.
+//! 7. [`path_sampler`] names the ways of evaluation that chains can march over.
 //! 8. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! Nothing here knows about chains, acceptance or pixels.

@@ -79,7 +79,7 @@ record! {
 }
 
 record! {
-    /// The endpoint of a subpath: what arrives, and at what.
+    /// The endpoint of a subpath: throughput, and the primitive hit.
     pub struct EndpointEnergy / EndpointEnergyLanes {
         /// Throughput up to here, without what the endpoint scatters.
         beta: [f32; 3],
@@ -97,7 +97,7 @@ record! {
     pub struct Link / LinkLanes {
         /// From the camera's side to the light's.
         w: [f32; 3],
-        /// Squared length between two endpoints; 1 to a light or the lens, whose densities hold it.
+        /// Squared length between two endpoints; 1 to a light or the lens, whose densities already include the distance.
         distance2: f32,
     } free 4
 }
@@ -121,8 +121,7 @@ record! {
 record! {
     /// The far end of a link from a light subpath: a point on the lens (`t = 1`).
     pub struct LensEnd / LensEndLanes {
-        /// Importance along the link, and the density of the raster position per area at the
-        /// light's endpoint.
+        /// Importance along the link. Times the cosine at the light's endpoint it is the density of the raster position, per area there.
         pdf: f32,
     } free 7
 }

@@ -29,7 +29,7 @@ impl World<'_> {
     }
 
     /// Scatters the endpoints of `list`, all of one BSDF; survivors are appended to `alive` with a
-    /// new ray and flight record. `t` are the camera vertices of all paths.
+    /// new ray and flight record. `t[path]` is its number of camera vertices.
     fn scatter<B: Bsdf, L: Lanes, P: Probe>(
         &self,
         samples: &Samples,

@@ -215,7 +215,7 @@ mod tests {
         Vec3::new(x, y, z).normalize()
     }
 
-    /// PerturbedFrame a little, far, across and away.
+    /// Perturbed a little, far, across and away.
     fn normals() -> [Normals<f32>; 4] {
         let ng = unit(0.1, -0.2, 1.0);
         [

@@ -10,21 +10,21 @@ use crate::simd::{Lanes, Mask, Vec3};
 impl World<'_> {
     /// Starts the camera subpaths of `list` at raster positions, which their splats are told;
     /// `raster` is the first dimension of the raster samples, `lens` of the lens samples.
-    /// `one_strategy` says that no strategy joins light endpoints to the camera.
+    /// `no_lens_joins` says that no strategy joins light endpoints to the camera.
     pub(super) fn start_camera<L: Lanes>(
         &self,
         samples: &Samples,
         list: &[u32],
         at: (usize, usize),
-        one_strategy: bool,
+        no_lens_joins: bool,
         started: (&mut [Ray], &mut [Flight], &mut [Splat]),
         probe: &mut impl Probe,
     ) {
-        let alone = one_strategy;
+        let no_lens_joins = no_lens_joins;
         if self.camera.is_pinhole() {
-            self.start_camera_by::<L, true>(samples, list, at, alone, started, probe);
+            self.start_camera_by::<L, true>(samples, list, at, no_lens_joins, started, probe);
         } else {
-            self.start_camera_by::<L, false>(samples, list, at, alone, started, probe);
+            self.start_camera_by::<L, false>(samples, list, at, no_lens_joins, started, probe);
         }
     }
 
@@ -33,7 +33,7 @@ impl World<'_> {
         samples: &Samples,
         list: &[u32],
         (raster, lens): (usize, usize),
-        one_strategy: bool,
+        no_lens_joins: bool,
         (rays, flights, splats): (&mut [Ray], &mut [Flight], &mut [Splat]),
         probe: &mut impl Probe,
     ) {
@@ -47,7 +47,7 @@ impl World<'_> {
             };
             let (x, y) = self.camera.region.place(u, v);
             let ray = self.camera.ray::<L, PINHOLE>(x, y, lens);
-            let d_vcm = if one_strategy {
+            let d_vcm = if no_lens_joins {
                 L::zero()
             } else {
                 L::one() / ray.pdf

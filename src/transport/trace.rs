@@ -16,7 +16,8 @@ impl World<'_> {
         clock.finish(Stage::Trace, list.len(), L::N);
     }
 
-    /// Whether the rays of `list` are blocked. Their hits are lost: they have been arrived at.
+    /// Whether the rays of `list` are blocked. Overwrites the hits of these paths: endpoints are
+    /// already made from them.
     pub(super) fn trace_visibility<L: Lanes>(
         &self,
         rays: &mut Rays,

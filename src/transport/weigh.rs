@@ -46,7 +46,7 @@ impl TechniqueMask {
 /// Where contributions go, and what colours them on their way.
 pub(super) struct Sink<'a> {
     pub splats: &'a mut [Splat],
-    /// The same without what other strategies add, and without weights, if somebody asks.
+    /// The contribution of one strategy alone, weighted and unweighted, if requested.
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
     pub dispersion: Option<&'a Dispersion>,

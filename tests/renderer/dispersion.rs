@@ -178,9 +178,12 @@ fn no_glass_no_wavelength() {
             .iter()
             .any(|m| m.kind.dispersion().is_some());
         assert_eq!(world.plan.dispersion, glass, "{name}");
-        let per_bounce = 6 + usize::from(world.plan.mixtures);
-        let layout = UnidirectionalLayout::new(&world.plan, 4);
-        assert_eq!(layout.total(), 4 + usize::from(glass) + 4 * per_bounce);
+        let plan = &world.plan;
+        let choices = usize::from(plan.light_choice) + usize::from(plan.mixtures);
+        let per_bounce = plan.per_bounce + 2 + choices;
+        let start = if plan.lens { 4 } else { 2 };
+        let layout = UnidirectionalLayout::new(plan, 4);
+        assert_eq!(layout.total(), start + usize::from(glass) + 4 * per_bounce);
         for plan in &world.plan.depths {
             let at = plan.layout;
             assert_eq!(at.camera_bounce - at.wavelength, usize::from(glass));

@@ -57,6 +57,36 @@ pub fn disk(radius: f32, inner_radius: f32, height: f32, phi_max_deg: f32) -> Me
     mesh
 }
 
+/// A whole disk of the same outline without `(u, v)`: of triangles that do not all meet in its
+/// centre. Where one stands on a wide ground, the boxes of few of them are near.
+pub fn whole_disk(radius: f32, height: f32) -> MeshData {
+    let fan = disk(radius, 0.0, height, 360.0);
+    // Every sector has the corners where it begins and ends, and the centre.
+    let rim = fan.positions.chunks_exact(3).map(|sector| sector[0]);
+    let mut mesh = MeshData {
+        positions: rim.collect(),
+        warnings: fan.warnings,
+        ..Default::default()
+    };
+    let n = mesh.positions.len();
+    let mut arcs = vec![[0, n / 3], [n / 3, 2 * n / 3], [2 * n / 3, n]];
+    let mut add = |corners: [usize; 3]| {
+        let triangle = corners.map(|i| (i % n) as u32);
+        mesh.triangles.push(triangle);
+    };
+    if n >= 3 {
+        add([0, n / 3, 2 * n / 3]);
+    }
+    while let Some([from, to]) = arcs.pop() {
+        if to - from >= 2 {
+            let middle = (from + to) / 2;
+            add([from, middle, to]);
+            arcs.extend([[from, middle], [middle, to]]);
+        }
+    }
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,6 +99,21 @@ mod tests {
             n.z
         });
         signed.sum()
+    }
+
+    #[test]
+    fn whole_disks_have_the_outline_of_fans() {
+        let (fan, whole) = (disk(2.0, 0.0, 1.0, 360.0), whole_disk(2.0, 1.0));
+        assert!((area(&fan) - area(&whole)).abs() < 1e-5);
+        assert_eq!(whole.triangles.len(), fan.triangles.len() - 2);
+        assert!(whole.uvs.is_none());
+        // Boxes of triangles that hold the centre.
+        let holds = |t: &&[u32; 3]| {
+            let [a, b, c] = t.map(|v| whole.positions[v as usize]);
+            (0..2).all(|k| a[k].min(b[k]).min(c[k]) <= 0.0 && a[k].max(b[k]).max(c[k]) >= 0.0)
+        };
+        assert_eq!(whole.triangles.iter().filter(holds).count(), 1);
+        assert!(whole_disk(0.0, 1.0).triangles.is_empty());
     }
 
     #[test]

@@ -17,7 +17,7 @@ mod disk;
 mod subdivision;
 
 pub use bilinear::{append_patches, bilinear_mesh, bilinear_mesh_within};
-pub use disk::disk;
+pub use disk::{disk, whole_disk};
 pub use subdivision::loop_subdivide;
 
 /// Takes memory, in bytes, or says that there is none.
