@@ -13,7 +13,7 @@
 //!
 //! | room | what it does | what it does not know |
 //! |---|---|---|
-//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, random numbers | what they are used for |
+//! | [`simd`] | lanes of width 1 and 8, vectors, polynomials, random numbers | what they are for |
 //! | `memory` | tables in huge pages | what they hold |
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |

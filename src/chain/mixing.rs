@@ -323,8 +323,8 @@ mod tests {
 
     #[test]
     fn sticky_chains_count_less() {
-        // |normal / 2| > keep has probability 0.1: values live for 10 records, and count as one over
-        // 19 (2 / p - 1).
+        // |normal / 2| > keep has probability 0.1: values live for 10 records, and count as one
+        // over 19 (2 / p - 1).
         let s = scalar(1000, 400, 0.822_427, 0.0);
         let ess = s.ess().unwrap();
         assert!(

@@ -14,7 +14,8 @@ record! {
     /// A splat of a chain's state. It is written when chains accept or reject, and read by the
     /// film's logs and by monitors.
     pub struct ChainSplat / ChainSplatLanes {
-        /// Linear sRGB over the target of the state, at most 3 a channel; times `w` of `Batch::combine` if large steps are splatted too.
+        /// Linear sRGB over the target of the state, at most 3 a channel; times `w` of
+        /// `Batch::combine` if large steps are splatted too.
         colour: [f32; 3],
         /// Raster position, in pixels.
         raster: [f32; 2],

@@ -97,7 +97,8 @@ record! {
     pub struct Link / LinkLanes {
         /// From the camera's side to the light's.
         w: [f32; 3],
-        /// Squared length between two endpoints; 1 to a light or the lens, whose densities already include the distance.
+        /// Squared length between two endpoints; 1 to a light or the lens, whose densities already
+        /// include the distance.
         distance2: f32,
     } free 4
 }
@@ -121,7 +122,8 @@ record! {
 record! {
     /// The far end of a link from a light subpath: a point on the lens (`t = 1`).
     pub struct LensEnd / LensEndLanes {
-        /// Importance along the link. Times the cosine at the light's endpoint it is the density of the raster position, per area there.
+        /// Importance along the link. Times the cosine at the light's endpoint it is the density of
+        /// the raster position, per area there.
         pdf: f32,
     } free 7
 }
