@@ -1,9 +1,14 @@
 //! How well the chains of a sampler have mixed.
 //!
-//! Every chain's segments ([`super::monitor`]) are sequences of equal length `n`; with `W` the mean
-//! variance within sequences and `V` the variance of their means, split R-hat is `sqrt(((n - 1) / n
-//! * W + V) / W)` (Gelman and Rubin 1992; Gelman et al. 2013, section 11.4, with as many segments
-//! as there are). It is near 1 when every part of every chain has seen the same; it compares
+//! Every chain's segments ([`super::monitor`]) are sequences of equal length `n`. With `W` the mean
+//! variance within sequences and `V` the variance of their means, split R-hat is
+//!
+//! ```text
+//! sqrt(((n - 1) / n * W + V) / W)
+//! ```
+//!
+//! (Gelman and Rubin 1992; Gelman et al. 2013, section 11.4, with as many segments as there are).
+//! It is near 1 when every part of every chain has seen the same; it compares
 //! distributions as they are, without the rank normalisation of Vehtari et al. 2021, because raster
 //! positions are bounded and targets enter by their logarithm.
 //!

@@ -20,7 +20,6 @@ impl World<'_> {
         started: (&mut [Ray], &mut [Flight], &mut [Splat]),
         probe: &mut impl Probe,
     ) {
-        let no_lens_joins = no_lens_joins;
         if self.camera.is_pinhole() {
             self.start_camera_by::<L, true>(samples, list, at, no_lens_joins, started, probe);
         } else {

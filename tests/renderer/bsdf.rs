@@ -183,9 +183,9 @@ fn by_slopes(kind: Kind, row: &[f32; 8]) -> bool {
     is_glossy(kind) && row[..3] == [0.0; 3] || kind == Kind::RoughConductor
 }
 
-/// Slopes of the half vector over the roughness, in polar coordinates, the radius `r` as `r^2 / (1
-/// + r^2)`: microfacet lobes of any roughness spread over this square. Returns the direction that
-/// belongs to a point of it, and its Jacobian to solid angle.
+/// Slopes of the half vector over the roughness, in polar coordinates. The radius `r` stands as
+/// `q = r^2 / (1 + r^2)`: microfacet lobes of any roughness spread over this square. Returns the
+/// direction that belongs to a point of it, and its Jacobian to solid angle.
 fn from_slopes(wo: V, ax: f64, ay: f64, q: f64, phi: f64) -> Option<(V, f64)> {
     let r = (q / (1.0 - q)).sqrt();
     let h = unit([r * phi.cos() * ax, r * phi.sin() * ay, 1.0]);
