@@ -7,35 +7,18 @@
 //! Throughput is splats a second on one thread; there are no lanes here.
 
 mod common;
+#[path = "common/splats.rs"]
+mod splats;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use glam::Vec2;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, SplatLog};
 use phalanx::scene::{Filter, FilterKind};
+use splats::splats;
 
 /// Splats of a log, as in a render.
 const LOG: usize = 8192;
 const SIDES: [u32; 3] = [32, 512, 2048];
-
-/// Splats of random colours all over a film.
-fn splats(side: u32) -> Vec<([f32; 3], [f32; 2])> {
-    let mut state = 0x5eed_u64;
-    let mut unit = || {
-        // xorshift64*.
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / 16_777_216.0
-    };
-    let side = side as f32;
-    // Many logs' worth, so that the same pixels do not come again at once.
-    (0..64 * LOG)
-        .map(|_| {
-            let (r, g, x, y) = (unit(), unit(), side * unit(), side * unit());
-            ([r, g, 3.0 - r - g], [x, y])
-        })
-        .collect()
-}
 
 const HALF: Half = Half {
     scale: 1.0,
@@ -76,7 +59,7 @@ fn film(c: &mut Criterion, side: u32, filter: (&str, Filter), layers: usize, jud
         SplatFilm::new(table, layers, 1e15)
     };
     touch(&film, side, layers);
-    let splats = splats(side);
+    let splats = splats(side, 64 * LOG);
     let mut logs = splats.chunks_exact(LOG).cycle();
     let mut log = SplatLog::default();
     log.reserve(LOG);

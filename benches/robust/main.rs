@@ -15,6 +15,8 @@ mod film;
 mod lanes;
 #[path = "../rays/scenes.rs"]
 mod rooms;
+#[path = "../common/splats.rs"]
+mod splats;
 mod triangles;
 
 use common::{Chains, WHOLE};
@@ -30,6 +32,7 @@ use phalanx::simd::f32x8;
 use phalanx::trace::{Coherence, Hit, Ray, Tracer, TriangleTest, Watertight};
 use phalanx::transport::World;
 use rooms::Wave;
+use splats::{Splat, splats};
 use std::hint::black_box;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Instant;
@@ -45,8 +48,6 @@ const LOG: usize = 8192;
 const SIDE: u32 = 512;
 /// Rounds of the table; an odd number has a median.
 const ROUNDS: usize = 41;
-
-type Splats = Vec<([f32; 3], [f32; 2])>;
 
 /// A robust choice and a cheap one.
 struct Pair<'a> {
@@ -112,24 +113,6 @@ fn marching<'a>(pairs: &mut Vec<Pair<'a>>, scenes: &'a [(&'static str, Scene)]) 
     }
 }
 
-/// Splats of random colours all over a film.
-fn splats() -> Splats {
-    let mut state = 0x5eed_u64;
-    let mut unit = || {
-        // xorshift64*.
-        state ^= state >> 12;
-        state ^= state << 25;
-        state ^= state >> 27;
-        (state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / 16_777_216.0
-    };
-    let one = |_| {
-        let (r, g, x, y) = (unit(), unit(), unit(), unit());
-        ([r, g, 3.0 - r - g], [x, y].map(|v| v * SIDE as f32))
-    };
-    // Many logs' worth, so that the same pixels do not come again at once.
-    (0..64 * LOG).map(one).collect()
-}
-
 fn filters() -> [(&'static str, FilterTable); 2] {
     let kinds = [
         ("box", 0.5, FilterKind::Box),
@@ -144,7 +127,7 @@ fn filters() -> [(&'static str, FilterTable); 2] {
     })
 }
 
-fn exact_film<'a>(filter: FilterTable, splats: &'a Splats) -> impl FnMut() + 'a {
+fn exact_film<'a>(filter: FilterTable, splats: &'a [Splat]) -> impl FnMut() + 'a {
     let film = SplatFilm::new(filter, 1, 1e15);
     let mut log = SplatLog::default();
     log.reserve(LOG);
@@ -157,7 +140,7 @@ fn exact_film<'a>(filter: FilterTable, splats: &'a Splats) -> impl FnMut() + 'a 
     }
 }
 
-fn plain_film<'a, W: Word + 'a>(filter: FilterTable, splats: &'a Splats) -> impl FnMut() + 'a {
+fn plain_film<'a, W: Word + 'a>(filter: FilterTable, splats: &'a [Splat]) -> impl FnMut() + 'a {
     let mut film = Plain::<W>::new(filter);
     let mut logs = splats.chunks_exact(LOG).cycle();
     move || {
@@ -167,7 +150,7 @@ fn plain_film<'a, W: Word + 'a>(filter: FilterTable, splats: &'a Splats) -> impl
     }
 }
 
-fn filming<'a>(pairs: &mut Vec<Pair<'a>>, splats: &'a Splats) {
+fn filming<'a>(pairs: &mut Vec<Pair<'a>>, splats: &'a [Splat]) {
     for i in 0..2 {
         let filter = || filters().into_iter().nth(i).expect("two filters");
         let pair = |word: &str, cheap: Box<dyn FnMut() + 'a>| Pair {
@@ -334,7 +317,7 @@ fn main() {
         })
         .collect();
     let scenes = common::scenes();
-    let splats = splats();
+    let splats = splats(SIDE, 64 * LOG);
     let mut pairs = Vec::new();
     tracing(&mut pairs, &rooms);
     marching(&mut pairs, &scenes);

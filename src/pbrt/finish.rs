@@ -10,6 +10,7 @@ use super::error::SceneError;
 use super::extent::{Eyes, large_of, space_of};
 use super::flush;
 use super::geometry::{Geometry, WorldShape};
+use super::lights::AreaLight;
 use super::loader::{Loader, Pending};
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
@@ -191,9 +192,9 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
             shape: shape_index,
         });
         if let Some(light) = &shape.light {
-            let l = light.radiance(whole_area.unwrap_or_else(|| geometry.triangle_area(triangle)));
-            let two_sided = light.two_sided;
-            let kind = match light.image {
+            let area = whole_area.unwrap_or_else(|| geometry.triangle_area(triangle));
+            let (l, two_sided) = (light.radiance(area), light.two_sided);
+            add_light(scene, light, |image| match image {
                 None => LightKind::Triangle {
                     triangle: index,
                     l,
@@ -205,10 +206,6 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
                     scale: l[0],
                     two_sided,
                 },
-            };
-            scene.lights.push(Light {
-                origin: light.set.site.origin(),
-                kind,
             });
         }
     }
@@ -227,6 +224,14 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
         });
     }
     [flat, repeated]
+}
+
+/// Adds the light that a primitive is; `kind` makes it, of an image if it shines by one.
+fn add_light(scene: &mut Scene, light: &AreaLight, kind: impl FnOnce(Option<u32>) -> LightKind) {
+    scene.lights.push(Light {
+        origin: light.set.site.origin(),
+        kind: kind(light.image),
+    });
 }
 
 /// Where a triangle is, whatever its first corner; unless it shines to both sides, also which way
@@ -271,9 +276,9 @@ fn add_spheres(
             shape: shape_index,
         });
         if let Some(light) = &shape.light {
-            let l = light.radiance(if light.has_power() { world.area() } else { 0.0 });
-            let two_sided = light.two_sided;
-            let kind = match light.image {
+            let area = if light.has_power() { world.area() } else { 0.0 };
+            let (l, two_sided) = (light.radiance(area), light.two_sided);
+            add_light(scene, light, |image| match image {
                 None => LightKind::Sphere {
                     sphere: index,
                     l,
@@ -285,10 +290,6 @@ fn add_spheres(
                     scale: l[0],
                     two_sided,
                 },
-            };
-            scene.lights.push(Light {
-                origin: light.set.site.origin(),
-                kind,
             });
         }
     }

@@ -95,37 +95,25 @@ impl Layout {
     /// Of paths of one depth, which choose among `strategies` (numbers of light vertices).
     pub fn multiplexed(plan: &Plan, depth: usize, strategies: &[u32]) -> Self {
         let mut next = Dimensions::default();
-        let light_subpath = strategies.iter().any(|s| *s >= 2);
-        let light = usize::from(light_subpath);
+        let light = usize::from(strategies.iter().any(|s| *s >= 2));
         let connects = usize::from(strategies.iter().any(|s| *s >= 1));
-        let (choice, label) = (plan.light_choice(), plan.labels());
         let strategy = next.take(usize::from(strategies.len() > 1));
-        let start = Self::start(plan, strategy, &mut next);
-        let camera_bounce = next.take(depth * plan.per_bounce);
-        let camera_label = next.take(depth * label);
-        let light_choice = next.take(light * choice);
-        let emission = next.take(light * 4);
-        let light_bounce = next.take(light * depth.saturating_sub(1) * plan.per_bounce);
-        let light_label = next.take(light * depth * label);
-        let connection_choice = next.take(connects * choice);
+        let vertices = Vertices {
+            camera: depth + 1,
+            camera_labels: depth,
+            light: light * depth,
+            direct: 0,
+            seen: 0,
+        };
+        let subpaths = Self::subpaths(plan, strategy, vertices, &mut next);
+        let connection_choice = next.take(connects * plan.light_choice());
         let connection = next.take(connects * 2);
         Self {
-            camera_bounce,
-            camera_label,
-            light_choice,
-            emission,
-            light_bounce,
-            light_label,
             connection_choice,
             connection,
             camera_point: connection,
-            strides: Strides {
-                bounce: plan.per_bounce,
-                label: 1,
-                connection: 0,
-            },
             total: next.0,
-            ..start
+            ..subpaths
         }
     }
 
@@ -163,33 +151,40 @@ impl Layout {
     /// Of paths with all strategies that two subpaths of so many vertices make.
     pub fn bidirectional(plan: &Plan, vertices: Vertices) -> Self {
         let mut next = Dimensions::default();
-        let (choice, label) = (plan.light_choice(), plan.labels());
-        let light = usize::from(vertices.light > 0);
-        let start = Self::start(plan, 0, &mut next);
-        let camera_bounce = next.take(vertices.camera.saturating_sub(1) * plan.per_bounce);
-        let camera_label = next.take(vertices.camera_labels * label);
-        let light_choice = next.take(choice * light);
-        let emission = next.take(4 * light);
-        let light_bounce = next.take(vertices.light.saturating_sub(1) * plan.per_bounce);
-        let light_label = next.take(vertices.light * label);
+        let subpaths = Self::subpaths(plan, 0, vertices, &mut next);
+        let choice = plan.light_choice();
         let connection_choice = next.take((choice + 2) * vertices.direct);
         let camera_point = next.take(2 * vertices.seen);
         Self {
-            camera_bounce,
-            camera_label,
-            light_choice,
-            emission,
-            light_bounce,
-            light_label,
             connection_choice,
             connection: connection_choice + choice,
             camera_point,
             strides: Strides {
-                bounce: plan.per_bounce,
-                label: 1,
                 connection: choice + 2,
+                ..subpaths.strides
             },
             total: next.0,
+            ..subpaths
+        }
+    }
+
+    /// Both subpaths, one part after another; the vertex that ends one does not scatter.
+    fn subpaths(plan: &Plan, strategy: usize, vertices: Vertices, next: &mut Dimensions) -> Self {
+        let label = plan.labels();
+        let light = usize::from(vertices.light > 0);
+        let start = Self::start(plan, strategy, next);
+        Self {
+            camera_bounce: next.take(vertices.camera.saturating_sub(1) * plan.per_bounce),
+            camera_label: next.take(vertices.camera_labels * label),
+            light_choice: next.take(light * plan.light_choice()),
+            emission: next.take(light * 4),
+            light_bounce: next.take(vertices.light.saturating_sub(1) * plan.per_bounce),
+            light_label: next.take(vertices.light * label),
+            strides: Strides {
+                bounce: plan.per_bounce,
+                label: 1,
+                connection: 0,
+            },
             ..start
         }
     }

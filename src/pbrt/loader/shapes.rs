@@ -13,7 +13,7 @@ use crate::scene::{Alpha, MaterialKind, NONE, Param};
 use crate::surface::ThinDielectricMaterial;
 
 impl Loader {
-    /// Index of a alpha mask; shapes that follow each other mostly share one.
+    /// Index of an alpha mask; shapes that follow each other mostly share one.
     pub(super) fn add_alpha(&mut self, alpha: Alpha) -> u32 {
         let alphas = &mut self.tables.alphas;
         if alphas.last() != Some(&alpha) {

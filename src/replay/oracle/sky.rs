@@ -37,17 +37,8 @@ impl Sky {
                 scale,
                 to_light,
                 layout,
-            } => {
-                let image = image(*index)?;
-                Sky::Image(Map::new(
-                    image,
-                    *scale,
-                    *to_light,
-                    *layout,
-                    layout.filtering(),
-                ))
             }
-            LightKind::Goniometric {
+            | LightKind::Goniometric {
                 image: index,
                 scale,
                 to_light,
@@ -55,13 +46,8 @@ impl Sky {
                 ..
             } => {
                 let image = image(*index)?;
-                Sky::Image(Map::new(
-                    image,
-                    *scale,
-                    *to_light,
-                    *layout,
-                    layout.filtering(),
-                ))
+                let filtering = layout.filtering();
+                Sky::Image(Map::new(image, *scale, *to_light, *layout, filtering))
             }
             LightKind::Projection {
                 image: index,
