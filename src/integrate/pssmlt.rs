@@ -1,6 +1,7 @@
 //! Primary sample space Metropolis light transport (Kelemen, Szirmay-Kalos, Antal and Csonka 2002):
-//! all primary samples of one path sampler, unidirectional or bidirectional, are mutated together. All depths are one integral, and all that a sample contributes, wherever
-//! on the film, is one state: accepted or rejected at once, splatted with one weight.
+//! all primary samples of one path sampler, unidirectional or bidirectional, are mutated together.
+//! All depths are one integral, and all that a sample contributes, wherever on the film, is one
+//! state: accepted or rejected at once, splatted with one weight.
 //!
 //! Large steps count twice: as proposals of the chain, and as independent samples, by Kelemen's
 //! weights ([`chain::batch`](crate::chain::batch) has the equations). What is dim in the picture is
