@@ -2,7 +2,7 @@
 
 use super::{BOTH, Runs, head, scene, settings};
 use phalanx::integrate::Settings;
-use phalanx::scene::Scene;
+use phalanx::scene::{IntegratorKind, Scene};
 
 pub const CAMERA: &str = "LookAt 0 1.5 5  0 .8 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]";
 
@@ -35,10 +35,18 @@ pub fn lit_stage(width: u32, height: u32) -> Scene {
 
 /// MMLT and PT with changed settings: runs of both, at least 20 000 mutations or samples each.
 pub fn both(scene: &Scene, change: &dyn Fn(&mut Settings), seeds: u64) -> [Runs; 2] {
-    BOTH.map(|kind| {
-        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        let mut s = settings(scene, kind, (20_000 / pixels).max(2));
-        change(&mut s);
-        Runs::new(scene, &s, seeds)
-    })
+    BOTH.map(|kind| renders(scene, kind, change, seeds))
+}
+
+/// The same of one integrator.
+pub fn renders(
+    scene: &Scene,
+    kind: IntegratorKind,
+    change: &dyn Fn(&mut Settings),
+    seeds: u64,
+) -> Runs {
+    let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+    let mut s = settings(scene, kind, (20_000 / pixels).max(2));
+    change(&mut s);
+    Runs::new(scene, &s, seeds)
 }
