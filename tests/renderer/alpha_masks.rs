@@ -288,5 +288,5 @@ fn integrators_agree_on_the_scene_of_leaves() {
     scene.film.height = 18;
     scene.film.crop = [0, 24, 0, 18];
     scene.integrator.max_depth = 3;
-    expect_integrators_agree(&scene, 256, 12, [3, 3], "leaves");
+    expect_integrators_agree(&scene, 32, 40, [3, 3], "leaves");
 }

@@ -265,5 +265,5 @@ fn integrators_agree_on_the_scene_of_bumps() {
     scene.film.height = 18;
     scene.film.crop = [0, 24, 0, 18];
     scene.integrator.max_depth = 3;
-    support::expect_integrators_agree(&scene, 256, 12, [3, 3], "bumps");
+    support::expect_integrators_agree(&scene, 32, 40, [3, 3], "bumps");
 }

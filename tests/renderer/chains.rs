@@ -7,7 +7,7 @@ use phalanx::integrate::{EndedBy, Observer, Phase, Render, Settings, render};
 use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use support::stage::{CAMERA, GREY, both, lamp, lit_stage, stage};
+use support::stage::{CAMERA, GREY, lamp, lit_stage, renders, stage};
 use support::{BOTH, Estimate, Runs, head, inward_box, run, scene, settings};
 
 /// A light walled in. Rounding puts points that lie within some 1e-7 of an edge beyond the
@@ -30,34 +30,39 @@ fn a_light_walled_in() {
 
 // --- Chains ---
 
-/// MMLT with changed settings has the mean of PT.
+/// MMLT with changed settings has this mean.
 #[track_caller]
-fn expect_mean_of_pt(scene: &Scene, change: &dyn Fn(&mut Settings), seeds: u64, what: &str) {
-    let [pt, mmlt] = both(scene, change, seeds);
-    mmlt.whole(1).expect_same(&pt.whole(1), what);
+fn expect_mean(
+    pt: &Estimate,
+    scene: &Scene,
+    change: &dyn Fn(&mut Settings),
+    seeds: u64,
+    what: &str,
+) {
+    let mmlt = renders(scene, IntegratorKind::Mmlt, change, seeds);
+    mmlt.whole(1).expect_same(pt, what);
+}
+
+fn mean_of_pt(scene: &Scene) -> Estimate {
+    renders(scene, IntegratorKind::Pt, &|_| {}, 48).whole(1)
 }
 
 #[test]
 fn odd_chains() {
-    let check = expect_mean_of_pt;
-    let stage_of_few_pixels = lit_stage(16, 12);
-    let on = &stage_of_few_pixels;
-    check(on, &|s| s.chains = 1, 24, "one chain");
+    let on = lit_stage(16, 12);
+    let pt = mean_of_pt(&on);
+    let check = |change: &dyn Fn(&mut Settings), seeds, what: &str| {
+        expect_mean(&pt, &on, change, seeds, what);
+    };
+    check(&|s| s.chains = 1, 24, "one chain");
     check(
-        on,
         &|s| s.chains = 10_000,
         24,
         "as many chains as mutations, nearly",
     );
-    check(on, &|s| s.chains = 30_000, 24, "more chains than mutations");
+    check(&|s| s.chains = 30_000, 24, "more chains than mutations");
+    check(&|s| s.large_step_probability = 1.0, 24, "large steps only");
     check(
-        on,
-        &|s| s.large_step_probability = 1.0,
-        24,
-        "large steps only",
-    );
-    check(
-        on,
         &|s| s.large_step_probability = 0.02,
         48,
         "hardly any large step",
@@ -68,9 +73,10 @@ fn odd_chains() {
         "AttributeBegin\nTranslate 0 0 1.5\n{}AttributeEnd\n",
         lamp("[8 8 8]")
     );
-    let text = head(16, 12, 4, CAMERA) + &lamp_behind + &stage(GREY);
-    check(
-        &scene(&text),
+    let behind = scene(&(head(16, 12, 4, CAMERA) + &lamp_behind + &stage(GREY)));
+    expect_mean(
+        &mean_of_pt(&behind),
+        &behind,
         &|s| s.bootstrap = 300,
         48,
         "a small bootstrap",
@@ -98,7 +104,7 @@ impl Observer for StopAfter {
     }
 }
 
-fn expect_mean(render: Render, truth: &Estimate, what: &str) {
+fn expect_near(render: Render, truth: &Estimate, what: &str) {
     assert!(render.ended_by != EndedBy::Effort, "{what}: ran to its end");
     let runs = Runs::of(vec![render]);
     let mean = runs.whole(1).mean;
@@ -137,7 +143,7 @@ fn stopped_renders_are_normalised() {
             assert!(begin.elapsed() < Duration::from_secs(60));
             assert!(render.ended_by != EndedBy::Effort);
             if millis > 0 {
-                expect_mean(render, &truth, &format!("{kind:?}, {millis} ms"));
+                expect_near(render, &truth, &format!("{kind:?}, {millis} ms"));
             }
         }
         for reports in [4, 8] {
@@ -147,7 +153,7 @@ fn stopped_renders_are_normalised() {
                 seen: AtomicU64::new(0),
             };
             let render = render(&scene, &endless, &observer).unwrap();
-            expect_mean(
+            expect_near(
                 render,
                 &truth,
                 &format!("{kind:?}, stopped after {reports} reports"),

@@ -45,7 +45,7 @@ fn value(o: &Splat) -> f64 {
 #[test]
 fn any_choice_has_the_same_mean() {
     const N: usize = 2048;
-    const BATCHES: usize = 32;
+    const BATCHES: usize = 16;
     let mut random = Random(5);
     let scenes = scenes::all();
     let comparisons = scenes.len() * (DEPTH as usize + 1);

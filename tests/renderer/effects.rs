@@ -16,14 +16,13 @@ use std::path::Path;
 const N: usize = 4096;
 const MAX_DEPTH: u32 = 3;
 
-fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random) -> Vec<Splat> {
+fn evaluate(world: &World, plan: &DepthPlan, random: &mut Random, paths: &mut Paths) -> Vec<Splat> {
     let mut samples = Samples::new(plan.layout.total, N);
     for d in 0..plan.layout.total {
         samples.row_mut(d).fill_with(|| random.uniform());
     }
-    let mut paths = Paths::new(world);
-    Evaluator::EIGHT.multiplexed(world, plan, &samples, N, &mut paths);
-    paths.splats.camera
+    Evaluator::EIGHT.multiplexed(world, plan, &samples, N, paths);
+    std::mem::take(&mut paths.splats.camera)
 }
 
 #[test]
@@ -43,7 +42,7 @@ fn effects_that_move_no_samples_leave_every_bit() {
         for (a, b) in planned.plan.depths.iter().zip(&forced.plan.depths) {
             assert_eq!(a.layout, b.layout, "{name}");
             let [a, b] = [(&planned, a), (&forced, b)]
-                .map(|(world, plan)| evaluate(world, plan, &mut Random(1)));
+                .map(|(world, plan)| evaluate(world, plan, &mut Random(1), &mut Paths::new(world)));
             assert!(a == b, "{name}");
         }
     }
@@ -58,12 +57,14 @@ fn all_effects_together_leave_the_picture() {
             World::new(&scene, MAX_DEPTH),
             World::with_forced(&scene, MAX_DEPTH, &[Forced::All]),
         ];
+        let mut paths = worlds.each_ref().map(Paths::new);
         for depth in 0..=MAX_DEPTH as usize {
             let mut random = Random(7 + depth as u64);
-            let means = worlds.each_ref().map(|world| {
+            let means = [0, 1].map(|i| {
+                let (world, paths) = (&worlds[i], &mut paths[i]);
                 let mut mean = Mean::default();
                 for _ in 0..8 {
-                    let splats = evaluate(world, &world.plan.depths[depth], &mut random);
+                    let splats = evaluate(world, &world.plan.depths[depth], &mut random, paths);
                     for o in &splats {
                         assert_eq!(o.rejected, 0, "{name}");
                         mean.add(f64::from(o.rgb.iter().sum::<f32>()));

@@ -307,7 +307,7 @@ fn ubers_keep_the_energy_that_they_should() {
 fn integrators_agree() {
     for name in ["coloured", "checked", "veil", "nested"] {
         let scene = room("", &format!("NamedMaterial \"{name}\""));
-        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+        expect_integrators_agree(&scene, 32, 48, [3, 3], name);
     }
     let lobes =
         "\"rgb Kd\" [.3 .4 .5] \"rgb Ks\" [.4 .3 .2] \"rgb Kr\" [.5 .5 .5] \"rgb Kt\" [.3 .2 .4]";
@@ -323,10 +323,10 @@ fn integrators_agree() {
         ),
     ] {
         let scene = room("", &format!("Material {material}"));
-        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+        expect_integrators_agree(&scene, 32, 48, [3, 3], name);
     }
     let scene = vessel(3, "nested", [1.0, 0.5, 2.0]);
-    expect_integrators_agree(&scene, 128, SEEDS, [3, 3], "vessel");
+    expect_integrators_agree(&scene, 16, 48, [3, 3], "vessel");
 }
 
 /// A room of pbrt-v4, with a material of dispersive glass, a bumped one, and mixtures of them; its
@@ -366,7 +366,7 @@ fn detailed(depth: u32, material: &str) -> Scene {
 fn integrators_agree_on_bumped_and_dispersive_components() {
     for name in ["both", "all"] {
         let scene = detailed(4, name);
-        expect_integrators_agree(&scene, 256, SEEDS, [3, 3], name);
+        expect_integrators_agree(&scene, 32, 48, [3, 3], name);
     }
 }
 

@@ -22,7 +22,9 @@ use support::{Estimate, Runs, run, settings};
 const OVER_PT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Pt);
 const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Bdpt);
 const BOTH_HOSTS: [IntegratorKind; 2] = [OVER_PT, OVER_BDPT];
-const SEEDS: u64 = 12;
+/// Many short renders know their error better than few long ones: 24 bound a difference as tightly
+/// as 12 of three times the samples.
+const SEEDS: u64 = 24;
 const GRID: [u32; 2] = [2, 2];
 const DEPTH: u32 = 4;
 
@@ -30,6 +32,7 @@ const DEPTH: u32 = 4;
 fn regions(scene: &Scene, kind: IntegratorKind, effort: u64) -> Vec<Estimate> {
     let settings = Settings {
         max_depth: DEPTH,
+        bootstrap: 1024,
         ..settings(scene, kind, effort)
     };
     let [columns, rows] = GRID;
@@ -52,13 +55,13 @@ fn expect_same(kind: IntegratorKind, other: (IntegratorKind, u64), effort: u64) 
 
 #[test]
 fn over_a_path_tracer_it_makes_the_path_tracers_picture() {
-    expect_same(OVER_PT, (IntegratorKind::Pt, 64), 32);
+    expect_same(OVER_PT, (IntegratorKind::Pt, 10), 6);
 }
 
 /// Light that only light subpaths reach is in both.
 #[test]
 fn over_bidirectional_paths_it_makes_the_picture_of_mmlt() {
-    expect_same(OVER_BDPT, (IntegratorKind::Mmlt, 64), 24);
+    expect_same(OVER_BDPT, (IntegratorKind::Mmlt, 16), 4);
 }
 
 /// From large steps alone, which are independent samples, to none at all.
@@ -71,13 +74,13 @@ fn any_part_of_large_steps_will_do() {
         Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1])
     };
     let pt = means(IntegratorKind::Pt, &|_| {});
-    let all = [1.0, 0.5, 0.03, 1e-3, 1e-9, 0.0].map(|p| (OVER_PT, p));
+    let all = [1.0, 0.03, 1e-9, 0.0].map(|p| (OVER_PT, p));
     for (kind, probability) in all.into_iter().chain([(OVER_BDPT, 1.0), (OVER_BDPT, 0.03)]) {
         let few = |s: &mut Settings| {
             s.large_step_probability = probability;
             // Chains that hardly ever start afresh should start well, and have far to go.
-            s.bootstrap = 1 << 15;
-            s.chains = 512;
+            s.bootstrap = 1 << 13;
+            s.chains = 256;
             s.sigma = 0.03;
         };
         for (i, (a, b)) in means(kind, &few).iter().zip(&pt).enumerate() {
@@ -126,7 +129,7 @@ fn the_constant_of_the_weights_is_free() {
     let area = world.camera.region.area();
     let pictures = |sampler: &PathSampler, factor: f64| {
         let pictures = (0..32).map(|seed| {
-            let bootstrap = Evaluator::EIGHT.bootstrap(&world, sampler, seed, 1 << 14, &|| false);
+            let bootstrap = Evaluator::EIGHT.bootstrap(&world, sampler, seed, 1 << 12, &|| false);
             let b = bootstrap.estimate.mean();
             let seeds = bootstrap.seeds(seed, sampler.id(), CHAINS);
             let mut workspace = Workspace::new(&world);

@@ -81,7 +81,7 @@ fn compare(name: &str, integrator: IntegratorKind, effort: u64, seeds: u64) {
         integrator,
         mutations_per_pixel: effort,
         samples_per_pixel: effort,
-        bootstrap: 20_000,
+        bootstrap: 10_000,
         ..Settings::of(&reference.scene)
     };
     let runs = Runs::new(&reference.scene, &settings, seeds);
@@ -131,40 +131,40 @@ fn compare(name: &str, integrator: IntegratorKind, effort: u64, seeds: u64) {
 
 #[test]
 fn cornell() {
-    compare("cornell", IntegratorKind::Mmlt, 32, 8);
-    compare("cornell", IntegratorKind::Pt, 8, 8);
-    compare("cornell", IntegratorKind::Bdpt, 4, 8);
+    compare("cornell", IntegratorKind::Mmlt, 16, 8);
+    compare("cornell", IntegratorKind::Pt, 4, 8);
+    compare("cornell", IntegratorKind::Bdpt, 2, 8);
     // Nothing in it is specular.
-    compare("cornell", IntegratorKind::Lt, 16, 8);
+    compare("cornell", IntegratorKind::Lt, 8, 8);
 }
 
 #[test]
 fn cornell_glass() {
-    compare("cornell-glass", IntegratorKind::Mmlt, 32, 8);
-    compare("cornell-glass", IntegratorKind::Pt, 16, 8);
-    compare("cornell-glass", IntegratorKind::Bdpt, 8, 8);
+    compare("cornell-glass", IntegratorKind::Mmlt, 16, 8);
+    compare("cornell-glass", IntegratorKind::Pt, 8, 8);
+    compare("cornell-glass", IntegratorKind::Bdpt, 4, 8);
 }
 
 #[test]
 fn env_lens() {
-    compare("env-lens", IntegratorKind::Mmlt, 32, 8);
-    compare("env-lens", IntegratorKind::Pt, 8, 8);
-    compare("env-lens", IntegratorKind::Bdpt, 4, 8);
+    compare("env-lens", IntegratorKind::Mmlt, 16, 8);
+    compare("env-lens", IntegratorKind::Pt, 4, 8);
+    compare("env-lens", IntegratorKind::Bdpt, 2, 8);
 }
 
 #[test]
 fn deltas() {
-    compare("deltas", IntegratorKind::Mmlt, 32, 8);
-    compare("deltas", IntegratorKind::Pt, 8, 8);
-    compare("deltas", IntegratorKind::Bdpt, 4, 8);
-    compare("deltas", IntegratorKind::Lt, 16, 8);
+    compare("deltas", IntegratorKind::Mmlt, 16, 8);
+    compare("deltas", IntegratorKind::Pt, 4, 8);
+    compare("deltas", IntegratorKind::Bdpt, 2, 8);
+    compare("deltas", IntegratorKind::Lt, 8, 8);
 }
 
 /// Not by PT: a spot light's caustic through glass is out of its reach.
 #[test]
 fn room_v4() {
-    compare("room-v4", IntegratorKind::Mmlt, 32, 8);
-    compare("room-v4", IntegratorKind::Bdpt, 8, 8);
+    compare("room-v4", IntegratorKind::Mmlt, 16, 8);
+    compare("room-v4", IntegratorKind::Bdpt, 4, 8);
 }
 
 /// Renders cornell-glass at 200 mutations per pixel with 2000 chains; the mean over all pixels and

@@ -9,7 +9,7 @@ use phalanx::film::output::{Picture, write};
 use phalanx::pbrt::load_str;
 use support::{expect_integrators_agree, head, scene};
 
-const SEEDS: u64 = 16;
+const SEEDS: u64 = 48;
 const CAMERA: &str = "LookAt 0 1.6 5  0 0.6 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]";
 
 /// A floor, a back wall and something on them.
@@ -26,7 +26,7 @@ AttributeEnd
 
 fn agree(light: &str, name: &str) {
     let text = head(24, 18, 4, CAMERA) + light + STAGE;
-    expect_integrators_agree(&scene(&text), 96, SEEDS, [4, 3], name);
+    expect_integrators_agree(&scene(&text), 12, SEEDS, [4, 3], name);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn infinite_image() {
     let light = "AttributeBegin\nRotate -70 1 0 0\nRotate 40 0 0 1\nLightSource \"infinite\" \"string mapname\" \"sky.pfm\"\nAttributeEnd\n";
     let text = head(24, 18, 4, CAMERA) + light + STAGE;
     let scene = load_str(&text, "sky.pbrt", dir.path()).unwrap();
-    expect_integrators_agree(&scene, 96, SEEDS, [4, 3], "infinite image");
+    expect_integrators_agree(&scene, 12, SEEDS, [4, 3], "infinite image");
 }
 
 fn area(shape: &str, two_sided: bool) -> String {
@@ -180,7 +180,7 @@ fn shading_normals(material: &str, name: &str) {
     ];
     for (what, light) in lights {
         let text = head(24, 18, 4, CAMERA) + &light + floor + &smooth_ball(material);
-        expect_integrators_agree(&scene(&text), 96, SEEDS, [4, 3], &format!("{name}, {what}"));
+        expect_integrators_agree(&scene(&text), 12, SEEDS, [4, 3], &format!("{name}, {what}"));
     }
 }
 
@@ -213,7 +213,7 @@ fn floor_under_glass() {
     let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
                  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
     let text = head(24, 18, 6, CAMERA) + &light + &slab + floor;
-    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under glass");
+    expect_integrators_agree(&scene(&text), 24, SEEDS, [2, 2], "floor under glass");
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn lampshade() {
     let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
                  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
     let text = head(24, 18, 4, CAMERA) + &lamp + shade + floor;
-    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "lampshade");
+    expect_integrators_agree(&scene(&text), 24, SEEDS, [2, 2], "lampshade");
 }
 
 /// Light that a sheet of glass lets through or reflects is where both integrators look for it.
@@ -260,7 +260,7 @@ fn floor_under_a_pane() {
     let floor = "Material \"matte\" \"rgb Kd\" [.7 .6 .5]\n\
                  Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-3 0 -2 -3 0 3 3 0 3 3 0 -2]\n";
     let text = to_v4(&(head(24, 18, 5, CAMERA) + &light + pane + floor));
-    expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], "floor under a pane");
+    expect_integrators_agree(&scene(&text), 24, SEEDS, [2, 2], "floor under a pane");
 }
 
 /// Rough glass, whose both sides light subpaths and camera subpaths are joined at; a smooth mesh of
@@ -279,7 +279,7 @@ fn rough_glass() {
         + "AttributeEnd\n";
     for (name, glass) in [("slab", slab), ("ball", smooth_ball(frosted))] {
         let text = head(24, 18, 6, CAMERA) + &light + &glass + floor;
-        expect_integrators_agree(&scene(&text), 192, SEEDS, [2, 2], &format!("rough {name}"));
+        expect_integrators_agree(&scene(&text), 24, SEEDS, [2, 2], &format!("rough {name}"));
     }
 }
 
@@ -305,5 +305,5 @@ fn every_material() {
             -1.8 + 1.2 * i as f64
         );
     }
-    expect_integrators_agree(&scene(&text), 192, SEEDS, [4, 2], "every material");
+    expect_integrators_agree(&scene(&text), 24, SEEDS, [4, 2], "every material");
 }

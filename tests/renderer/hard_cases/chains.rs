@@ -8,7 +8,7 @@
 
 use super::COMPARISONS;
 use crate::common::stats::{FALSE_ALARM, normal_quantile};
-use crate::support::stage::{both, lit_stage};
+use crate::support::stage::{lit_stage, renders};
 use crate::support::{BOTH, Estimate, Runs, head, inward_box, run, scene, settings};
 use phalanx::chain::accept::{acceptance, colour, target};
 use phalanx::chain::evaluator::Evaluator;
@@ -110,7 +110,7 @@ fn wrapping_stays_below_one() {
 #[test]
 fn no_bias_at_the_start() {
     let scene = lit_stage(12, 9);
-    let pt = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 1000), 24);
+    let pt = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 200), 48);
     for (mutations, chains, bootstrap) in [(1, 200, 400), (4, 40, 1000), (20, 8, 2000)] {
         let settings = Settings {
             mutations_per_pixel: mutations,
@@ -118,7 +118,7 @@ fn no_bias_at_the_start() {
             bootstrap,
             ..settings(&scene, IntegratorKind::Mmlt, 1)
         };
-        let mmlt = Runs::new(&scene, &settings, 1000);
+        let mmlt = Runs::new(&scene, &settings, 400);
         for (i, (a, b)) in mmlt.grid(2, 2).iter().zip(pt.grid(2, 2)).enumerate() {
             let what = format!(
                 "{mutations} mutations per pixel, {chains} chains, region {}",
@@ -126,7 +126,7 @@ fn no_bias_at_the_start() {
             );
             a.expect_same_among(COMPARISONS, &b, &what);
         }
-        // The means of a thousand runs are good to the same part of a percent as PT's.
+        // The means of so many runs are good to the same part of a percent as PT's.
         mmlt.whole(1).expect_same_among(
             COMPARISONS,
             &pt.whole(1),
@@ -299,9 +299,9 @@ fn a_dim_room_beside_a_bright_one() {
     let [pt, mmlt] = BOTH.map(|kind| {
         let settings = Settings {
             large_step_probability: 0.7,
-            ..settings(&scene, kind, 1600)
+            ..settings(&scene, kind, 300)
         };
-        Runs::new(&scene, &settings, 24)
+        Runs::new(&scene, &settings, 48)
     });
     // pbrt's cameras see x grow to the left.
     for (region, what) in [([8, 16, 0, 8], "bright room"), ([0, 8, 0, 8], "dim room")] {
@@ -384,6 +384,7 @@ pub fn open_box() -> String {
 /// makes it, and chance has to meet the lamp through the glass from the mirror's side.
 #[test]
 fn caustics_in_mirrors() {
+    const RENDERS: u64 = 32;
     let view = "LookAt 0 1 3  0 .8 -2  0 1 0\nCamera \"perspective\" \"float fov\" [20]";
     let text = head(20, 20, 6, view)
         + "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [20 18 14]\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\n\
@@ -397,38 +398,42 @@ fn caustics_in_mirrors() {
     // Enough paths at the start that no depth is missed, or starts from one path alone, of which no
     // error could be told.
     let change = |s: &mut Settings| {
-        (s.samples_per_pixel, s.mutations_per_pixel) = (300, 200);
+        (s.samples_per_pixel, s.mutations_per_pixel) = (100, 200);
         (s.bootstrap, s.chains) = (50_000, 512);
     };
-    let [pt, mmlt] = both(&scene, &change, 24);
+    let pt = renders(&scene, IntegratorKind::Pt, &change, 48);
+    let mut settings = settings(&scene, IntegratorKind::Mmlt, 200);
+    change(&mut settings);
+    let all: Vec<_> = (1..=RENDERS)
+        .map(|seed| {
+            let settings = Settings {
+                seed,
+                ..settings.clone()
+            };
+            run(&scene, &settings)
+        })
+        .collect();
+    // The errors that a render states of its tiles.
+    let (mut means, mut stated) = (vec![vec![]; 4], [0.0; 4]);
+    for render in &all {
+        let tiles = render.stats.tiles.as_ref().unwrap();
+        let errors = tiles.stderr.as_ref().unwrap();
+        for i in 0..4 {
+            means[i].push(tiles.mean[i]);
+            stated[i] += errors[i].powi(2) / RENDERS as f64;
+        }
+    }
+    let mmlt = Runs::of(all);
     for (i, (a, b)) in mmlt.grid(2, 2).iter().zip(pt.grid(2, 2)).enumerate() {
         let what = format!("caustic in a mirror, region {}, channel {}", i / 3, i % 3);
         a.expect_same_among(COMPARISONS, &b, &what);
     }
 
-    // The errors that a render states of its tiles are those which renders have.
-    let mut settings = settings(&scene, IntegratorKind::Mmlt, 200);
-    change(&mut settings);
-    let (mut means, mut stated) = (vec![vec![]; 4], [0.0; 4]);
-    for seed in 1..=48 {
-        let render = run(
-            &scene,
-            &Settings {
-                seed,
-                ..settings.clone()
-            },
-        );
-        let tiles = render.stats.tiles.unwrap();
-        let errors = tiles.stderr.unwrap();
-        for i in 0..4 {
-            means[i].push(tiles.mean[i]);
-            stated[i] += errors[i].powi(2) / 48.0;
-        }
-    }
+    // They are those which renders have.
     for (means, stated) in means.iter().zip(stated) {
-        let scatter = Estimate::of(means).error * 48f64.sqrt();
+        let scatter = Estimate::of(means).error * (RENDERS as f64).sqrt();
         println!("scatter {scatter:.5}, stated {:.5}", stated.sqrt());
-        // Of 48 values a standard deviation is known to a tenth: six of these.
+        // Of so many values a standard deviation is known to an eighth: five of these.
         assert!((0.4..1.6).contains(&(stated.sqrt() / scatter)));
     }
 }

@@ -360,13 +360,13 @@ fn plains_seen_at_grazing_angles() {
         };
         let grey = plain("\"matte\" \"rgb Kd\" [.5 .5 .5]");
         for kind in BOTH {
-            let runs = Runs::new(&grey, &settings(&grey, kind, 512), 24);
+            let runs = Runs::new(&grey, &settings(&grey, kind, 192), 24);
             runs.whole(1)
                 .expect_among(COMPARISONS, 0.5, &format!("{angle:e}, {kind:?}"));
         }
         let glossy = plain("\"metal\" \"float roughness\" [.3] \"bool remaproughness\" \"false\"");
         let name = format!("glossy, {angle:e}");
-        expect_integrators_agree_among(COMPARISONS, &glossy, 512, 24, [1, 1], &name);
+        expect_integrators_agree_among(COMPARISONS, &glossy, 96, 48, [1, 1], &name);
     }
 }
 
@@ -392,7 +392,7 @@ fn mirrored_worlds_are_mirror_images() {
     for kind in BOTH {
         let [plain, mirrored] = ["", "Scale -1 1 1\n"].map(|scale| {
             let scene = scene(&world(scale));
-            Runs::new(&scene, &settings(&scene, kind, 48), 24)
+            Runs::new(&scene, &settings(&scene, kind, 16), 48)
         });
         plain.show(&format!("plain-{kind:?}"));
         mirrored.show(&format!("mirrored-{kind:?}"));
@@ -405,8 +405,8 @@ fn mirrored_worlds_are_mirror_images() {
     expect_integrators_agree_among(
         COMPARISONS,
         &scene(&world("Scale -1 1 1\n")),
-        48,
-        24,
+        12,
+        64,
         [4, 3],
         "mirrored world",
     );

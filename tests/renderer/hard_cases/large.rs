@@ -109,7 +109,7 @@ fn shadows_touch_what_casts_them() {
             assert!(off < bound, "{name}, pose {i}: {off:e}, bound {bound:e}");
         }
     }
-    let mmlt = |s: &Scene| Runs::new(s, &settings(s, IntegratorKind::Mmlt, 48), 12).whole(1);
+    let mmlt = |s: &Scene| Runs::new(s, &settings(s, IntegratorKind::Mmlt, 12), 24).whole(1);
     let far = world(&ground(1e6, [7e5, -6e5]), POSES[2]);
     mmlt(&far).expect_same_among(COMPARISONS, &mmlt(&plain), "ground of 1e6");
 }
@@ -222,7 +222,7 @@ fn see_from_close_by(name: &str, ground: &str, kinds: &[IntegratorKind]) {
                 + ground),
         );
         for &kind in kinds {
-            let runs = Runs::new(&scene, &settings(&scene, kind, 32), 12);
+            let runs = Runs::new(&scene, &settings(&scene, kind, 8), 24);
             let what = format!("{name}, pose {i}, {kind:?}");
             runs.whole(1).expect_among(COMPARISONS, 0.5, &what);
         }
@@ -286,7 +286,7 @@ const ALL: [IntegratorKind; 4] = [
 
 /// Means of a scene by all integrators.
 fn means(scene: &Scene) -> [Estimate; 4] {
-    ALL.map(|kind| Runs::new(scene, &settings(scene, kind, 96), 12).whole(1))
+    ALL.map(|kind| Runs::new(scene, &settings(scene, kind, 16), 24).whole(1))
 }
 
 /// A room of three walls and a ceiling at `y = 1`; `lamps` are before the walls or after them.
@@ -333,7 +333,7 @@ fn lamps_in_ceilings_shine() {
     for (name, shape) in shapes {
         let below = room(&lamp(5.0, &shape(0.9995)), true, POSES[0]);
         assert_eq!(below.warnings, Vec::<String>::new());
-        let expected = Runs::new(&below, &settings(&below, IntegratorKind::Pt, 512), 12).whole(1);
+        let expected = Runs::new(&below, &settings(&below, IntegratorKind::Pt, 96), 24).whole(1);
         for (i, pose) in POSES.into_iter().enumerate() {
             for first in [true, false] {
                 let flush = room(&lamp(5.0, &shape(1.0)), first, pose);
@@ -353,7 +353,7 @@ fn lamps_in_ceilings_shine() {
 #[test]
 fn lamps_in_one_place_have_one_winner() {
     let below = room(&lamp(5.0, &square(0.9995, true)), true, POSES[0]);
-    let expected = Runs::new(&below, &settings(&below, IntegratorKind::Pt, 512), 12).whole(1);
+    let expected = Runs::new(&below, &settings(&below, IntegratorKind::Pt, 96), 24).whole(1);
     let (dim, bright) = (lamp(2.0, &square(1.0, true)), lamp(5.0, &square(1.0, true)));
     let (up, down) = (lamp(7.0, &square(1.0, false)), bright.clone());
     for (name, lamps) in [

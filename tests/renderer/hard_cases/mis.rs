@@ -11,6 +11,7 @@ use crate::support::{
     BOTH, Runs, expect_integrators_agree_among, head, run, scene, settings, standard_errors,
 };
 use phalanx::chain::evaluator::Evaluator;
+use phalanx::integrate::Settings;
 use phalanx::replay::Recorder;
 use phalanx::scene::IntegratorKind;
 use phalanx::transport::samples::Samples;
@@ -23,7 +24,7 @@ const MAX_DEPTH: u32 = 5;
 /// Contributions below this are none; those of lit paths are about 1.
 const NOTHING: f64 = 1e-15;
 /// Paths per scene and depth.
-const PATHS: usize = 10_000;
+const PATHS: usize = 3_000;
 
 /// Row 5: weights. Whole paths of every light and material, recorded and weighed in `f64` from all
 /// densities: the running sums give every strategy the balance heuristic, so that weights of a path
@@ -181,7 +182,7 @@ fn sun_and_constant_sky() {
                   AttributeBegin\nTranslate -1 .5 1\nShape \"sphere\" \"float radius\" [.5]\nAttributeEnd\n";
     let text = head(24, 20, 3, view) + lights + &stage(GREY) + glossy;
     let name = "sun and sky";
-    expect_integrators_agree_among(COMPARISONS, &scene(&text), 512, 24, [2, 2], name);
+    expect_integrators_agree_among(COMPARISONS, &scene(&text), 48, 64, [2, 2], name);
 }
 
 // --- Borders ---
@@ -236,7 +237,11 @@ fn constant_fields_are_flat() {
                 );
                 let scene = scene(&text);
                 // All of the light falls on the region that the brightness is the mean of.
-                let render = run(&scene, &settings(&scene, IntegratorKind::Mmlt, 32));
+                let short = |kind| Settings {
+                    bootstrap: 1024,
+                    ..settings(&scene, kind, 12)
+                };
+                let render = run(&scene, &short(IntegratorKind::Mmlt));
                 let (b, error) = (render.stats.b, render.stats.b_stderr);
                 let reach = standard_errors(COMPARISONS, 1e4) * error + 1e-5;
                 assert!(
@@ -244,7 +249,7 @@ fn constant_fields_are_flat() {
                     "{field} {filter} {crop}: {b} +- {error}"
                 );
                 for kind in BOTH {
-                    let runs = Runs::new(&scene, &settings(&scene, kind, 32), 24);
+                    let runs = Runs::new(&scene, &short(kind), 24);
                     let name = format!("{field} {filter} {crop} {kind:?}");
                     let (w, h) = (runs.width, runs.height);
                     let parts = [
