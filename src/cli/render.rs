@@ -111,6 +111,14 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
         outputs::check_pictures(&default)?;
         files = default;
     }
+    if !args.no_png && !files.iter().any(|f| outputs::is_png(f)) {
+        let beside: Vec<PathBuf> = (files.iter())
+            .filter(|f| outputs::is_exr_file(f))
+            .map(|f| f.with_extension("png"))
+            .collect();
+        outputs::check_pictures(&beside)?;
+        files.extend(beside);
+    }
     let once = outputs::once(&files).into_iter();
     Ok(once.map(Path::to_owned).collect())
 }
@@ -186,17 +194,17 @@ fn write_files(
         name: "chromaticities".into(),
         value: AttributeValue::Chromaticities(c),
     }));
-    let exposure = args.exposure.unwrap_or(0.0);
+    let display = args.display.display();
     let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
         .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
     if args.error_layers && errors.is_none() {
         messages.warning("one sample per pixel has no standard error: no error layers are written");
     }
     let layers: Vec<(&str, &[[f32; 3]])> = (errors.iter())
-        .map(|pixels| ("stderr", pixels.as_slice()))
+        .map(|pixels| ("error", pixels.as_slice()))
         .collect();
-    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
-    let mut whole = strategies::write(files, &picture, &render.strategies, exposure, messages);
+    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, &display);
+    let mut whole = strategies::write(files, &picture, &render.strategies, &display, messages);
     for path in files {
         match outputs::save_picture(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),

@@ -3,6 +3,7 @@
 use crate::support;
 
 use phalanx::film::output::{Picture, write};
+use phalanx::formats::tone::Display;
 use phalanx::pbrt::load_str;
 use phalanx::scene::Scene;
 use std::f64::consts::PI;
@@ -21,7 +22,7 @@ fn image(dir: &Path, name: &str, width: u32, texels: &[[f32; 3]]) {
         full: [width, height],
         pixels: texels.to_vec(),
     };
-    write(&dir.join(name), &picture, &[], 0.0).unwrap();
+    write(&dir.join(name), &picture, &[], &Display::LINEAR).unwrap();
 }
 
 /// A folder with a ramp that rises by 1 from u = 1/4 to u = 3/4, one along v, an even grey, and

@@ -15,6 +15,7 @@ use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{Kernel, Mutation};
 use phalanx::chain::strategy_choice::learned;
 use phalanx::chain::tune::Tune;
+use phalanx::formats::tone::Display;
 use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::pbrt::{load, load_str};
 use phalanx::replay::Recorder;
@@ -69,7 +70,7 @@ fn walks_are_what_the_renderer_evaluates() {
 /// [`scenes`] lack.
 fn odd_scene(dir: &Path) -> Scene {
     let sky = scenes::sky(8, 8);
-    phalanx::film::output::write(&dir.join("sky.pfm"), &sky, &[], 0.0).unwrap();
+    phalanx::film::output::write(&dir.join("sky.pfm"), &sky, &[], &Display::LINEAR).unwrap();
     let text = r#"
         LookAt 0 1 4  0 0 0  0 1 0
         Camera "perspective" "float fov" 40
