@@ -23,6 +23,8 @@ const SPHERE_ERROR: f32 = offset::gamma(10);
 pub struct Geometry<'a> {
     /// At least one.
     vertices: &'a [Vertex],
+    /// Of vertices; those beyond its end have none.
+    tangents: &'a [[f32; 3]],
     triangles: &'a [Triangle],
     spheres: &'a [Sphere],
     sphere_tables: SphereTables,
@@ -110,6 +112,7 @@ impl<'a> Geometry<'a> {
         };
         Self {
             vertices,
+            tangents: &scene.tangents,
             triangles: &scene.triangles,
             spheres: &scene.spheres,
             sphere_tables: SphereTables::new(&scene.spheres),
@@ -266,6 +269,10 @@ impl<'a> Geometry<'a> {
             let det = du1 * dv2 - dv1 * du2;
             let dpdu = (e1 * dv2 - e2 * dv1) * L::one().copysign(det);
             tangent = dpdu.or_zero(det.eq(L::zero()).not());
+            if !self.tangents.is_empty() {
+                let given = self.given_tangents(&index, n, [b0, b1, b2]);
+                tangent = Vec3::select(given.max_abs().gt(L::zero()), given, tangent);
+            }
         }
         SurfacePoint {
             p,
@@ -275,6 +282,24 @@ impl<'a> Geometry<'a> {
             uv,
             tangent,
         }
+    }
+
+    /// Interpolated between the vertices of `n` triangles; zero where their mesh has none.
+    #[cold]
+    #[inline(never)]
+    fn given_tangents<L: Lanes>(&self, index: &[[u32; 8]; 3], n: usize, b: [L; 3]) -> Vec3<L> {
+        let mut sum = Vec3::zero();
+        for c in 0..3 {
+            let mut corner = [[0.0; 8]; 3];
+            for lane in 0..n {
+                let s = self.tangents.get(index[c][lane] as usize);
+                let s = s.copied().unwrap_or_default();
+                (0..3).for_each(|axis| corner[axis][lane] = s[axis]);
+            }
+            let [x, y, z] = corner.map(|values| L::load(&values));
+            sum = Vec3::new(x, y, z).mul_add(b[c], sum);
+        }
+        sum
     }
 
     #[inline(always)]

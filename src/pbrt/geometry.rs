@@ -84,6 +84,8 @@ pub(super) struct Setting {
 pub(super) struct Mesh {
     pub positions: Vec<DVec3>,
     pub normals: Option<Vec<DVec3>>,
+    /// pbrt's `S`.
+    pub tangents: Option<Vec<DVec3>>,
     pub uvs: Option<Vec<DVec2>>,
     pub triangles: Vec<[u32; 3]>,
 }
@@ -106,6 +108,7 @@ impl Mesh {
                 .normals
                 .filter(|n| n.len() == count)
                 .map(|n| n.into_iter().map(triple).collect()),
+            tangents: None,
             uvs: data
                 .uvs
                 .filter(|t| t.len() == count)
@@ -119,6 +122,8 @@ impl Mesh {
 #[derive(Debug)]
 pub(super) struct Geometry {
     pub vertices: Vec<WorldVertex>,
+    /// Of vertices; those beyond its end have none.
+    pub tangents: Vec<DVec3>,
     pub triangles: Vec<WorldTriangle>,
     pub spheres: Vec<WorldSphere>,
     pub shapes: Vec<WorldShape>,
@@ -140,6 +145,7 @@ impl Geometry {
     pub fn new(budget: &Rc<Budget>) -> Self {
         Self {
             vertices: Vec::new(),
+            tangents: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
             shapes: Vec::new(),
@@ -155,6 +161,7 @@ impl Geometry {
     /// Bytes these tables take in memory, roughly.
     pub fn bytes(&self) -> usize {
         self.vertices.len() * size_of::<WorldVertex>()
+            + self.tangents.len() * size_of::<DVec3>()
             + self.triangles.len() * size_of::<WorldTriangle>()
             + self.spheres.len() * size_of::<WorldSphere>()
     }
@@ -292,8 +299,18 @@ impl Geometry {
         };
         let base = self.vertices.len() as u32;
         let first = self.triangles.len() as u32;
+        if mesh.tangents.is_some() {
+            self.room_for_tangents(&setting.site, vertex_count)?;
+        }
+        let tangent = |i: usize| {
+            let s = mesh.tangents.as_ref().map_or(DVec3::ZERO, |s| s[i]);
+            setting.place.vector(s)
+        };
         if !unshared {
             self.vertices.extend((0..mesh.positions.len()).map(vertex));
+            for i in 0..mesh.tangents.as_ref().map_or(0, Vec::len) {
+                self.set_tangent(base as usize + i, tangent(i));
+            }
         }
         let flip = setting.reverse != setting.place.mirrors();
         let mut dropped = 0;
@@ -318,6 +335,9 @@ impl Geometry {
                         .zip(uvs)
                         .map(|(c, uv)| WorldVertex { uv, ..*c }),
                 );
+                for (corner, i) in indices.iter().enumerate() {
+                    self.set_tangent(at as usize + corner, tangent(*i as usize));
+                }
             }
             let [a, b, c] = corners;
             let side = (a.n + b.n + c.n)
@@ -361,7 +381,10 @@ impl Geometry {
         let base = self.vertices.len() as u32;
         let first_triangle = self.triangles.len() as u32;
         let first_sphere = self.spheres.len() as u32;
-        for v in &object.vertices {
+        if !object.tangents.is_empty() {
+            self.room_for_tangents(site, object.vertices.len())?;
+        }
+        for (i, v) in object.vertices.iter().enumerate() {
             let p = by.transform_point3(v.p);
             if !is_placeable(p) {
                 return Err(site.error("the current transform moves the object beyond all numbers"));
@@ -371,6 +394,7 @@ impl Geometry {
                 n: normals.apply(v.n.as_dvec3()),
                 uv: v.uv,
             });
+            self.set_tangent(base as usize + i, by.transform_vector3(object.tangent(i)));
         }
         self.triangles.extend(object.triangles.iter().map(|t| {
             let [a, b, c] = t.v.map(|i| base + i);
@@ -399,6 +423,27 @@ impl Geometry {
             ..s.clone()
         }));
         Ok(())
+    }
+
+    /// The tangent of a vertex; zero if it has none.
+    pub fn tangent(&self, vertex: usize) -> DVec3 {
+        self.tangents.get(vertex).copied().unwrap_or(DVec3::ZERO)
+    }
+
+    pub fn set_tangent(&mut self, vertex: usize, tangent: DVec3) {
+        if tangent != DVec3::ZERO {
+            let end = self.tangents.len().max(vertex + 1);
+            self.tangents.resize(end, DVec3::ZERO);
+            self.tangents[vertex] = tangent;
+        }
+    }
+
+    /// Takes memory for the tangents of so many further vertices: here, and in the scene's table.
+    fn room_for_tangents(&mut self, site: &Site, vertices: usize) -> Result<(), SceneError> {
+        let before = self.vertices.len() - self.tangents.len();
+        let each = size_of::<DVec3>() + size_of::<[f32; 3]>();
+        let room = self.room.add(((before + vertices) * each) as u64);
+        room.map_err(|e| site.error(e))
     }
 
     pub fn triangle_area(&self, triangle: &WorldTriangle) -> f64 {

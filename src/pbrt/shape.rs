@@ -185,19 +185,14 @@ fn triangle_mesh(
     let vertices = positions.len();
     let normals = set.triples("N", Type::Normal)?;
     let normals = one_each(set, "N", normals, vertices, report);
-    if let Some(param) = set.find("S")
-        && setting.sees_tangents
-    {
-        report.warn_at(
-            &set.site_of(param),
-            "tangents \"S\" are ignored: highlights and bumps of this material lie along the texture coordinates",
-        );
-    }
+    let tangents = set.triples("S", Type::Vector3)?;
+    let tangents = one_each(set, "S", tangents, vertices, report);
     let uvs = texture_coordinates(set, vertices, report)?;
     set.accept(&["faceIndices"]);
     Ok(Ok(Mesh {
         positions,
         normals,
+        tangents: tangents.filter(|_| setting.sees_tangents),
         uvs,
         triangles,
     }))

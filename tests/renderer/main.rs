@@ -42,4 +42,5 @@ mod rough_dielectric;
 mod scenes_hard;
 mod strategies;
 mod support;
+mod tangents;
 mod textures;
