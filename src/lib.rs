@@ -32,7 +32,7 @@
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over it all: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
-//! | [`converge`] | the program's: error against time, and a report of it | who asks for it |
+//! | `converge` | the program's: error against time, and a report of it | who asks for it |
 //! | [`cli`] | the program's: the command line | - |
 //!
 //! The last two rooms are the program's. They come with the feature `cli`, which is on by default;
@@ -63,7 +63,7 @@
 //! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`].
 //! An integrator is a schedule over shared stages: a file in [`integrate`], a line in its function
 //! `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
-//! [`converge`] know it. If its samples are independent, all but what a sample is comes from
+//! `converge` know it. If its samples are independent, all but what a sample is comes from
 //! `integrate/sampled.rs`: passes over the picture, film, errors, progress and stops;
 //! `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
 //! If it mutates them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains,
@@ -80,11 +80,9 @@ pub mod camera;
 #[allow(missing_docs)]
 pub mod chain;
 #[cfg(feature = "cli")]
-#[allow(missing_docs)]
 pub mod cli;
 #[cfg(feature = "cli")]
-#[allow(missing_docs)]
-pub mod converge;
+pub(crate) mod converge;
 // The program writes more kinds of files than the library.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 mod files;

@@ -6,7 +6,7 @@
 //! [`converge::run`](crate::converge::run) and [`replay`](crate::replay); what it adds is messages,
 //! signals and files.
 
-pub mod args;
+mod args;
 mod bench;
 mod command;
 mod compare;
