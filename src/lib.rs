@@ -75,7 +75,6 @@
 #![warn(missing_docs)]
 
 mod brief;
-#[allow(missing_docs)]
 pub mod camera;
 #[allow(missing_docs)]
 pub mod chain;
