@@ -88,7 +88,6 @@ mod files;
 #[allow(missing_docs)]
 pub mod film;
 pub mod formats;
-#[allow(missing_docs)]
 pub mod geometry;
 #[allow(missing_docs)]
 pub mod integrate;
