@@ -108,7 +108,6 @@ pub mod scene;
 pub mod simd;
 #[allow(missing_docs)]
 pub mod surface;
-#[allow(missing_docs)]
 pub mod trace;
 #[allow(missing_docs)]
 pub mod transport;
