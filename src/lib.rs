@@ -94,7 +94,6 @@ pub mod integrate;
 #[allow(missing_docs)]
 pub mod light;
 mod memory;
-#[allow(missing_docs)]
 pub mod metrics;
 pub mod pbrt;
 #[allow(missing_docs)]
