@@ -96,7 +96,6 @@ pub mod light;
 mod memory;
 pub mod metrics;
 pub mod pbrt;
-#[allow(missing_docs)]
 pub mod plan;
 #[cfg(test)]
 mod property;
