@@ -91,7 +91,6 @@ pub mod formats;
 pub mod geometry;
 #[allow(missing_docs)]
 pub mod integrate;
-#[allow(missing_docs)]
 pub mod light;
 mod memory;
 pub mod metrics;
