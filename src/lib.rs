@@ -85,7 +85,6 @@ pub(crate) mod converge;
 // The program writes more kinds of files than the library.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 mod files;
-#[allow(missing_docs)]
 pub mod film;
 pub mod formats;
 pub mod geometry;
