@@ -100,7 +100,6 @@ mod property;
 #[allow(missing_docs)]
 pub mod replay;
 pub mod scene;
-#[allow(missing_docs)]
 pub mod simd;
 #[allow(missing_docs)]
 pub mod surface;
