@@ -76,7 +76,6 @@
 
 mod brief;
 pub mod camera;
-#[allow(missing_docs)]
 pub mod chain;
 #[cfg(feature = "cli")]
 pub mod cli;

@@ -29,6 +29,7 @@ pub struct Mixing {
     /// Part of all small and of all large proposals that carries no light; `None` if there was
     /// none.
     pub dark_small: Option<f64>,
+    /// Of large proposals.
     pub dark_large: Option<f64>,
     /// None for all depths at once: every state has all strategies.
     pub strategies: Vec<StrategyMixing>,
@@ -41,17 +42,24 @@ pub struct Mixing {
 /// elsewhere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StrategyMixing {
+    /// Light vertices.
     pub s: u32,
+    /// Camera vertices.
     pub t: u32,
     /// Part of the depth's light that it carries.
     pub share: f64,
+    /// Split R-hat; `None` where the chains are too short to tell.
     pub rhat: Option<f64>,
+    /// Effective sample size over all chains; `None` likewise.
     pub ess: Option<f64>,
     /// Mean acceptance probability of proposals of this strategy, and the part of them that
     /// carries no light, by kind of step.
     pub acceptance_small: Option<f64>,
+    /// By large steps; `None` if there was none.
     pub acceptance_large: Option<f64>,
+    /// Part of the small proposals without light; `None` if there was none.
     pub dark_small: Option<f64>,
+    /// Part of the large proposals without light; `None` if there was none.
     pub dark_large: Option<f64>,
 }
 
@@ -60,9 +68,11 @@ pub struct StrategyMixing {
 pub struct Stuck {
     /// Strategy of the state; `None` if it has all of them.
     pub s: Option<u32>,
+    /// Camera vertices, with `s`.
     pub t: Option<u32>,
     /// Raster position of the state, in pixels.
     pub x: f32,
+    /// As `x`, from the top.
     pub y: f32,
     /// Iterations it stayed.
     pub iterations: u32,
