@@ -100,7 +100,6 @@ mod property;
 pub mod replay;
 pub mod scene;
 pub mod simd;
-#[allow(missing_docs)]
 pub mod surface;
 pub mod trace;
 #[allow(missing_docs)]

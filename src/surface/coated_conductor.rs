@@ -109,6 +109,7 @@ impl Layers {
 pub struct Calibration {
     /// But for the colour of later bounces.
     pub row: [f32; 8],
+    /// What light does between the layers on its way.
     pub walk: coat::Walk,
     /// Albedo of what meets the conductor once and is not in its lobe, in the green channel.
     pub missing: f32,

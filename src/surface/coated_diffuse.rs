@@ -136,7 +136,9 @@ impl Bsdf for Base {
 /// reflection is [`CoatMaterial`](super::coated_materials::CoatMaterial).
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoatedDiffuseMaterial {
+    /// Of the base, 0 to 1.
     pub reflectance: Param,
+    /// Over the base.
     pub coat: CoatLayer,
 }
 

@@ -39,6 +39,7 @@ impl Bsdf for Mirror {
 /// v3 `mirror`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MirrorMaterial {
+    /// The same at all angles.
     pub reflectance: Param,
 }
 

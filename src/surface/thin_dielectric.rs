@@ -52,6 +52,7 @@ impl Bsdf for ThinDielectric {
 pub struct ThinDielectricMaterial {
     /// As of [`DielectricMaterial`](super::dielectric::DielectricMaterial).
     pub eta: Param,
+    /// As of [`DielectricMaterial`](super::dielectric::DielectricMaterial).
     pub dispersion: Option<Arc<IndexCurve>>,
 }
 
