@@ -102,7 +102,6 @@ pub mod scene;
 pub mod simd;
 pub mod surface;
 pub mod trace;
-#[allow(missing_docs)]
 pub mod transport;
 
 pub(crate) use surface::table::for_kind;

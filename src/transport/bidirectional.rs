@@ -33,6 +33,7 @@ pub struct BidirectionalLayout {
     seen: Vec<Option<usize>>,
     /// Most surface vertices of a camera subpath, and of a light subpath.
     pub camera_vertices: usize,
+    /// Most surface vertices of a light subpath.
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
     camera_labels: usize,

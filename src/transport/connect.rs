@@ -4,7 +4,6 @@
 use super::World;
 use super::clock::{Clock, Stage};
 use super::list::List;
-use super::mis;
 use super::paths::{Connections, Endpoint, Endpoints, Lists, Paths, Rays, Side};
 use super::probe::Probe;
 use super::records::*;
@@ -378,7 +377,7 @@ impl World<'_> {
         let cos = match side {
             Side::Camera => wi.dot(frame.ns).abs(),
             Side::Light => {
-                mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+                sides::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
             }
         };
         EndpointValueLanes {

@@ -13,6 +13,7 @@ use crate::simd::Lanes;
 /// Primary samples of path-traced paths.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
+    /// Scattering events of the longest paths.
     pub max_depth: u32,
     at: Layout,
 }
