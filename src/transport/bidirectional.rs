@@ -13,7 +13,7 @@
 
 use super::World;
 use super::clock::Stage;
-use super::connect::{Joining, Techniques};
+use super::connect::{Joining, Weighing};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::kept::{Kept, KeptVertex};
@@ -21,7 +21,7 @@ use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
 pub use super::strategy::Strategy;
-use super::weigh::{Sink, TechniqueMask};
+use super::weigh::{Sink, StrategyMask};
 use crate::plan::{Layout, Vertices};
 use crate::simd::{Lanes, Row};
 
@@ -37,7 +37,7 @@ pub struct BidirectionalLayout {
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
     camera_labels: usize,
-    mask: TechniqueMask,
+    mask: StrategyMask,
     parts: bool,
     /// Where their primary samples are.
     pub at: Layout,
@@ -46,14 +46,14 @@ pub struct BidirectionalLayout {
 impl BidirectionalLayout {
     /// All strategies that can carry light, of all depths that the world is planned for.
     pub fn new(world: &World) -> Self {
-        Self::with(world, TechniqueMask::ALL, |_| true)
+        Self::with(world, StrategyMask::ALL, |_| true)
     }
 
     /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing
     /// competes: weights are 1. Light that reaches the camera from specular surfaces is out of
     /// reach.
     pub fn light_tracing(world: &World) -> Self {
-        Self::with(world, TechniqueMask::NONE, |strategy| {
+        Self::with(world, StrategyMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
     }
@@ -64,7 +64,7 @@ impl BidirectionalLayout {
         self
     }
 
-    fn with(world: &World, mask: TechniqueMask, runs: impl Fn(Strategy) -> bool) -> Self {
+    fn with(world: &World, mask: StrategyMask, runs: impl Fn(Strategy) -> bool) -> Self {
         let plan = &world.plan;
         let mut strategies = Vec::new();
         let mut seen = Vec::new();
@@ -333,7 +333,7 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             // Lights that are seen directly are seen by no other strategy.
             let mask = if wave == 0 {
-                TechniqueMask::NONE
+                StrategyMask::NONE
             } else {
                 layout.mask
             };
@@ -425,14 +425,14 @@ impl World<'_> {
             sink: sink(self, &mut paths.splats, &paths.dispersion, (place, index)),
             clock: &mut paths.clock,
         };
-        let techniques = Techniques {
+        let weighing = Weighing {
             mask: layout.mask,
             // Every strategy runs once a path.
             factors: &[1.0; 2],
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L, _>(joining, samples, lists, at, techniques, &mut ());
+        self.join::<L, _>(joining, samples, lists, at, weighing, &mut ());
     }
 }
 

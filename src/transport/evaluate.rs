@@ -6,7 +6,7 @@ use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
 use super::records::Splat;
 use super::samples::{Bounce, ConnectionSamples, Label, Samples};
-use super::weigh::{Sink, TechniqueMask};
+use super::weigh::{Sink, StrategyMask};
 use crate::plan::{DepthPlan, Layout, Plan};
 use crate::simd::Lanes;
 
@@ -129,16 +129,16 @@ impl World<'_> {
             self.advance_camera::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
             self.advance_light::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
         }
-        let techniques = (TechniqueMask::ALL, factors[0]);
-        self.meet::<L>(paths, &mut lists, techniques, probe);
-        self.escape::<L>(paths, &lists, techniques, probe);
+        let weighing = (StrategyMask::ALL, factors[0]);
+        self.meet::<L>(paths, &mut lists, weighing, probe);
+        self.escape::<L>(paths, &lists, weighing, probe);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        let techniques = (TechniqueMask::ALL, factors);
-        self.connect::<L>(paths, samples, &mut lists, connection, techniques, probe);
+        let weighing = (StrategyMask::ALL, factors);
+        self.connect::<L>(paths, samples, &mut lists, connection, weighing, probe);
         paths.lists = lists;
         settle(&mut paths.splats.camera);
     }
@@ -285,7 +285,7 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        let mask = TechniqueMask::UNIDIRECTIONAL;
+        let mask = StrategyMask::UNIDIRECTIONAL;
         self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
@@ -329,8 +329,8 @@ impl World<'_> {
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (bounce, connection) = layout.at(depth);
-            let techniques = (mask, &[1.0; 2][..]);
-            self.connect::<L>(paths, samples, &mut lists, connection, techniques, &mut ());
+            let weighing = (mask, &[1.0; 2][..]);
+            self.connect::<L>(paths, samples, &mut lists, connection, weighing, &mut ());
             self.scatter_queues::<L, ()>(paths, samples, &mut lists, Side::Camera, bounce, &mut ());
         }
         paths.lists = lists;
@@ -361,7 +361,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         lists: &mut Lists,
-        techniques: (TechniqueMask, f32),
+        weighing: (StrategyMask, f32),
         probe: &mut impl Probe,
     ) {
         let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
@@ -371,7 +371,7 @@ impl World<'_> {
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
         };
         let (list, lit) = (&lists.emission, &mut lists.scratch);
-        self.emission::<L>(from, list, lit, techniques, sink, probe);
+        self.emission::<L>(from, list, lit, weighing, sink, probe);
     }
 
     /// Camera subpaths in `lists.escaped` have left the scene.
@@ -379,7 +379,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         lists: &Lists,
-        techniques: (TechniqueMask, f32),
+        weighing: (StrategyMask, f32),
         probe: &mut impl Probe,
     ) {
         let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
@@ -388,7 +388,7 @@ impl World<'_> {
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
         };
-        self.environment::<L>(from, &lists.escaped, techniques, sink, probe);
+        self.environment::<L>(from, &lists.escaped, weighing, sink, probe);
     }
 }
 
