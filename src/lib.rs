@@ -96,7 +96,6 @@ pub mod pbrt;
 pub mod plan;
 #[cfg(test)]
 mod property;
-#[allow(missing_docs)]
 pub mod replay;
 pub mod scene;
 pub mod simd;

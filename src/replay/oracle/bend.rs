@@ -14,6 +14,7 @@ use crate::surface::Kind;
 pub struct Taken {
     /// Its normals there.
     pub ng: V,
+    /// Unit shading normal.
     pub ns: V,
     /// Unit, where it came from.
     pub wo: V,

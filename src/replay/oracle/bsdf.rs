@@ -129,6 +129,8 @@ pub fn across(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> V {
     }
 }
 
+/// Value and densities for two unit directions in the shading frame, both away from the surface.
+/// `row` are the BSDF's parameters; a BSDF without formulas here is evaluated by its kernel.
 pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
     let dark = Value {
         f: [0.0; 3],

@@ -47,12 +47,13 @@ pub struct Reference {
 pub struct Joint {
     /// `f |cos ns|` towards the light, radiance mode; the weight of a delta lobe.
     pub f_cos: V,
-    /// Density over solid angle of `wi` given `wo`, and of `wo` given `wi`; of a delta lobe 1, and
-    /// their ratio.
+    /// Density over solid angle of `wi` given `wo`; of a delta lobe 1.
     pub forth: f64,
+    /// Density over solid angle of `wo` given `wi`; of a delta lobe the ratio of the two.
     pub back: f64,
-    /// Absolute cosines against the geometric normal, towards the camera and towards the light.
+    /// Absolute cosine against the geometric normal, towards the camera.
     pub cos_in: f64,
+    /// The same towards the light.
     pub cos_out: f64,
 }
 
