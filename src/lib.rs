@@ -71,7 +71,6 @@
 //! ([`transport::PathSampler`]) and no more.
 
 #![deny(unsafe_code)]
-// Rooms whose items are not all described yet are named below.
 #![warn(missing_docs)]
 
 mod brief;
@@ -80,14 +79,13 @@ pub mod chain;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "cli")]
-pub(crate) mod converge;
+mod converge;
 // The program writes more kinds of files than the library.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 mod files;
 pub mod film;
 pub mod formats;
 pub mod geometry;
-#[allow(missing_docs)]
 pub mod integrate;
 pub mod light;
 mod memory;
