@@ -36,7 +36,7 @@ pub struct BidirectionalLayout {
     /// Most surface vertices of a light subpath.
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
-    camera_labels: usize,
+    camera_components: usize,
     mask: StrategyMask,
     parts: bool,
     /// Where their primary samples are.
@@ -88,12 +88,12 @@ impl BidirectionalLayout {
         let camera_vertices = most(1, &|_| true);
         let light_vertices = most(0, &|_| true);
         let joined = most(1, &|strategy| strategy.s > 0);
-        let camera_labels = joined.max(camera_vertices.saturating_sub(1));
+        let camera_components = joined.max(camera_vertices.saturating_sub(1));
 
         let by_choice = usize::from(world.camera.connects_by_choice());
         let vertices = Vertices {
             camera: camera_vertices,
-            camera_labels,
+            camera_components,
             light: light_vertices,
             direct: most(1, &|strategy| strategy.s == 1),
             seen: by_choice * most(0, &|strategy| strategy.t == 1),
@@ -102,7 +102,7 @@ impl BidirectionalLayout {
             seen,
             camera_vertices,
             light_vertices,
-            camera_labels,
+            camera_components,
             mask,
             parts: false,
             at: Layout::bidirectional(plan, vertices),
@@ -244,14 +244,14 @@ impl World<'_> {
                 lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
-            let label = Some(Bounce::at(
-                layout.at.light_label + wave * layout.at.strides.label,
+            let component = Some(Bounce::at(
+                layout.at.light_component + wave * layout.at.strides.component,
             ));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Light, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
@@ -343,13 +343,14 @@ impl World<'_> {
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
-            let label = (wave < layout.camera_labels)
-                .then(|| Bounce::at(layout.at.camera_label + wave * layout.at.strides.label));
+            let component = (wave < layout.camera_components).then(|| {
+                Bounce::at(layout.at.camera_component + wave * layout.at.strides.component)
+            });
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Camera, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             if let Some(index) = seen {

@@ -5,7 +5,7 @@ use super::clock::Stage;
 use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
 use super::records::Splat;
-use super::samples::{Bounce, ConnectionSamples, Label, Samples};
+use super::samples::{Bounce, ComponentSamples, ConnectionSamples, Samples};
 use super::weigh::{Sink, StrategyMask};
 use crate::plan::{DepthPlan, Layout, Plan};
 use crate::simd::Lanes;
@@ -52,10 +52,10 @@ impl UnidirectionalLayout {
 
     /// The sample that chooses a component at a vertex with `depth` scattering events before it;
     /// the last one does not scatter.
-    fn label(&self, depth: u32) -> Option<Bounce> {
+    fn component(&self, depth: u32) -> Option<Bounce> {
         let at = &self.at;
         (depth < self.max_depth)
-            .then(|| Bounce::at(at.camera_label + depth as usize * at.strides.label))
+            .then(|| Bounce::at(at.camera_component + depth as usize * at.strides.component))
     }
 }
 
@@ -197,11 +197,13 @@ impl World<'_> {
         paths.clock.lap(Stage::Sort);
         // In the last wave only paths of `s = 0` are left. Their vertex on the light does not
         // scatter.
-        let label = (wave < depth.depth).then(|| {
-            Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
+        let component = (wave < depth.depth).then(|| {
+            Bounce::at(
+                depth.layout.camera_component + wave as usize * depth.layout.strides.component,
+            )
         });
         let at = (Side::Camera, 0);
-        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, component), probe);
         self.weigh_components(&mut paths.subpaths, Side::Camera);
         lists.camera.clear();
         for &path in &*lists.scratch {
@@ -242,14 +244,14 @@ impl World<'_> {
             }
         }
         paths.clock.lap(Stage::Sort);
-        let label = Bounce {
-            first: depth.layout.light_label,
+        let component = Bounce {
+            first: depth.layout.light_component,
             per_bounce: 1,
             wave,
         };
-        let label = Some(label);
+        let component = Some(component);
         let at = (Side::Light, 0);
-        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, component), probe);
         self.weigh_components(&mut paths.subpaths, Side::Light);
         lists.light.clear();
         if wave + 1 < depth.depth {
@@ -311,9 +313,9 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             self.escape::<L>(paths, &lists, (mask, 1.0), &mut ());
             paths.clock.lap(Stage::Mis);
-            let label = layout.label(depth);
+            let component = layout.component(depth);
             let at = (Side::Camera, 0);
-            self.arrive_on::<L>(paths, &lists.emission, at, (samples, label), &mut ());
+            self.arrive_on::<L>(paths, &lists.emission, at, (samples, component), &mut ());
             self.meet::<L>(paths, &mut lists, (mask, 1.0), &mut ());
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(&mut paths.subpaths, Side::Camera);
@@ -343,16 +345,16 @@ impl World<'_> {
         paths: &mut Paths,
         list: &[u32],
         at: (Side, usize),
-        (samples, label): (&Samples, Option<Bounce>),
+        (samples, component): (&Samples, Option<Bounce>),
         probe: &mut impl Probe,
     ) {
-        let label = Label {
+        let component = ComponentSamples {
             samples,
-            at: label,
+            at: component,
             t: &paths.t,
         };
         let to = (&mut paths.subpaths, &mut paths.dispersion);
-        self.arrive::<L>(&paths.rays, list, to, at, label, probe);
+        self.arrive::<L>(&paths.rays, list, to, at, component, probe);
         paths.clock.finish(Stage::Surface, list.len(), L::N);
     }
 

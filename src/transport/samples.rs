@@ -132,7 +132,7 @@ impl Bounce {
 
 /// The primary samples that choose among the components of mixtures.
 #[derive(Clone, Copy)]
-pub(super) struct Label<'a> {
+pub(super) struct ComponentSamples<'a> {
     pub samples: &'a Samples,
     /// `None` where vertices do not scatter.
     pub at: Option<Bounce>,
@@ -140,7 +140,7 @@ pub(super) struct Label<'a> {
     pub t: &'a [u32],
 }
 
-impl Label<'_> {
+impl ComponentSamples<'_> {
     /// That of a path.
     pub fn sample(&self, path: u32) -> Option<f32> {
         let row = |at: Bounce| self.samples.row(at.dimension(self.t, path));
