@@ -162,7 +162,7 @@ pub struct DirectSample<L: Lanes> {
     /// Unit, from the surface to the light.
     pub to_light: Vec3<L>,
     /// The end of the visibility ray (origin for distant lights: any far point).
-    pub target: Vec3<L>,
+    pub end: Vec3<L>,
     /// Radiance towards the surface, or intensity for point lights.
     pub radiance: Vec3<L>,
     /// Density over solid angle at the surface, choice included; point lights: squared distance
@@ -313,7 +313,7 @@ impl LightTable {
     ) -> DirectSample<L> {
         let mut sample = DirectSample {
             to_light: Vec3::zero(),
-            target: Vec3::zero(),
+            end: Vec3::zero(),
             radiance: Vec3::zero(),
             pdf: L::one(),
             emission_ratio: L::zero(),
@@ -329,7 +329,7 @@ impl LightTable {
             let one = self.direct_of(geometry, lot, p, u);
             sample = DirectSample {
                 to_light: Vec3::select(mask, one.to_light, sample.to_light),
-                target: Vec3::select(mask, one.target, sample.target),
+                end: Vec3::select(mask, one.end, sample.end),
                 radiance: Vec3::select(mask, one.radiance, sample.radiance),
                 pdf: L::select(mask, one.pdf, sample.pdf),
                 emission_ratio: L::select(mask, one.emission_ratio, sample.emission_ratio),

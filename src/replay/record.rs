@@ -240,7 +240,7 @@ impl Probe for Witness<'_> {
             self.fate = Fate::Unlit;
             return;
         }
-        let [p, w] = [point.target, point.to_light].map(|v| v.lane(0));
+        let [p, w] = [point.end, point.to_light].map(|v| v.lane(0));
         self.end = Some(self.end_on(lights[0], p, w));
     }
 

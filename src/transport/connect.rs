@@ -190,7 +190,7 @@ impl World<'_> {
             let light = &light[..chunk.len()];
             let seen = self.lights.sample_direct(&self.geometry, light, place.p, u);
             let w = seen.to_light;
-            RayLanes::between(place.leave(ng, w), seen.target).store(rays, chunk);
+            RayLanes::between(place.leave(ng, w), seen.end).store(rays, chunk);
             LinkLanes {
                 w,
                 distance2: L::one(),
