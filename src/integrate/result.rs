@@ -64,11 +64,11 @@ pub struct Stats {
     pub peak_rss_bytes: u64,
     /// Estimated relative mean squared error of the picture as written: the mean over pixels and
     /// channels of the squared standard error over (squared value +
-    /// [`RELATIVE_EPSILON`](crate::metrics::RELATIVE_EPSILON)). `None` if not estimated.
+    /// [`RELATIVE_EPSILON`](crate::metrics::RELATIVE_EPSILON)). `None` if it was not estimated.
     pub relmse: Option<f64>,
     /// Square root of [`Self::relmse`].
     pub relative_error: Option<f64>,
-    /// Largest split R-hat of depths that matter (see [`DepthStats`]); `None` where nothing is told.
+    /// Largest split R-hat of depths that matter (see [`DepthStats`]); `None` if it was not told.
     pub rhat: Option<f64>,
     /// Smallest effective sample size of these depths.
     pub ess: Option<f64>,
