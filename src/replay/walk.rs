@@ -28,7 +28,7 @@ pub struct Sampled {
     /// Unit.
     pub wi: [f32; 3],
     /// What the throughput was multiplied by.
-    pub weight: [f32; 3],
+    pub throughput: [f32; 3],
     /// Density of `wi` given `wo`, over solid angle.
     pub pdf: f32,
     /// Density of `wo` given `wi`, over solid angle.

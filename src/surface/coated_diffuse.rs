@@ -112,7 +112,7 @@ impl Bsdf for Base {
         let value = Self::eval(row, up, wi, mode);
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
+            throughput: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
         }

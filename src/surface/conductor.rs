@@ -58,7 +58,7 @@ impl Bsdf for Rough {
         let weight = reflectance(row, r.cos_h) * (r.brdf * wi.z / r.pdf);
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: weight.or_zero(valid),
+            throughput: weight.or_zero(valid),
             pdf: r.pdf,
             pdf_reverse: r.pdf_reverse,
         }

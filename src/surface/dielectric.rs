@@ -47,7 +47,7 @@ impl Bsdf for Smooth {
         let bend = inv_eta * inv_eta * (cos_i / boundary.cos_t);
         BsdfSample {
             wi: Vec3::select(reflects, reflected, refracted),
-            weight: weight.or_zero(cos_i.gt(L::zero())),
+            throughput: weight.or_zero(cos_i.gt(L::zero())),
             pdf: L::one(),
             pdf_reverse: L::select(reflects, L::one(), bend),
         }

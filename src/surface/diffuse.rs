@@ -55,7 +55,7 @@ impl Bsdf for Diffuse {
         let (wi, pdf) = cosine_sample(wo, u);
         BsdfSample {
             wi,
-            weight: Vec3::new(row[0], row[1], row[2]).or_zero(pdf.gt(L::zero())),
+            throughput: Vec3::new(row[0], row[1], row[2]).or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
         }
@@ -110,7 +110,7 @@ impl Bsdf for OrenNayar {
         let weight = Vec3::new(row[0], row[1], row[2]) * Self::factor(row, wo, wi);
         BsdfSample {
             wi,
-            weight: weight.or_zero(pdf.gt(L::zero())),
+            throughput: weight.or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
         }

@@ -44,7 +44,7 @@ impl Bsdf for DiffuseTransmission {
         let pdf = cosine_pdf * chance;
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, L::select(reflects, wi.z, -wi.z)),
-            weight: (albedo * (L::one() / chance)).or_zero(pdf.gt(L::zero())),
+            throughput: (albedo * (L::one() / chance)).or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI) * chance,
         }

@@ -167,7 +167,7 @@ pub fn sample_coated<B: Bsdf, L: Lanes>(
     let valid = value.pdf.gt(L::zero());
     BsdfSample {
         wi,
-        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        throughput: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,
     }

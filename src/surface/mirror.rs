@@ -14,7 +14,7 @@ pub struct Mirror;
 pub(super) fn reflect<L: Lanes>(wo: Vec3<L>, reflectance: Vec3<L>) -> BsdfSample<L> {
     BsdfSample {
         wi: Vec3::new(-wo.x, -wo.y, wo.z),
-        weight: reflectance.or_zero(wo.z.eq(L::zero()).not()),
+        throughput: reflectance.or_zero(wo.z.eq(L::zero()).not()),
         pdf: L::one(),
         pdf_reverse: L::one(),
     }

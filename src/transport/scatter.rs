@@ -61,7 +61,7 @@ impl World<'_> {
                 sides::sample::<B, L>(self.sides, &row, &end.normals(), place.wo, u, mode);
             let wi_ng = wi.dot(frame.ng);
             let cos_out = wi_ng.abs();
-            let mut beta = energy.beta.mul_elem(sample.weight);
+            let mut beta = energy.beta.mul_elem(sample.throughput);
             let mut adjoint = L::one();
             if side == Side::Light {
                 // Weight and density are made of the local cosine, which has to cancel: of a

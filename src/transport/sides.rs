@@ -147,7 +147,7 @@ pub fn sample<B: Bsdf, L: Lanes>(
                 wi = Vec3::select(disputed, frame.to_world(other.wi).normalize(), wi);
                 sample = BsdfSample {
                     wi: Vec3::select(disputed, other.wi, sample.wi),
-                    weight: Vec3::select(disputed, other.weight, sample.weight),
+                    throughput: Vec3::select(disputed, other.throughput, sample.throughput),
                     pdf: L::select(disputed, other.pdf, sample.pdf),
                     pdf_reverse: L::select(disputed, other.pdf_reverse, sample.pdf_reverse),
                 };
@@ -210,12 +210,12 @@ fn exchanged<B: Bsdf, L: Lanes>(
     let ng = frame.to_local(ng);
     let wi = twin(sample.wi, ng);
     let value = across::<B, L>(row, ng, [wo, wi], mode);
-    let w = sample.weight;
+    let w = sample.throughput;
     let sampled = w.x.max(w.y).max(w.z).gt(L::zero());
     let valid = value.pdf.gt(L::zero()).and(sampled);
     BsdfSample {
         wi,
-        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        throughput: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,
     }
@@ -275,10 +275,10 @@ mod tests {
                 for i in 0..n {
                     let u = evenly(i);
                     let s = sample::<B, f32>(sides, row, normals, wo, u, mode);
-                    if s.valid && s.sample.weight.y > 0.0 {
+                    if s.valid && s.sample.throughput.y > 0.0 {
                         let v = eval::<B, f32>(sides, row, normals, [wo, s.wi], mode);
                         let cos = s.wi.dot(normals.ns).abs();
-                        energy[0] += f64::from(s.sample.weight.y) / f64::from(n);
+                        energy[0] += f64::from(s.sample.throughput.y) / f64::from(n);
                         let world = [wo, s.wi];
                         let frame = shading_frame(normals.ns, normals.tangent);
                         let local = world.map(|w| frame.to_local(w));
@@ -294,7 +294,7 @@ mod tests {
                             v.pdf
                         );
                         assert!(near(s.sample.pdf_reverse, v.pdf_reverse), "{what}");
-                        let (f, w) = (v.f.y * cos / v.pdf, s.sample.weight.y);
+                        let (f, w) = (v.f.y * cos / v.pdf, s.sample.throughput.y);
                         assert!(near(f, w), "{what}: {f} {w}");
                     }
                     // Uniform over the sphere.
@@ -371,7 +371,7 @@ mod tests {
                     assert!(s.valid);
                     let side = s.wi.dot(normals.ng) * wo.dot(normals.ng);
                     assert!(side >= 0.0, "through the surface");
-                    sum += s.sample.weight.y / 2000.0;
+                    sum += s.sample.throughput.y / 2000.0;
                 }
                 assert!((sum - 0.7).abs() < 1e-3, "{sum}");
             }

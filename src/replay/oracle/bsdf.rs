@@ -254,7 +254,7 @@ pub fn delta_of_kernel(kind: Kind, row: &[f64; 8], wo: V, up: bool) -> (V, f64, 
     let lobes = ends.map(|u| kind.sample(&row, Vec3::new(x, y, z), [0.5, 0.5, u], Mode::Radiance));
     let lobe = lobes.iter().find(|lobe| (lobe.wi.z > 0.0) == up);
     lobe.map_or(([0.0; 3], 1.0, 1.0), |lobe| {
-        let weight = lobe.weight.lane(0).map(f64::from);
+        let weight = lobe.throughput.lane(0).map(f64::from);
         (weight, lobe.pdf.into(), lobe.pdf_reverse.into())
     })
 }
