@@ -104,7 +104,7 @@ pub struct ChainStep<S = Vec<f32>> {
     pub proposal: S,
     /// Drawn afresh, not a movement of the current state.
     pub large: bool,
-    /// Acceptance probability, and the uniform number that has to be below it.
+    /// Acceptance probability.
     pub acceptance: f32,
     /// Uniform in `[0, 1)`; the proposal is accepted if it is below [`Self::acceptance`].
     pub drawn: f32,

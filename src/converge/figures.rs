@@ -198,7 +198,7 @@ fn statistics(
     }
 }
 
-/// Figures of every budget that has runs, and the index and mean time of those whose error is clear.
+/// Figures of every budget that has runs; and where the error is clear, the index and mean time.
 fn by_budget(
     runs: &[&Run],
     reference: &ReferenceFigures,

@@ -204,8 +204,8 @@ impl Oracle<'_> {
         }
     }
 
-    /// Unit directions from the camera to the light, segment by segment, and one over the squares of
-    /// their lengths; 1 where distances do not change densities.
+    /// Unit directions from the camera to the light, segment by segment, and one over the squares
+    /// of their lengths; 1 where distances do not change densities.
     fn segments(&self, path: &Path, end: &EndPoint) -> (Vec<V>, Vec<f64>) {
         let k = path.surface.len();
         let mut towards: Vec<V> = Vec::with_capacity(k + 1);
