@@ -46,11 +46,14 @@ use crate::transport::{PathSampler, Paths, World};
 /// What is tuned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tune {
+    /// The scale of small steps.
     pub sigma: bool,
+    /// The probability of large steps.
     pub large_step: bool,
 }
 
 impl Tune {
+    /// Whether chains have to march for it at all.
     pub fn any(self) -> bool {
         self.sigma || self.large_step
     }
@@ -161,6 +164,7 @@ impl Tuner {
         self.done
     }
 
+    /// Chains that march for it, each with a sigma of its own.
     pub fn chains(&self) -> usize {
         self.seeds.len()
     }

@@ -10,9 +10,11 @@ use std::f64::consts::{PI, TAU};
 pub struct Derivatives {
     /// Both zero where texture coordinates do not tell directions.
     pub dpdu: DVec3,
+    /// Of the point along `v`.
     pub dpdv: DVec3,
     /// Of the unit shading normal.
     pub dndu: DVec3,
+    /// Of the unit shading normal along `v`.
     pub dndv: DVec3,
     /// The shading frame is not that of the texture coordinates: the normal or the tangent is
     /// interpolated between vertices.

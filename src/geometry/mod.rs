@@ -51,6 +51,7 @@ pub struct Wanted {
 
 /// Surface points; internal space.
 pub struct SurfacePoint<L: Lanes> {
+    /// Position.
     pub p: Vec3<L>,
     /// Distance along the normal within which the true surface lies.
     pub error: L,
@@ -66,7 +67,9 @@ pub struct SurfacePoint<L: Lanes> {
 
 /// A point to emit from, and its density over area.
 pub struct AreaSample<L: Lanes> {
+    /// Position, internal space.
     pub p: Vec3<L>,
+    /// Distance along the normal within which the true surface lies.
     pub error: L,
     /// Unit, towards the front.
     pub ng: Vec3<L>,
@@ -84,6 +87,7 @@ impl Wanted {
 }
 
 impl<'a> Geometry<'a> {
+    /// Borrows the scene's tables. Vertices that no triangle refers to count for nothing.
     pub fn new(scene: &'a Scene) -> Self {
         // Vertices that no triangle refers to can lie anywhere.
         let corners = (scene.triangles.iter())

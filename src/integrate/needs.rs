@@ -24,7 +24,9 @@ const FEWEST: u64 = 512;
 /// A part of a render, and the bytes it needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
+    /// Such as `film`.
     pub part: &'static str,
+    /// At its fullest.
     pub bytes: u64,
     /// What it depends on, for people.
     pub why: String,

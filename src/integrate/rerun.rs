@@ -19,6 +19,7 @@ const BATCH: usize = 8;
 /// Which iteration of which chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Whose {
+    /// Scattering events of the chain's paths.
     pub depth: u32,
     /// Of the chains of its depth, from 0.
     pub chain: usize,
@@ -34,13 +35,15 @@ pub struct Visit {
     pub plan: DepthPlan,
     /// How chains of the depth mutate.
     pub kernel: Kernel,
-    /// Chains of the depth, and iterations that each makes in a whole render.
+    /// Chains of the depth.
     pub chains: usize,
+    /// Iterations that each of them makes in a whole render.
     pub iterations: u32,
     /// Bootstrap path that the chain started from.
     pub start: u64,
     /// Where it stood before the iteration.
     pub state: State,
+    /// What it did.
     pub step: ChainStep,
 }
 

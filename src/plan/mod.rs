@@ -60,12 +60,14 @@ pub struct Plan {
 /// The plan for paths with `depth` scattering events.
 #[derive(Clone, Debug)]
 pub struct DepthPlan {
+    /// Scattering events `k` of a path; 0 sees lights directly.
     pub depth: u32,
     /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light,
     /// ascending.
     pub strategies: Vec<u32>,
     /// How paths choose among them.
     pub choice: Choice,
+    /// Where each primary sample of a multiplexed path of this depth lies.
     pub layout: Layout,
 }
 

@@ -26,7 +26,9 @@ pub enum Purpose {
     LightTracer = 7,
     /// As `Mutation`, `Decision` and `Seeding`, for chains that only tune others.
     Tuning = 8,
+    /// As `Decision`.
     TuningDecision = 9,
+    /// As `Seeding`.
     TuningSeeding = 10,
 }
 

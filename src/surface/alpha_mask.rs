@@ -21,6 +21,7 @@ pub struct AlphaMasks<'a> {
 }
 
 impl<'a> AlphaMasks<'a> {
+    /// Of a scene's table [`Scene::alphas`], which it borrows; often none.
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             alphas: &scene.alphas,

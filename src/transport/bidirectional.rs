@@ -13,7 +13,7 @@
 
 use super::World;
 use super::clock::Stage;
-use super::connect::{Joining, Techniques};
+use super::connect::{Joining, Weighing};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::kept::{Kept, KeptVertex};
@@ -21,7 +21,7 @@ use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
 pub use super::strategy::Strategy;
-use super::weigh::{Sink, TechniqueMask};
+use super::weigh::{Sink, StrategyMask};
 use crate::plan::{Layout, Vertices};
 use crate::simd::{Lanes, Row};
 
@@ -33,10 +33,11 @@ pub struct BidirectionalLayout {
     seen: Vec<Option<usize>>,
     /// Most surface vertices of a camera subpath, and of a light subpath.
     pub camera_vertices: usize,
+    /// Most surface vertices of a light subpath.
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
-    camera_labels: usize,
-    mask: TechniqueMask,
+    camera_components: usize,
+    mask: StrategyMask,
     parts: bool,
     /// Where their primary samples are.
     pub at: Layout,
@@ -45,14 +46,14 @@ pub struct BidirectionalLayout {
 impl BidirectionalLayout {
     /// All strategies that can carry light, of all depths that the world is planned for.
     pub fn new(world: &World) -> Self {
-        Self::with(world, TechniqueMask::ALL, |_| true)
+        Self::with(world, StrategyMask::ALL, |_| true)
     }
 
     /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing
     /// competes: weights are 1. Light that reaches the camera from specular surfaces is out of
     /// reach.
     pub fn light_tracing(world: &World) -> Self {
-        Self::with(world, TechniqueMask::NONE, |strategy| {
+        Self::with(world, StrategyMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
     }
@@ -63,7 +64,7 @@ impl BidirectionalLayout {
         self
     }
 
-    fn with(world: &World, mask: TechniqueMask, runs: impl Fn(Strategy) -> bool) -> Self {
+    fn with(world: &World, mask: StrategyMask, runs: impl Fn(Strategy) -> bool) -> Self {
         let plan = &world.plan;
         let mut strategies = Vec::new();
         let mut seen = Vec::new();
@@ -87,12 +88,12 @@ impl BidirectionalLayout {
         let camera_vertices = most(1, &|_| true);
         let light_vertices = most(0, &|_| true);
         let joined = most(1, &|strategy| strategy.s > 0);
-        let camera_labels = joined.max(camera_vertices.saturating_sub(1));
+        let camera_components = joined.max(camera_vertices.saturating_sub(1));
 
         let by_choice = usize::from(world.camera.connects_by_choice());
         let vertices = Vertices {
             camera: camera_vertices,
-            camera_labels,
+            camera_components,
             light: light_vertices,
             direct: most(1, &|strategy| strategy.s == 1),
             seen: by_choice * most(0, &|strategy| strategy.t == 1),
@@ -101,7 +102,7 @@ impl BidirectionalLayout {
             seen,
             camera_vertices,
             light_vertices,
-            camera_labels,
+            camera_components,
             mask,
             parts: false,
             at: Layout::bidirectional(plan, vertices),
@@ -243,14 +244,14 @@ impl World<'_> {
                 lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
-            let label = Some(Bounce::at(
-                layout.at.light_label + wave * layout.at.strides.label,
+            let component = Some(Bounce::at(
+                layout.at.light_component + wave * layout.at.strides.component,
             ));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Light, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
@@ -332,7 +333,7 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             // Lights that are seen directly are seen by no other strategy.
             let mask = if wave == 0 {
-                TechniqueMask::NONE
+                StrategyMask::NONE
             } else {
                 layout.mask
             };
@@ -342,13 +343,14 @@ impl World<'_> {
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
-            let label = (wave < layout.camera_labels)
-                .then(|| Bounce::at(layout.at.camera_label + wave * layout.at.strides.label));
+            let component = (wave < layout.camera_components).then(|| {
+                Bounce::at(layout.at.camera_component + wave * layout.at.strides.component)
+            });
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Camera, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             if let Some(index) = seen {
@@ -424,14 +426,14 @@ impl World<'_> {
             sink: sink(self, &mut paths.splats, &paths.dispersion, (place, index)),
             clock: &mut paths.clock,
         };
-        let techniques = Techniques {
+        let weighing = Weighing {
             mask: layout.mask,
             // Every strategy runs once a path.
             factors: &[1.0; 2],
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L, _>(joining, samples, lists, at, techniques, &mut ());
+        self.join::<L, _>(joining, samples, lists, at, weighing, &mut ());
     }
 }
 

@@ -61,12 +61,19 @@ use wavelength::Wavelengths;
 
 /// A scene prepared for transport.
 pub struct World<'a> {
+    /// Surface points.
     pub geometry: Geometry<'a>,
+    /// BSDFs and their parameter rows.
     pub materials: MaterialTable<'a>,
+    /// What is cut out of shapes.
     pub alpha_masks: AlphaMasks<'a>,
+    /// Emission.
     pub lights: LightTable,
+    /// Rays and importance.
     pub camera: Camera,
+    /// Closest hits and visibility.
     pub tracer: Tracer,
+    /// What of all this the scene calls for.
     pub plan: Plan,
     /// If some index of refraction depends on the wavelength.
     pub wavelengths: Option<Wavelengths>,

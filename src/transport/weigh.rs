@@ -14,18 +14,20 @@ use super::records::*;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Vec3};
 
-/// Which techniques run: densities of others enter a weight times these, 0 for those that do not.
+/// Which strategies run: densities of the others enter a weight times these, 1 for those that do
+/// and 0 for those that do not.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TechniqueMask {
-    /// Points sampled on lights (`s = 1`), where a light was hit by chance.
+pub(super) struct StrategyMask {
+    /// Of points sampled on lights (`s = 1`), in the weight of a light hit by chance.
     pub direct: f32,
-    /// Light subpaths.
+    /// Of all strategies with more light vertices.
     pub light: f32,
-    /// Camera subpaths, where a light subpath is joined to the camera.
+    /// Of all strategies with fewer light vertices, in the weight of a light subpath that is
+    /// joined to the camera.
     pub camera: f32,
 }
 
-impl TechniqueMask {
+impl StrategyMask {
     pub const ALL: Self = Self {
         direct: 1.0,
         light: 1.0,
@@ -127,7 +129,7 @@ impl World<'_> {
         (endpoints, hits): (&Endpoints, &[Hit]),
         list: &[u32],
         lit: &mut List,
-        (mask, factor): (TechniqueMask, f32),
+        (mask, factor): (StrategyMask, f32),
         mut sink: Sink,
         probe: &mut impl Probe,
     ) {
@@ -168,7 +170,7 @@ impl World<'_> {
         &self,
         (rays, flights): (&[Ray], &[Flight]),
         list: &[u32],
-        (mask, factor): (TechniqueMask, f32),
+        (mask, factor): (StrategyMask, f32),
         mut sink: Sink,
         probe: &mut impl Probe,
     ) {
@@ -199,7 +201,7 @@ impl World<'_> {
 pub(super) fn direct<L: Lanes>(
     connections: &mut Connections,
     list: &[u32],
-    (mask, factor): (TechniqueMask, f32),
+    (mask, factor): (StrategyMask, f32),
     sink: &Sink,
     live: &mut List,
     probe: &mut impl Probe,
@@ -230,7 +232,7 @@ pub(super) fn direct<L: Lanes>(
 pub(super) fn lens<L: Lanes>(
     connections: &mut Connections,
     list: &[u32],
-    (mask, factor): (TechniqueMask, f32),
+    (mask, factor): (StrategyMask, f32),
     sink: &Sink,
     live: &mut List,
     probe: &mut impl Probe,

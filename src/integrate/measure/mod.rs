@@ -47,8 +47,10 @@ const HALF: Half = Half {
 /// Why there is nothing to measure.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasureError {
+    /// A render could not start either.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// Nothing in the scene carries light to the camera; why.
     #[error("{0}")]
     Dark(String),
 }
