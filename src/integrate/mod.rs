@@ -50,6 +50,29 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
+    render_by(scene, settings, observer, &|run| match settings.lanes {
+        Width::Eight => integrate::<f32x8>(run),
+        Width::One => integrate::<f32>(run),
+    })
+}
+
+/// Paths traced eight at a time, whatever the settings say. Unit tests that call this instead of
+/// [`render`] do without kernels of the others, which take minutes to compile.
+///
+/// # Errors
+/// Those of [`render`].
+#[cfg(test)]
+pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, RenderError> {
+    render_by(scene, settings, &Silent, &pt::render::<f32x8>)
+}
+
+/// All of a render but its integrator.
+fn render_by(
+    scene: &Scene,
+    settings: &Settings,
+    observer: &dyn Observer,
+    integrate: &(dyn Fn(&Run) -> Render + Sync),
+) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
     let pool = pool(settings.threads)?;
@@ -64,10 +87,7 @@ pub fn render(
         observer,
         start,
     };
-    let mut render = pool.install(|| match settings.lanes {
-        Width::Eight => integrate::<f32x8>(&run),
-        Width::One => integrate::<f32>(&run),
-    });
+    let mut render = pool.install(|| integrate(&run));
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     let colour = scene.film.colour.as_ref();
