@@ -9,7 +9,7 @@ use super::world::WorldLightKind;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{Report, SceneError};
 use crate::pbrt::image::Encoding;
-use crate::pbrt::params::{ParamSet, Type};
+use crate::pbrt::params::ParamSet;
 use crate::pbrt::textures::{Channels, Tables};
 use crate::pbrt::transform::similarity;
 use crate::scene::spectrum::luminance;
@@ -196,7 +196,11 @@ pub(super) fn infinite(
     tables: &mut Tables,
     report: &mut Report,
 ) -> Result<(Rgb, WorldLightKind), SceneError> {
-    portal(set)?;
+    set.refuse(
+        &["portal"],
+        "portals are not supported; remove it: the light is then all around, and where the portal is the scene's only opening the picture stays \
+         the same but for noise",
+    )?;
     check_exclusive(set)?;
     let l = emission_or_image(set, "L")?;
     let Some((image, picture)) = image_of(set, Channels::Rgb, tables)? else {
@@ -231,29 +235,6 @@ pub(super) fn infinite(
             layout,
         },
     ))
-}
-
-/// v4: an opening that the light comes through. pbrt chooses directions through it, and leaves out
-/// light of other directions where camera subpaths look for it, not where light subpaths begin.
-/// Here the light is all around.
-fn portal(set: &ParamSet) -> Result<(), SceneError> {
-    if set.dialect == Dialect::V3 {
-        return Ok(());
-    }
-    let corners = set.triples("portal", Type::Point3)?;
-    let Some((corners, param)) = corners.zip(set.find("portal")) else {
-        return Ok(());
-    };
-    if corners.len() != 4 {
-        let what = format_args!("has {} corners, must have 4", corners.len());
-        return Err(set.error_at(param, what));
-    }
-    set.note_at(
-        param,
-        "is not used: the light is all around. Where the portal is the only opening of what is seen, the picture \
-         is the same, with more noise",
-    );
-    Ok(())
 }
 
 /// Illuminance of an upward-facing patch under an equal-area octahedral map as pbrt-v4 estimates it

@@ -297,19 +297,3 @@ fn lights_cut_out_entirely_shine_unseen() {
     let s = v4(&format!("{lamp} Shape \"sphere\""));
     assert!(!s.is_hidden(&s.lights[0].kind));
 }
-
-/// The light is all around, whatever opening it is said to come through.
-#[test]
-fn portals_say_that_they_are_not_used() {
-    let light = |portal: &str| format!("LightSource \"infinite\" \"rgb L\" [1 1 1]{portal}");
-    let (plain, with) = (
-        v4(&light("")),
-        v4(&light(" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]")),
-    );
-    assert_eq!(plain.lights[0].kind, with.lights[0].kind);
-    assert_eq!(with.warnings.len(), 1);
-    let start = "t.pbrt:3:42: LightSource \"infinite\": parameter \"portal\": is not used";
-    assert!(with.warnings[0].starts_with(start), "{:?}", with.warnings);
-    let error = v4_error(&light(" \"point3 portal\" [0 0 0 1 0 0 1 1 0]"));
-    assert!(error.contains("has 3 corners, must have 4"), "{error}");
-}
