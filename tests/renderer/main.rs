@@ -40,6 +40,7 @@ mod replay;
 mod rng;
 mod rough_dielectric;
 mod scenes_hard;
+mod shapes;
 mod strategies;
 mod support;
 mod tangents;
