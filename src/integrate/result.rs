@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
+use super::shares::Shares;
 use crate::transport::bidirectional::Strategy;
 
 /// The figures of a render.
@@ -53,6 +54,8 @@ pub struct Stats {
     pub ess: Option<f64>,
     pub stuck_chains: u64,
     pub cross_check: Option<CrossCheck>,
+    /// Who brings what (`auto`).
+    pub shares: Option<Shares>,
     pub depths: Vec<DepthStats>,
     /// In radiance as written.
     pub tiles: Option<Tiles>,

@@ -66,6 +66,9 @@ pub struct DepthPlan {
     pub strategies: Vec<u32>,
     /// How paths choose among them.
     pub choice: Choice,
+    /// The most of a contribution's mean channel that independent samples keep where they share
+    /// the light of this depth with chains, see `transport::share`; 0 if they do not.
+    pub kept: f32,
     pub layout: Layout,
 }
 
@@ -119,6 +122,7 @@ impl Plan {
         DepthPlan {
             depth,
             choice: Choice::uniform(&strategies),
+            kept: 0.0,
             strategies,
             layout,
         }

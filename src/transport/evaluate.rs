@@ -368,6 +368,7 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
         let (list, lit) = (&lists.emission, &mut lists.scratch);
         self.emission::<L>(from, list, lit, techniques, sink, probe);
@@ -386,6 +387,7 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
         self.environment::<L>(from, &lists.escaped, techniques, sink, probe);
     }
