@@ -180,6 +180,13 @@ impl Bootstrap {
         self.len() < self.wanted
     }
 
+    /// Asks for so many samples in all.
+    pub fn want(&mut self, count: u64) {
+        if self.wanted > 0 {
+            self.wanted = count;
+        }
+    }
+
     /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all).
     /// `cancelled` is asked between chunks.
     pub fn extend<L: Lanes>(
@@ -264,6 +271,19 @@ impl Bootstrap {
     /// Target of every path, in order.
     pub(super) fn all(&self) -> impl Iterator<Item = f32> {
         self.values.iter().flatten().copied()
+    }
+
+    /// Leaves a part of every target; sums by strategy stay as they are. To be settled afterwards.
+    pub fn leave(&mut self, part: impl Fn(f32) -> f32) {
+        self.estimate.bootstrap = Moments::default();
+        for chunk in &mut self.values {
+            let mut sum = Moments::default();
+            for value in chunk.iter_mut().filter(|v| **v > 0.0) {
+                *value *= part(*value);
+            }
+            chunk.iter().for_each(|v| sum.add(*v));
+            self.estimate.bootstrap.merge(&sum);
+        }
     }
 
     /// Completes the estimate after the last path.

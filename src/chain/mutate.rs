@@ -95,6 +95,15 @@ impl Kernel {
         }
     }
 
+    /// The same for chains that find out how well such chains do.
+    pub fn piloting(self, seed: u64) -> Self {
+        Self {
+            mutation: Stream::new(seed, Purpose::PilotMutation),
+            decision: Stream::new(seed, Purpose::PilotDecision),
+            ..self
+        }
+    }
+
     /// Writes the proposals of all chains for one iteration. `ids` are padded to a multiple of
     /// eight; `large` (1 or 0) and `decide` receive the kind of step and the uniform number of
     /// the acceptance test.

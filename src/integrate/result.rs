@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
+use super::shares::Shares;
 use crate::transport::bidirectional::Strategy;
 
 /// The figures of a render.
@@ -76,6 +77,8 @@ pub struct Stats {
     pub stuck_chains: u64,
     /// `None` if the error is not estimated.
     pub cross_check: Option<CrossCheck>,
+    /// Who brings what (`auto`).
+    pub shares: Option<Shares>,
     /// One a depth that has chains; none of integrators of independent samples.
     pub depths: Vec<DepthStats>,
     /// In radiance as written.

@@ -67,6 +67,9 @@ pub struct DepthPlan {
     pub strategies: Vec<u32>,
     /// How paths choose among them.
     pub choice: Choice,
+    /// The most of a contribution's mean channel that independent samples keep where they share
+    /// the light of this depth with chains, see `transport::share`; 0 if they do not.
+    pub kept: f32,
     /// Where each primary sample of a multiplexed path of this depth lies.
     pub layout: Layout,
 }
@@ -121,6 +124,7 @@ impl Plan {
         DepthPlan {
             depth,
             choice: Choice::uniform(&strategies),
+            kept: 0.0,
             strategies,
             layout,
         }

@@ -30,6 +30,12 @@ pub enum Purpose {
     TuningDecision = 9,
     /// As `Seeding`.
     TuningSeeding = 10,
+    /// Samples that find out who should render what.
+    Pilot = 11,
+    /// As `Mutation`, `Decision` and `Seeding`, for the chains that do.
+    PilotMutation = 12,
+    PilotDecision = 13,
+    PilotSeeding = 14,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

@@ -38,6 +38,8 @@ pub struct BidirectionalLayout {
     /// Camera vertices that scatter or are joined.
     camera_components: usize,
     mask: StrategyMask,
+    /// By strategy: the most of a contribution that is kept, if chains bring the rest.
+    kept: Vec<Option<f32>>,
     parts: bool,
     /// Where their primary samples are.
     pub at: Layout,
@@ -56,6 +58,17 @@ impl BidirectionalLayout {
         Self::with(world, StrategyMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
+    }
+
+    /// The strategies of depths of which samples keep something, if `kept` is the most of a
+    /// contribution's mean channel that they keep at each depth: the rest is that of chains
+    /// ([`DepthPlan::kept`](crate::plan::DepthPlan::kept)). Infinity keeps all of it, 0 nothing.
+    pub fn sharing(world: &World, kept: &[f32]) -> Self {
+        let of = |strategy: Strategy| kept[strategy.depth() as usize];
+        let mut layout = Self::with(world, TechniqueMask::ALL, |strategy| of(strategy) > 0.0);
+        let bounds = layout.strategies.iter().map(|strategy| of(*strategy));
+        layout.kept = bounds.map(|b| b.is_finite().then_some(b)).collect();
+        layout
     }
 
     /// Asks evaluations for [`Splats::parts`], too.
@@ -104,6 +117,7 @@ impl BidirectionalLayout {
             light_vertices,
             camera_components,
             mask,
+            kept: vec![None; strategies.len()],
             parts: false,
             at: Layout::bidirectional(plan, vertices),
             strategies,
@@ -113,6 +127,14 @@ impl BidirectionalLayout {
     /// The strategies that run, by depth, then by light vertices.
     pub fn strategies(&self) -> &[Strategy] {
         &self.strategies
+    }
+
+    /// Rays of a path that is not cut short, with the strategies of depths that are chosen alone.
+    pub fn rays(&self, chosen: impl Fn(u32) -> bool) -> f64 {
+        let chosen = || (self.strategies.iter()).filter(|strategy| chosen(strategy.depth()));
+        let most = |side: usize| chosen().map(|s| s.surfaces()[side]).max().unwrap_or(0);
+        let joined = chosen().filter(|strategy| strategy.s > 0).count();
+        (most(0) + most(1) + joined) as f64
     }
 
     /// Rows of the sample matrix.
@@ -339,7 +361,12 @@ impl World<'_> {
             };
             if let Some(index) = seen {
                 let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
-                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                let sink = sink(
+                    self,
+                    layout,
+                    (&mut paths.splats, &paths.dispersion),
+                    (None, index),
+                );
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
@@ -355,7 +382,12 @@ impl World<'_> {
             );
             if let Some(index) = seen {
                 let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
-                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                let sink = sink(
+                    self,
+                    layout,
+                    (&mut paths.splats, &paths.dispersion),
+                    (None, index),
+                );
                 let (list, lit) = (&lists.emission, &mut lists.scratch);
                 self.emission::<L>(from, list, lit, (mask, 1.0), sink, &mut ());
             }
@@ -423,7 +455,12 @@ impl World<'_> {
             params: &paths.subpaths.parameters.rows,
             rays: &mut paths.rays,
             connections: &mut paths.connections,
-            sink: sink(self, &mut paths.splats, &paths.dispersion, (place, index)),
+            sink: sink(
+                self,
+                layout,
+                (&mut paths.splats, &paths.dispersion),
+                (place, index),
+            ),
             clock: &mut paths.clock,
         };
         let weighing = Weighing {
@@ -441,8 +478,8 @@ impl World<'_> {
 /// part of its index if that is asked for.
 fn sink<'a>(
     world: &World,
-    splats: &'a mut Splats,
-    dispersion: &'a Dispersion,
+    layout: &BidirectionalLayout,
+    (splats, dispersion): (&'a mut Splats, &'a Dispersion),
     (light, index): (Option<usize>, usize),
 ) -> Sink<'a> {
     Sink {
@@ -452,6 +489,7 @@ fn sink<'a>(
         },
         part: splats.parts.get_mut(index).map(|part| &mut part[..]),
         dispersion: world.plan.dispersion.then_some(dispersion),
+        kept: layout.kept[index],
     }
 }
 

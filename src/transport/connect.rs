@@ -67,6 +67,7 @@ impl World<'_> {
                 splats: &mut paths.splats.camera,
                 part: None,
                 dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+                kept: None,
             },
             clock: &mut paths.clock,
         };

@@ -371,6 +371,7 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
         let (list, lit) = (&lists.emission, &mut lists.scratch);
         self.emission::<L>(from, list, lit, weighing, sink, probe);
@@ -389,6 +390,7 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
         self.environment::<L>(from, &lists.escaped, weighing, sink, probe);
     }

@@ -11,6 +11,7 @@ use super::mis::{self, Partial};
 use super::paths::{Connections, Endpoints};
 use super::probe::{Ended, Probe};
 use super::records::*;
+use super::share;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Vec3};
 
@@ -52,6 +53,8 @@ pub(super) struct Sink<'a> {
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
     pub dispersion: Option<&'a Dispersion>,
+    /// The most of a contribution that is kept, if chains bring the rest.
+    pub kept: Option<f32>,
 }
 
 impl Sink<'_> {
@@ -64,7 +67,7 @@ impl Sink<'_> {
         rgb: Vec3<L>,
         unweighted: impl FnOnce() -> Vec3<L>,
     ) -> Vec3<L> {
-        let rgb = self.coloured(list, rgb);
+        let rgb = self.shared(self.coloured(list, rgb));
         for (i, &path) in list.iter().enumerate() {
             let v = rgb.lane(i);
             let out = &mut self.splats[path as usize].rgb;
@@ -115,6 +118,15 @@ impl Sink<'_> {
     fn coloured<L: Lanes>(&self, list: &[u32], rgb: Vec3<L>) -> Vec3<L> {
         match self.dispersion {
             Some(dispersion) => dispersion.colour(list, rgb),
+            None => rgb,
+        }
+    }
+
+    /// What is kept of contributions.
+    #[inline(always)]
+    fn shared<L: Lanes>(&self, rgb: Vec3<L>) -> Vec3<L> {
+        match self.kept {
+            Some(bound) => share::keep(rgb, bound),
             None => rgb,
         }
     }
@@ -286,7 +298,7 @@ fn keep<L: Lanes>(
     sink: &Sink,
     live: &mut List,
 ) -> Vec3<L> {
-    let rgb = sink.coloured(list, rgb);
+    let rgb = sink.shared(sink.coloured(list, rgb));
     let zero = L::zero();
     let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
     let mut all = Vec3::zero();

@@ -8,6 +8,7 @@
 mod accuracy;
 mod alpha_masks;
 mod analytic;
+mod auto;
 mod bdpt;
 mod bidirectional;
 mod bsdf;

@@ -151,7 +151,7 @@ pub fn measure(
 
 fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
     match settings.integrator {
-        IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
+        IntegratorKind::Auto | IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
         IntegratorKind::Pssmlt(sampler) => Ok(pssmlt::method(world, settings.max_depth, sampler)),
         other => Err(RenderError::Settings(format!(
             "{} mutates nothing: mutations of mmlt or pssmlt can be measured",
