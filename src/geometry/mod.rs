@@ -6,14 +6,16 @@
 //! Rays start that far off the surface: no absolute epsilon.
 
 mod derivatives;
+mod frame;
 mod large;
 mod sphere;
 
 pub use self::derivatives::Derivatives;
+pub use self::frame::shading_frame;
 use self::large::LargeSurfaces;
 use self::sphere::{SphereMap, SphereTables};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle, Vertex, VertexLanes};
-use crate::simd::{Frame, Lanes, Mask, Vec3, math};
+use crate::simd::{Lanes, Mask, Vec3, math};
 use crate::trace::offset;
 
 /// Roundings in mapping a point of the unit sphere, that of its length included.
@@ -487,21 +489,4 @@ fn unit_cross<L: Lanes>(a: Vec3<L>, b: Vec3<L>) -> Vec3<L> {
     let n = a.cross(b);
     // Slivers lose their length once more.
     (n * (L::one() / n.max_abs().max(tiny))).normalize()
-}
-
-/// A shading frame around `ns` whose first axis follows `tangent` where that is not zero.
-#[inline(always)]
-pub fn shading_frame<L: Lanes>(ns: Vec3<L>, tangent: Vec3<L>) -> Frame<L> {
-    let plain = Frame::new(ns);
-    let tiny = L::splat(f32::MIN_POSITIVE);
-    let t = tangent * (L::one() / tangent.max_abs().max(tiny));
-    let s = t - ns * ns.dot(t);
-    let length2 = s.length2();
-    let usable = length2.gt(L::splat(1e-10));
-    let s = s * (L::one() / length2.sqrt());
-    Frame {
-        s: Vec3::select(usable, s, plain.s),
-        t: Vec3::select(usable, ns.cross(s), plain.t),
-        n: ns,
-    }
 }
