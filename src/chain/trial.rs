@@ -27,6 +27,7 @@ pub struct Trace {
 /// How a trial is run.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial {
+    /// The run's seed.
     pub seed: u64,
     /// Of the chains that count.
     pub kernel: Kernel,

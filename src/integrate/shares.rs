@@ -19,6 +19,7 @@ pub struct Shares {
 /// How a depth is shared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Share {
+    /// Scattering events on the paths.
     pub depth: u32,
     /// Mean radiance that the pilot has found.
     pub light: f64,

@@ -32,9 +32,11 @@ pub enum Purpose {
     TuningSeeding = 10,
     /// Samples that find out who should render what.
     Pilot = 11,
-    /// As `Mutation`, `Decision` and `Seeding`, for the chains that do.
+    /// As `Mutation`, for the chains that do.
     PilotMutation = 12,
+    /// As `Decision`, for the pilot's chains.
     PilotDecision = 13,
+    /// As `Seeding`, for the pilot's chains.
     PilotSeeding = 14,
 }
 

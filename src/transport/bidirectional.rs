@@ -65,7 +65,7 @@ impl BidirectionalLayout {
     /// ([`DepthPlan::kept`](crate::plan::DepthPlan::kept)). Infinity keeps all of it, 0 nothing.
     pub fn sharing(world: &World, kept: &[f32]) -> Self {
         let of = |strategy: Strategy| kept[strategy.depth() as usize];
-        let mut layout = Self::with(world, TechniqueMask::ALL, |strategy| of(strategy) > 0.0);
+        let mut layout = Self::with(world, StrategyMask::ALL, |strategy| of(strategy) > 0.0);
         let bounds = layout.strategies.iter().map(|strategy| of(*strategy));
         layout.kept = bounds.map(|b| b.is_finite().then_some(b)).collect();
         layout
