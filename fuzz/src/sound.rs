@@ -1,5 +1,6 @@
 //! What a loaded scene and the paths in it keep to.
 
+use phalanx::chain::evaluator::Evaluator;
 use phalanx::scene::{LightKind, NONE, Param, Scene};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::transport::evaluate::UnidirectionalLayout;
@@ -92,12 +93,9 @@ pub fn a_few_paths(scene: &Scene) {
 pub fn multiplexed(world: &World, depth: u32, sample: &mut dyn FnMut() -> f32) -> u32 {
     let plan = &world.plan.depths[depth as usize];
     let samples = matrix(plan.layout.total, sample);
-    let evaluate = |width: Width| {
+    let evaluate = |evaluator: Evaluator| {
         let mut paths = Paths::new(world);
-        match width {
-            Width::One => world.evaluate_multiplexed::<f32>(plan, &samples, PATHS, &mut paths),
-            Width::Eight => world.evaluate_multiplexed::<f32x8>(plan, &samples, PATHS, &mut paths),
-        }
+        evaluator.multiplexed(world, plan, &samples, PATHS, &mut paths);
         paths.splats.camera
     };
     agree(evaluate)
@@ -107,25 +105,12 @@ pub fn multiplexed(world: &World, depth: u32, sample: &mut dyn FnMut() -> f32) -
 pub fn unidirectional(world: &World, max_depth: u32, sample: &mut dyn FnMut() -> f32) -> u32 {
     let layout = UnidirectionalLayout::new(&world.plan, max_depth);
     let samples = matrix(layout.total(), sample);
-    let evaluate = |width: Width| {
+    let evaluate = |evaluator: Evaluator| {
         let mut paths = Paths::new(world);
-        match width {
-            Width::One => {
-                world.evaluate_unidirectional::<f32>(&layout, &samples, PATHS, &mut paths)
-            }
-            Width::Eight => {
-                world.evaluate_unidirectional::<f32x8>(&layout, &samples, PATHS, &mut paths)
-            }
-        }
+        evaluator.unidirectional(world, &layout, &samples, PATHS, &mut paths);
         paths.splats.camera
     };
     agree(evaluate)
-}
-
-#[derive(Clone, Copy)]
-enum Width {
-    One,
-    Eight,
 }
 
 fn matrix(dimensions: usize, sample: &mut dyn FnMut() -> f32) -> Samples {
@@ -138,8 +123,8 @@ fn matrix(dimensions: usize, sample: &mut dyn FnMut() -> f32) -> Samples {
     samples
 }
 
-fn agree(evaluate: impl Fn(Width) -> Vec<Splat>) -> u32 {
-    let (one, eight) = (evaluate(Width::One), evaluate(Width::Eight));
+fn agree(evaluate: impl Fn(Evaluator) -> Vec<Splat>) -> u32 {
+    let [one, eight] = Evaluator::BOTH.map(evaluate);
     assert_eq!((one.len(), eight.len()), (PATHS, <f32x8 as Lanes>::N + 3));
     for (a, b) in one.iter().zip(&eight) {
         let bits = |o: &Splat| {

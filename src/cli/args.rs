@@ -90,7 +90,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Algorithm
+    /// Algorithm [default: the scene's; auto where it names none, mlt or sppm]
+    ///
+    /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave as
+    /// error for the same work. Each path depth then goes to samples, to chains, or is shared by
+    /// both; the last line and --stats say who brings what.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
@@ -264,9 +268,9 @@ pub struct ChainArgs {
     )]
     pub max_depth: Option<u32>,
 
-    /// Markov chains, over all path depths (mmlt, pssmlt)
+    /// Markov chains, over all path depths (auto, mmlt, pssmlt)
     ///
-    /// Every depth that carries light (mmlt) gets at least 512, or N if that is fewer.
+    /// Every depth that carries light (auto, mmlt) gets at least 512, or N if that is fewer.
     #[arg(
         long,
         value_name = "N",
@@ -275,7 +279,7 @@ pub struct ChainArgs {
     )]
     pub chains: Option<u64>,
 
-    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's
+    /// Independent paths, per depth (auto, mmlt) or in all (pssmlt), that estimate the picture's
     /// brightness and start the chains
     #[arg(
         long,
@@ -285,9 +289,9 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt, pssmlt)
+    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (auto, mmlt, pssmlt)
     ///
-    /// `auto` chooses it for each path depth (mmlt) or for all of them (pssmlt) before the render
+    /// `auto` chooses it for each path depth (auto, mmlt) or for all of them (pssmlt) before the render
     /// starts, from what some chains do meanwhile: so that pixels get the most independent
     /// samples.
     #[arg(
@@ -299,20 +303,20 @@ pub struct ChainArgs {
     )]
     pub large_step: Option<Tuned>,
 
-    /// How small mutations move primary samples (mmlt, pssmlt) [default: gaussian]
+    /// How small mutations move primary samples (auto, mmlt, pssmlt) [default: gaussian]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub mutation: Option<Mutation>,
 
-    /// Scale of small mutations, in primary sample space; or auto (mmlt, pssmlt)
+    /// Scale of small mutations, in primary sample space; or auto (auto, mmlt, pssmlt)
     ///
     /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them
     /// move less); those of kelemen move by S / 10 to 1.6 S, by 1/1024 to 1/64 if S is 0.01.
-    /// `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the
+    /// `auto` tries out, for each path depth (auto, mmlt) or for all of them (pssmlt) and before the
     /// render starts, what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,
 
-    /// How chains choose among the bidirectional strategies of their depth (mmlt) [default:
+    /// How chains choose among the bidirectional strategies of their depth (auto, mmlt) [default:
     /// uniform]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub strategy_choice: Option<ChoiceName>,
@@ -321,9 +325,10 @@ pub struct ChainArgs {
     #[arg(long, value_name = "N", help_heading = "Algorithm")]
     pub seed: Option<u64>,
 
-    /// Mutations per pixel (mmlt, pssmlt)
+    /// Mutations per pixel (auto, mmlt, pssmlt)
     ///
-    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths.
+    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths. With auto
+    /// samples take the place of as many mutations as trace as many rays.
     #[arg(
         long,
         value_name = "N",

@@ -1,13 +1,13 @@
-//! The command line: one file a subcommand, flags in [`args`].
+//! The command line: one file a subcommand, flags in `args.rs`.
 //!
 //! Everything here is a thin layer over [`pbrt::load`](crate::pbrt::load),
 //! [`integrate::render`](crate::integrate::render),
 //! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics),
-//! [`converge::run`](crate::converge::run) and [`replay`](crate::replay); what it adds is messages,
+//! `converge::run` and [`replay`](crate::replay); what it adds is messages,
 //! signals and files.
 
 mod about;
-pub mod args;
+mod args;
 mod bench;
 mod command;
 mod compare;

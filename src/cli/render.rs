@@ -138,7 +138,11 @@ fn summary(render: &Render) -> String {
         )
     } else {
         format!(
-            "{size} in {time}: {} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+            "{size} in {time}: {}{} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+            match stats.samples {
+                0 => String::new(),
+                n => format!("{} samples, ", units::si(n as f64)),
+            },
             units::si(stats.mutations as f64),
             units::si(stats.mutations_per_second),
             significant(stats.b, 5),
@@ -147,6 +151,9 @@ fn summary(render: &Render) -> String {
             100.0 * stats.acceptance_large
         )
     };
+    if let Some(shares) = &stats.shares {
+        line += &format!("; {shares}");
+    }
     if let Some(error) = stats.relative_error {
         line += &format!(", relative error {}", units::percent(error));
     }
@@ -267,7 +274,10 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
         }
     }
-    if settings.integrator == IntegratorKind::Mmlt {
+    if matches!(
+        settings.integrator,
+        IntegratorKind::Auto | IntegratorKind::Mmlt
+    ) {
         list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
     let mut list: Vec<Attribute> = (list.into_iter())

@@ -18,28 +18,47 @@ use image::{ExtendedColorType, ImageEncoder};
 /// it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
+    /// As readers of the file see it.
     pub name: String,
+    /// Its type follows from it.
     pub value: AttributeValue,
 }
 
+/// The value of an [`Attribute`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum AttributeValue {
+    /// Written as a `string`.
     Text(String),
     /// Written as an `int` where it fits into 32 bits, else as text.
     Integer(i64),
+    /// Written as a `double`.
     Float(f64),
     /// `x y` of red, green, blue and white; whatever its name, it is the file's standard attribute.
     Chromaticities([f32; 8]),
 }
 
+/// Why a picture was not read or written. All messages begin with the path.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
+    /// No format has this extension.
     #[error("{}: the extension must be .exr, .pfm or .png", .0.display())]
     Extension(PathBuf),
+    /// The system refused.
     #[error("{}: {source}", .path.display())]
-    Io { path: PathBuf, source: io::Error },
+    Io {
+        /// What was to be read or written.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// Not a file of this format, or a picture that the format cannot hold.
     #[error("{}: {message}", .path.display())]
-    Format { path: PathBuf, message: String },
+    Format {
+        /// What was to be read or written.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
 }
 
 #[derive(Clone, Copy)]

@@ -133,6 +133,25 @@ fn a_ramp_tilts_the_plane() {
     check(true, true, "ramp-v.pfm", 1.0, [0.0, -0.5, 1.0]);
 }
 
+/// Tangents of vertices along y and 4 long, a little off the plane, which does not count: v4
+/// measures heights by them, v3 takes their direction only.
+#[test]
+fn a_ramp_tilts_the_plane_along_given_tangents() {
+    let dir = folder();
+    for (v4, name, vector, scale, n) in [
+        (false, "bumpmap", "vector", 0.2, [0.0, -0.4, 1.0]),
+        (true, "displacement", "vector3", 0.6, [0.0, -0.3, 1.0]),
+    ] {
+        let height = height("ramp-u.pfm", scale);
+        let bump = format!("\"texture {name}\" \"h\"");
+        let tangents = format!("\"{vector} S\" [0 4 .5 0 4 .5 0 4 .5 0 4 .5]\n");
+        for normals in [false, true] {
+            let mesh = plane(v4, normals) + &tangents;
+            expect_normal(dir.path(), v4, &height, &bump, &mesh, n);
+        }
+    }
+}
+
 #[test]
 fn directions_of_a_normal_map_are_those_of_the_plane() {
     let dir = folder();

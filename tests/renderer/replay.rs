@@ -20,7 +20,7 @@ use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::pbrt::{load, load_str};
 use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
-use phalanx::scene::Scene;
+use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Paths, Splat, World};
 use serde_json::Value;
@@ -169,8 +169,7 @@ fn any_numbers_give_a_report() {
 }
 
 /// Cornell box, small, at depths that carry light.
-const SMALL: &str =
-    "--bootstrap 2000 --chains 64 --mutations 20 --resolution 40x40 --max-depth 4 --seed 7";
+const SMALL: &str = "--bootstrap 2000 --chains 64 --mutations 20 --resolution 40x40 --max-depth 4 --seed 7 --integrator mmlt";
 
 #[track_caller]
 fn json(folder: &Path, arguments: &str) -> Value {
@@ -192,6 +191,7 @@ fn a_chain_does_again_what_it_did() {
     let mut scene = load(&file).unwrap();
     scene.set_resolution(40, 40).unwrap();
     let settings = Settings {
+        integrator: IntegratorKind::Mmlt,
         seed: 7,
         chains: 64,
         bootstrap: 2000,

@@ -1,7 +1,7 @@
 //! Lommel and Seeliger's law of dusty bodies such as the moon (Seeliger 1887): light is scattered
 //! once, in all directions alike, and is weakened on its way in and out.
 
-use crate::integrate::{self, Settings, Silent};
+use crate::integrate::{self, Settings};
 use crate::pbrt;
 use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Vec3};
@@ -23,7 +23,7 @@ impl Bsdf for LommelSeeliger {
         let value = Self::eval(row, wo, wi, mode);
         BsdfSample {
             wi,
-            weight: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
+            throughput: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
         }
@@ -112,7 +112,7 @@ fn one_file_and_one_line_make_pictures() {
                 seed: 7,
                 ..Settings::of(&scene)
             };
-            let picture = integrate::render(&scene, &settings, &Silent);
+            let picture = integrate::trace_paths(&scene, &settings);
             let picture = picture.unwrap_or_else(|e| panic!("{e}"));
             let expected = 0.5 * w * (1.0 - m * (1.0 + 1.0 / m).ln());
             // Pixels are independent of each other.
