@@ -2,10 +2,9 @@
 
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 
-use super::command::Cli;
 use super::failure::Failure;
 use super::outputs;
 
@@ -27,19 +26,20 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-pub fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
+/// `program` is declared whole.
+pub fn completions(args: &CompletionsArgs, mut program: Command) -> Result<ExitCode, Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "phalanx", &mut script);
+    clap_complete::generate(args.shell, &mut program, "phalanx", &mut script);
     outputs::print(&String::from_utf8_lossy(&script))?;
     Ok(ExitCode::SUCCESS)
 }
 
-pub fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
-    let mut program = Cli::command();
+/// `program` is declared whole.
+pub fn man(args: &ManArgs, mut program: Command) -> Result<ExitCode, Failure> {
     // Flags of the whole program and names with it in front.
     program.build();
-    let command = match &args.command {
-        None => program,
+    let (title, command) = match &args.command {
+        None => ("phalanx".to_owned(), program),
         Some(name) => {
             let found = (program.get_subcommands()).find(|c| c.get_name() == name);
             let Some(found) = found else {
@@ -49,12 +49,13 @@ pub fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
                     names.join(", ")
                 )));
             };
-            let title = format!("phalanx-{name}");
-            found.clone().name(title)
+            (format!("phalanx-{name}"), found.clone())
         }
     };
     let mut page = Vec::new();
-    let rendered = clap_mangen::Man::new(command).render(&mut page);
+    let rendered = clap_mangen::Man::new(command)
+        .title(title)
+        .render(&mut page);
     rendered.map_err(|e| Failure::Io(e.to_string()))?;
     outputs::print(&String::from_utf8_lossy(&page))?;
     Ok(ExitCode::SUCCESS)

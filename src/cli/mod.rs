@@ -77,8 +77,8 @@ pub fn main() -> ExitCode {
         Command::Converge(args) => converge::run(args, messages),
         Command::Replay(args) => replay::run(args, messages),
         Command::Convert(args) => convert::run(args, messages),
-        Command::Completions(args) => about::completions(args),
-        Command::Man(args) => about::man(args),
+        Command::Completions(args) => about::completions(args, Cli::command()),
+        Command::Man(args) => about::man(args, Cli::command()),
     };
     match done {
         Ok(code) => code,
