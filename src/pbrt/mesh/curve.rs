@@ -6,28 +6,30 @@
 //! width, a sheet that faces whoever looks. Such a shape has no triangles, and no two directions
 //! see the same normal on it: strategies from the camera and from the light would not agree. Here
 //! both kinds are tubes, with the normals that pbrt gives `cylinder` curves. A tube covers what the
-//! sheet covers from every side. Its sides are few ([`sides`]), as wide as it takes for the width
-//! seen to be right in the mean over all directions.
+//! sheet covers from every side. Its sides are few, an odd number, which has nearly one width from
+//! everywhere, and as wide as it takes for the width to be right in the mean over all directions.
+//!
+//! A thick curve ([`Look`]) has smooth normals. Hair, of which millions are seen together, has
+//! five flat sides, turned about its axis at random: widths and normals are then those of a round
+//! tube in the mean over hairs, whatever it is made of.
 //!
 //! On an opaque `flat` curve that makes this difference: pbrt's normal is that of the sheet, so a
 //! matte curve under one lamp is brighter there with the lamp behind the eye (4 / pi times), and
 //! dark sooner as the lamp goes round. Over all directions of light, as under a sky, both reflect
 //! the same. What scatters through a curve does so twice here, at both walls of the tube.
 //!
-//! A `ribbon` is a strip, as in pbrt. Steps along curves keep them within a twentieth of their
-//! width, which is pbrt's own rule.
+//! A `ribbon` is a strip, as in pbrt. Steps along thick curves and ribbons keep them within a
+//! twentieth of their width, which is pbrt's own rule; hair is kept within a quarter.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
 use super::{MeshData, Room};
+use crate::simd::rng;
 
 /// Steps along a piece at most, as in pbrt.
 const MOST_STEPS: f64 = 1024.0;
-
-/// What a curve may differ from its own course, as a part of its width.
-const FLATNESS: f64 = 0.05;
 
 /// Normals of a ribbon turn by no more than this in a step (radians).
 const TURN: f64 = 0.1;
@@ -134,12 +136,12 @@ impl CurvePiece {
         n0.dot(n1).clamp(0.0, 1.0).acos()
     }
 
-    /// Steps that keep it within [`FLATNESS`].
-    fn steps(&self) -> usize {
+    /// Steps that keep it within a part of its width.
+    fn steps(&self, flatness: f64) -> usize {
         let p = self.points;
         let bend = |i: usize| (p[i] - 2.0 * p[i + 1] + p[i + 2]).length();
         let width = self.widths[0].max(self.widths[1]);
-        let by_bend = (0.75 * bend(0).max(bend(1)) / (FLATNESS * width)).sqrt();
+        let by_bend = (0.75 * bend(0).max(bend(1)) / (flatness * width)).sqrt();
         // Tubes show where they turn, however thick they are.
         let by_turn = 4.0 * self.tangent(0.0).angle_between(self.tangent(1.0));
         let by_normals = self.normals.map_or(0.0, |n| self.turn(n) / TURN);
@@ -152,13 +154,45 @@ impl CurvePiece {
     }
 }
 
-/// Sides of a tube so much longer than it is wide: hair is seen from afar, a hose from near.
-fn sides(length_in_widths: f64) -> usize {
-    match length_in_widths {
-        100.0.. => 6,
-        10.0.. => 12,
-        _ => 24,
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Look {
+    /// Sides of a tube.
+    sides: usize,
+    smooth: bool,
+    /// What it may differ from its own course, as a part of its width.
+    flatness: f64,
+}
+
+impl Look {
+    /// By its length in widths: hair is seen from afar, a hose from near.
+    fn of(length: f64) -> Self {
+        let (sides, smooth, flatness) = match length {
+            20.0.. => (5, false, 0.25),
+            5.0.. => (11, true, 0.05),
+            _ => (23, true, 0.05),
+        };
+        Self {
+            sides,
+            smooth,
+            flatness,
+        }
     }
+
+    const RIBBON: Self = Self {
+        sides: 1,
+        smooth: true,
+        flatness: 0.05,
+    };
+}
+
+/// A direction across a tube that begins at `p` along `t`; at random, the same for the same place.
+fn start(p: DVec3, t: DVec3) -> DVec3 {
+    let [x, y, z] = p.as_vec3().to_array().map(f32::to_bits);
+    let [word, ..] = rng::hash::<f32>([x, y, z, 0]);
+    let turn = TAU * f64::from(rng::unit_float::<f32>(word));
+    let (a, b) = t.any_orthonormal_pair();
+    a * turn.cos() + b * turn.sin()
 }
 
 /// The mesh of all pieces of a curve: a strip if they have normals, otherwise a tube without
@@ -175,12 +209,15 @@ pub fn curve(pieces: &[CurvePiece], room: Room<'_>) -> Result<MeshData, String> 
         mesh.warnings.push("the curve has no area".into());
         return Ok(mesh);
     }
-    let sides = sides(length / width);
-    let mut across = pieces[0].tangent(0.0).any_orthonormal_vector();
+    let look = match pieces[0].normals {
+        Some(_) => Look::RIBBON,
+        None => Look::of(length / width),
+    };
+    let sides = look.sides;
+    let mut across = start(pieces[0].points[0], pieces[0].tangent(0.0));
     for piece in pieces {
-        let steps = piece.steps();
-        let round = if piece.normals.is_some() { 1 } else { sides };
-        room(VERTEX_BYTES * (steps as u64 + 1) * (round as u64 + 1))?;
+        let steps = piece.steps(look.flatness);
+        room(VERTEX_BYTES * (steps as u64 + 1) * (sides as u64 + 1))?;
         let first = mesh.positions.len() as u32;
         for i in 0..=steps {
             let u = i as f64 / steps as f64;
@@ -195,7 +232,10 @@ pub fn curve(pieces: &[CurvePiece], room: Room<'_>) -> Result<MeshData, String> 
                 }
             }
         }
-        join(&mut mesh, first, steps as u32, round as u32);
+        join(&mut mesh, first, steps as u32, sides as u32);
+    }
+    if !look.smooth {
+        mesh.normals = None;
     }
     mesh.drop_degenerate();
     mesh.warnings.clear();
@@ -308,15 +348,17 @@ mod tests {
 
     #[test]
     fn tubes_surround_their_axis() {
-        let mesh = mesh(&[arc(None)]);
+        let mut piece = arc(None);
+        piece.widths = [0.2, 0.1];
+        let mesh = mesh(&[piece]);
         let (normals, uvs) = (mesh.normals.as_ref().unwrap(), mesh.uvs.as_ref().unwrap());
         for (i, p) in mesh.positions.iter().enumerate() {
             let p = vec(*p);
             let axis = p.truncate().normalize().extend(0.0);
-            let half = 0.5 * (0.02 - 0.01 * f64::from(uvs[i][0]));
+            let half = 0.5 * (0.2 - 0.1 * f64::from(uvs[i][0]));
             let r = (p - axis).length() / half;
             // Bézier points are off the circle by 2.7e-4.
-            assert!((0.95..1.08).contains(&r), "{p} {r}");
+            assert!((1.0..1.03).contains(&r), "{p} {r}");
             assert!((p - axis).normalize().dot(vec(normals[i])) > 0.99);
         }
         for t in &mesh.triangles {
@@ -329,18 +371,22 @@ mod tests {
     /// Seen from all around, the width is right in the mean; so is the area of a cylinder.
     #[test]
     fn tubes_have_the_area_of_what_they_stand_for() {
-        let straight = CurvePiece {
-            points: [0.0, 1.0, 2.0, 3.0].map(|z| DVec3::new(0.0, 0.0, z)),
-            widths: [0.5; 2],
-            normals: None,
-        };
-        let mesh = mesh(&[straight]);
-        let areas = mesh.triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|v| vec(mesh.positions[v as usize]));
-            (b - a).cross(c - a).length() * 0.5
-        });
-        let area: f64 = areas.sum();
-        assert!((area / (3.0 * 0.5 * PI) - 1.0).abs() < 1e-5, "{area}");
+        for (width, sides) in [(0.7, 23), (0.5, 11), (0.1, 5)] {
+            let straight = CurvePiece {
+                points: [0.0, 1.0, 2.0, 3.0].map(|z| DVec3::new(0.0, 0.0, z)),
+                widths: [width; 2],
+                normals: None,
+            };
+            let mesh = mesh(&[straight]);
+            assert_eq!(mesh.triangles.len(), 2 * sides);
+            assert_eq!(mesh.normals.is_some(), sides > 5);
+            let areas = mesh.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(|v| vec(mesh.positions[v as usize]));
+                (b - a).cross(c - a).length() * 0.5
+            });
+            let area: f64 = areas.sum();
+            assert!((area / (3.0 * width * PI) - 1.0).abs() < 1e-5, "{area}");
+        }
     }
 
     #[test]

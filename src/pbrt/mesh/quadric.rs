@@ -8,8 +8,8 @@
 //! ways. An edge is then at most `radius * (1 - cos(pi / TURN)) = 7.5e-5 radius` inside the true
 //! outline (`3e-4 radius` where curved both ways). A body 500 pixels wide is drawn to within a
 //! twelfth of a pixel. Interpolated normals are exact to `1e-4`. Areas, and so the powers of
-//! lamps, are `(pi / TURN)^2 / 6 = 2.5e-5` too small at most (`1e-4` to `2e-4` where curved both
-//! ways). No picture shows any of this before some hundred thousand samples a pixel.
+//! lamps, are at most `2.5e-5` too small (`5e-4` where curved both ways). No picture shows any of
+//! this before some hundred thousand samples a pixel.
 
 use std::f64::consts::{PI, TAU};
 
@@ -356,9 +356,9 @@ mod tests {
                 assert!(off < 1.2e-3, "{quadric:?} {off}");
             }
             let error = area(&mesh) / exact - 1.0;
-            assert!(error.abs() < 4e-4, "{quadric:?} {error}");
+            assert!(error.abs() < 6e-4, "{quadric:?} {error}");
             let third = area(&quadric.mesh(TAU / 3.0, true)) * 3.0 / exact - 1.0;
-            assert!(third.abs() < 4e-4, "{quadric:?} {third}");
+            assert!(third.abs() < 6e-4, "{quadric:?} {third}");
         }
     }
 
