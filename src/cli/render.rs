@@ -116,8 +116,13 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
             .filter(|f| outputs::is_exr_file(f))
             .map(|f| f.with_extension("png"))
             .collect();
-        outputs::check_pictures(&beside)?;
-        files.extend(beside);
+        // Where there is no place for it, nobody has asked for it.
+        let fits = |png: &PathBuf| {
+            let read = input.scene.files.iter().map(PathBuf::as_path);
+            outputs::check_pictures(std::slice::from_ref(png)).is_ok()
+                && outputs::check_distinct([png.as_path()], read).is_ok()
+        };
+        files.extend(beside.into_iter().filter(fits));
     }
     let once = outputs::once(&files).into_iter();
     Ok(once.map(Path::to_owned).collect())

@@ -10,6 +10,8 @@ use phalanx::film::output::{read_exr, read_pfm};
 use phalanx::formats::Picture;
 use tempfile::TempDir;
 
+#[path = "cli/display.rs"]
+mod display;
 #[cfg(unix)]
 #[path = "cli/kills.rs"]
 mod kills;
@@ -784,7 +786,7 @@ mod signals {
             "{stderr}"
         );
         assert!(bright(&folder.exr("a.exr")));
-        assert_eq!(folder.files(), ["a.exr", "s.json"]);
+        assert_eq!(folder.files(), ["a.exr", "a.png", "s.json"]);
     }
 
     #[test]
