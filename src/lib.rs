@@ -32,7 +32,7 @@
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
 //! | [`integrate`] | schedules over it all: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
-//! | [`converge`] | the program's: error against time, and a report of it | who asks for it |
+//! | `converge` | the program's: error against time, and a report of it | who asks for it |
 //! | [`cli`] | the program's: the command line | - |
 //!
 //! The last two rooms are the program's. They come with the feature `cli`, which is on by default;
@@ -63,7 +63,7 @@
 //! To add a BSDF see [`surface`]; a light, [`light`]; what only some scenes need, [`plan::Effect`].
 //! An integrator is a schedule over shared stages: a file in [`integrate`], a line in its function
 //! `integrate`, and a name in [`scene::IntegratorKind`], by which the command line, figures and
-//! [`converge`] know it. If its samples are independent, all but what a sample is comes from
+//! `converge` know it. If its samples are independent, all but what a sample is comes from
 //! `integrate/sampled.rs`: passes over the picture, film, errors, progress and stops;
 //! `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
 //! If it mutates them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains,
@@ -71,50 +71,34 @@
 //! ([`transport::PathSampler`]) and no more.
 
 #![deny(unsafe_code)]
-// Rooms whose items are not all described yet are named below.
 #![warn(missing_docs)]
 
 mod brief;
-#[allow(missing_docs)]
 pub mod camera;
-#[allow(missing_docs)]
 pub mod chain;
 #[cfg(feature = "cli")]
-#[allow(missing_docs)]
 pub mod cli;
 #[cfg(feature = "cli")]
-#[allow(missing_docs)]
-pub mod converge;
+mod converge;
 // The program writes more kinds of files than the library.
 #[cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 mod files;
-#[allow(missing_docs)]
 pub mod film;
 pub mod formats;
-#[allow(missing_docs)]
 pub mod geometry;
-#[allow(missing_docs)]
 pub mod integrate;
-#[allow(missing_docs)]
 pub mod light;
 mod memory;
-#[allow(missing_docs)]
 pub mod metrics;
 pub mod pbrt;
-#[allow(missing_docs)]
 pub mod plan;
 #[cfg(test)]
 mod property;
-#[allow(missing_docs)]
 pub mod replay;
 pub mod scene;
-#[allow(missing_docs)]
 pub mod simd;
-#[allow(missing_docs)]
 pub mod surface;
-#[allow(missing_docs)]
 pub mod trace;
-#[allow(missing_docs)]
 pub mod transport;
 
 pub(crate) use surface::table::for_kind;

@@ -132,6 +132,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
                 uv: [0.0; 2],
             })
             .collect(),
+        tangents: vec![],
         triangles: (0..triangles.len() as u32)
             .map(|i| Triangle {
                 v: [3 * i, 3 * i + 1, 3 * i + 2],

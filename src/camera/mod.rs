@@ -37,11 +37,13 @@ pub struct Camera {
     focal_distance: f32,
     /// Read only by a camera that sees every direction.
     sphere: Sphere,
+    /// Raster positions that camera subpaths sample, and that `t = 1` may reach.
     pub region: Region,
 }
 
 /// A ray leaving the camera.
 pub struct CameraRay<L> {
+    /// Internal space: the camera's position, or a point of its lens or film plane.
     pub origin: Vec3<L>,
     /// Unit.
     pub direction: Vec3<L>,
@@ -57,15 +59,18 @@ pub struct CameraConnection<L: Lanes> {
     pub origin: Vec3<L>,
     /// Unit, from the point to the camera.
     pub to_camera: Vec3<L>,
+    /// Raster position, in pixels, where the point is seen.
     pub raster: (L, L),
     /// Density over area that a camera subpath has at the point, without the cosine there: `pdf /
     /// distance^2` (perspective, sphere) or `pdf` (orthographic). It is also the factor that
     /// importance contributes, since both are normalised alike.
     pub pdf: L,
+    /// False behind the camera and outside the region; the other fields mean nothing there.
     pub valid: L::Mask,
 }
 
 impl Camera {
+    /// Of a scene's camera and film; the film gives the region and the size of a pixel.
     pub fn new(camera: &scene::Camera, film: &scene::Film) -> Self {
         let region = Region::of(film);
         let [x0, x1, y0, y1] = camera.screen;

@@ -7,9 +7,13 @@ use crate::simd::{Lanes, Mask};
 /// reaches beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
+    /// Left edge, in pixels; inside.
     pub x0: f32,
+    /// Upper edge, in pixels; inside.
     pub y0: f32,
+    /// In pixels.
     pub width: f32,
+    /// In pixels.
     pub height: f32,
 }
 

@@ -75,6 +75,7 @@ pub struct Batch<T: Target = PrimarySampleSpace> {
     /// Large-step targets, chain by chain: independent uniform samples.
     large_moments: LargeSteps,
     monitor: Option<Monitor>,
+    /// Of all iterations since the batch was made.
     pub counts: Counts,
 }
 
@@ -92,23 +93,28 @@ struct Combined {
 pub struct State<S = Vec<f32>> {
     /// [`Target::State`]; primary samples are laid out as their sampler says.
     pub samples: S,
+    /// The target function at the state, at least 0 and finite.
     pub target: f32,
 }
 
 /// What a chain did in an iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChainStep<S = Vec<f32>> {
+    /// The state it proposed, laid out as [`State::samples`].
     pub proposal: S,
     /// Drawn afresh, not a movement of the current state.
     pub large: bool,
-    /// Acceptance probability, and the uniform number that has to be below it.
+    /// Acceptance probability.
     pub acceptance: f32,
+    /// Uniform in `[0, 1)`; the proposal is accepted if it is below [`Self::acceptance`].
     pub drawn: f32,
+    /// Whether the proposal has become the current state.
     pub accepted: bool,
 }
 
 /// Memory to march in: one for each thread, whatever the batches.
 pub struct Workspace {
+    /// Paths of the proposals, of one batch at a time.
     pub paths: Paths,
     log: SplatLog,
     /// Of large steps, where they are splatted.
@@ -116,6 +122,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
+    /// Empty; it grows to what the batches that march in it need.
     pub fn new(world: &World) -> Self {
         Self {
             paths: Paths::new(world),
@@ -231,9 +238,11 @@ impl<T: Target> Batch<T> {
         self.monitor.as_ref()
     }
 
+    /// Chains, without the padding to whole packets.
     pub fn len(&self) -> usize {
         self.order.len()
     }
+    /// Whether it has no chains.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
@@ -372,11 +381,8 @@ impl<T: Target> Batch<T> {
             let mut proposed = target(first.rgb.to_array());
             if splats > 1 {
                 let others = (1..splats).map(|row| {
-                    target(
-                        SplatLanes::<L>::load(paths.splat_row(row), list)
-                            .rgb
-                            .to_array(),
-                    )
+                    let splat = SplatLanes::<L>::load(paths.splat_row(row), list);
+                    target(splat.rgb.to_array())
                 });
                 proposed = total(std::iter::once(proposed).chain(others));
             }

@@ -16,12 +16,16 @@ pub const CHUNK: u64 = 1024;
 /// Sums of independent uniform samples of a target.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
+    /// Samples.
     pub count: u64,
+    /// Of their values.
     pub sum: f64,
+    /// Of the squares of their values.
     pub sum_squares: f64,
 }
 
 impl Moments {
+    /// One more sample.
     pub fn add(&mut self, value: f32) {
         self.count += 1;
         self.sum += f64::from(value);
@@ -33,6 +37,7 @@ impl Moments {
         self.sum += other.sum;
         self.sum_squares += other.sum_squares;
     }
+    /// 0 if there are no samples.
     pub fn mean(&self) -> f64 {
         if self.count > 0 {
             self.sum / self.count as f64
@@ -55,6 +60,8 @@ impl Moments {
 /// later.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
+    /// Quasirandom samples of the target: they are not independent, so that their error comes from
+    /// replicas.
     pub bootstrap: Moments,
     /// Squared standard error of the bootstrap's mean, from its replicas.
     replica_error2: f64,
@@ -107,6 +114,7 @@ impl Estimate {
 
 /// The bootstrap of one integral.
 pub struct Bootstrap {
+    /// Of the integral of the target over primary sample space.
     pub estimate: Estimate,
     /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
     values: Vec<Vec<f32>>,
@@ -115,7 +123,9 @@ pub struct Bootstrap {
     strategies: Vec<Moments>,
     /// Samples asked for.
     wanted: u64,
+    /// Paths whose contribution was no finite number; they count as 0.
     pub rejected: u64,
+    /// Rays traced.
     pub rays: u64,
 }
 
@@ -160,6 +170,7 @@ impl Bootstrap {
     pub fn len(&self) -> u64 {
         self.estimate.bootstrap.count
     }
+    /// Whether no path has been evaluated yet.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -167,6 +178,13 @@ impl Bootstrap {
     /// Cancelled before all samples were made.
     pub fn is_short(&self) -> bool {
         self.len() < self.wanted
+    }
+
+    /// Asks for so many samples in all.
+    pub fn want(&mut self, count: u64) {
+        if self.wanted > 0 {
+            self.wanted = count;
+        }
     }
 
     /// Evaluates further paths until there are `until` (a multiple of [`CHUNK`], or all).
@@ -253,6 +271,19 @@ impl Bootstrap {
     /// Target of every path, in order.
     pub(super) fn all(&self) -> impl Iterator<Item = f32> {
         self.values.iter().flatten().copied()
+    }
+
+    /// Leaves a part of every target; sums by strategy stay as they are. To be settled afterwards.
+    pub fn leave(&mut self, part: impl Fn(f32) -> f32) {
+        self.estimate.bootstrap = Moments::default();
+        for chunk in &mut self.values {
+            let mut sum = Moments::default();
+            for value in chunk.iter_mut().filter(|v| **v > 0.0) {
+                *value *= part(*value);
+            }
+            chunk.iter().for_each(|v| sum.add(*v));
+            self.estimate.bootstrap.merge(&sum);
+        }
     }
 
     /// Completes the estimate after the last path.

@@ -6,16 +6,22 @@ use super::splats::WEIGHT_BITS;
 /// What happened to proposals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
+    /// Large steps proposed.
     pub large: u64,
     /// Sum of acceptance probabilities of large steps, in units of 2^-32.
     pub large_accepted: u64,
+    /// Small steps proposed.
     pub small: u64,
+    /// Sum of acceptance probabilities of small steps, in units of 2^-32.
     pub small_accepted: u64,
+    /// Proposals whose contribution was no finite number; they count as dark.
     pub rejected: u64,
+    /// Rays traced.
     pub rays: u64,
 }
 
 impl Counts {
+    /// Adds what others have counted.
     pub fn merge(&mut self, o: &Self) {
         self.large += o.large;
         self.large_accepted += o.large_accepted;

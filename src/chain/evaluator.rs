@@ -90,6 +90,19 @@ impl Evaluator {
         at!(self.width, L => world.evaluate_bidirectional::<L>(layout, samples, n, paths))
     }
 
+    /// [`World::evaluate_sampler`].
+    #[inline(never)]
+    pub fn sampler(
+        self,
+        world: &World,
+        sampler: &PathSampler,
+        samples: &Samples,
+        n: usize,
+        paths: &mut Paths,
+    ) {
+        at!(self.width, L => world.evaluate_sampler::<L>(sampler, samples, n, paths))
+    }
+
     /// [`World::closest`].
     #[inline(never)]
     pub fn closest(

@@ -26,9 +26,9 @@ pub struct Mixing {
     pub rhat: Option<f64>,
     /// Smallest effective sample size of the three, over all chains; `None` likewise.
     pub ess: Option<f64>,
-    /// Part of all small and of all large proposals that carries no light; `None` if there was
-    /// none.
+    /// Part of all small proposals that carries no light; `None` if there was none.
     pub dark_small: Option<f64>,
+    /// Part of all large proposals that carries no light; `None` if there was none.
     pub dark_large: Option<f64>,
     /// None for all depths at once: every state has all strategies.
     pub strategies: Vec<StrategyMixing>,
@@ -41,28 +41,36 @@ pub struct Mixing {
 /// elsewhere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StrategyMixing {
+    /// Light vertices.
     pub s: u32,
+    /// Camera vertices.
     pub t: u32,
     /// Part of the depth's light that it carries.
     pub share: f64,
+    /// Split R-hat; `None` where the chains are too short to tell.
     pub rhat: Option<f64>,
+    /// Effective sample size over all chains; `None` likewise.
     pub ess: Option<f64>,
-    /// Mean acceptance probability of proposals of this strategy, and the part of them that
-    /// carries no light, by kind of step.
+    /// Mean acceptance probability of small steps to this strategy; `None` if there was none.
     pub acceptance_small: Option<f64>,
+    /// The same of large steps.
     pub acceptance_large: Option<f64>,
+    /// Part of the small proposals without light; `None` if there was none.
     pub dark_small: Option<f64>,
+    /// Part of the large proposals without light; `None` if there was none.
     pub dark_large: Option<f64>,
 }
 
 /// A chain that does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stuck {
-    /// Strategy of the state; `None` if it has all of them.
+    /// Light vertices of the state's strategy; `None` if it has all of them.
     pub s: Option<u32>,
+    /// Camera vertices, with `s`.
     pub t: Option<u32>,
-    /// Raster position of the state, in pixels.
+    /// Raster position of the state, in pixels from the left.
     pub x: f32,
+    /// In pixels from the top.
     pub y: f32,
     /// Iterations it stayed.
     pub iterations: u32,

@@ -8,6 +8,7 @@
 //! 4. [`strategy_choice`] has them choose strategies as the bootstrap suggests.
 //! 5. [`tune`] finds the size of their small steps and how often they make large ones, before they
 //!    start.
+//!    [`trial`] tells what they would be worth.
 //! 6. [`batch`] holds chains of one target and marches them: propose, evaluate, accept, splat
 //!    ([`splats`]); [`counts`] says how often.
 //! 7. [`evaluator`] is the way to all of it from outside, where the width is known only at run
@@ -22,6 +23,7 @@
 pub mod accept;
 pub mod batch;
 pub mod bootstrap;
+mod correlation;
 pub mod counts;
 pub mod evaluator;
 pub mod mixing;
@@ -31,6 +33,7 @@ pub mod primary;
 pub mod splats;
 pub mod strategy_choice;
 pub mod target;
+pub mod trial;
 pub mod tune;
 
 #[cfg(test)]

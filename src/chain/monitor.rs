@@ -27,6 +27,7 @@ pub const SCALARS: usize = 3;
 pub struct Segment {
     /// `[scalar][chain]`
     pub sums: [Vec<f64>; SCALARS],
+    /// Of the squares of the records, laid out alike.
     pub squares: [Vec<f64>; SCALARS],
     /// Records in each strategy, `[chain][strategy]`; of a sampler without strategies, as if it
     /// had one.
@@ -62,6 +63,7 @@ impl Segment {
 /// Recorded proposals of one kind and strategy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
+    /// How many were recorded.
     pub proposals: u64,
     /// Sum of their acceptance probabilities.
     pub accepted: f64,
@@ -70,6 +72,7 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// Adds what others have recorded.
     pub fn merge(&mut self, other: &Self) {
         self.proposals += other.proposals;
         self.accepted += other.accepted;
@@ -84,6 +87,7 @@ pub struct TileMoments {
     pub count: u64,
     /// Of their targets.
     pub sum: f64,
+    /// Of the squares of their targets.
     pub squares: f64,
 }
 
@@ -92,6 +96,7 @@ pub struct TileMoments {
 pub struct Stay {
     /// To within [`EVERY`].
     pub iterations: u32,
+    /// Raster position of the state, in pixels.
     pub raster: [f32; 2],
     /// Light vertices of its strategy, if the sampler has strategies.
     pub s: u32,
@@ -99,6 +104,7 @@ pub struct Stay {
 
 /// The weights that a group of chains has left in each tile.
 pub struct GroupTiles {
+    /// Below [`GROUPS`](crate::film::GROUPS).
     pub group: u8,
     /// Chains of the batch that belong to it.
     pub chains: Range<usize>,

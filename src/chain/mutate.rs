@@ -35,8 +35,10 @@ pub const DEFAULT_SIGMA: f32 = 0.01;
 const KELEMEN: [f32; 2] = [1.0 / 1024.0, 1.0 / 64.0];
 
 impl Mutation {
+    /// Every kind, the default first.
     pub const ALL: [Self; 3] = [Self::Gaussian, Self::Kelemen, Self::Cauchy];
 
+    /// As on the command line and in figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gaussian => "gaussian",
@@ -49,6 +51,7 @@ impl Mutation {
 /// Parameters of the mutation kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
+    /// Probability of a step that draws all primary samples afresh.
     pub large_step_probability: f32,
     /// Scale of a small step, see [`Mutation`].
     pub sigma: f32,
@@ -88,6 +91,15 @@ impl Kernel {
         Self {
             mutation: Stream::new(seed, Purpose::Tuning),
             decision: Stream::new(seed, Purpose::TuningDecision),
+            ..self
+        }
+    }
+
+    /// The same for chains that find out how well such chains do.
+    pub fn piloting(self, seed: u64) -> Self {
+        Self {
+            mutation: Stream::new(seed, Purpose::PilotMutation),
+            decision: Stream::new(seed, Purpose::PilotDecision),
             ..self
         }
     }

@@ -11,10 +11,11 @@ use std::time::Duration;
 use clap::{Args, value_parser};
 
 use self::parse::{crop, exposure, probability, resolution, seconds, sigma, size, target_error};
-use self::values::{ChoiceName, Host, Lanes, Tuned};
+use self::values::{ChoiceName, Exposure, Host, Lanes, Quality, Tuned};
 use super::failure::Failure;
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
+use crate::formats::tone::{Display, Tonemap};
 use crate::integrate::{Settings, Width, worker_threads};
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
@@ -52,9 +53,14 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     pub output: Vec<PathBuf>,
 
-    /// Brighten .png files by EV stops (darken, if negative) [default: 0]
-    #[arg(long, value_name = "EV", value_parser = exposure, help_heading = "Output")]
-    pub exposure: Option<f32>,
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Do not write a .png beside every .exr
+    ///
+    /// It has the same name but for the extension, unless -o names a .png itself.
+    #[arg(long, help_heading = "Output")]
+    pub no_png: bool,
 
     /// Write the figures of the render to FILE, as a JSON object
     ///
@@ -67,7 +73,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
 
-    /// Add layers stderr.R, stderr.G, stderr.B to .exr files: the standard error of each pixel
+    /// Add layers error.R, error.G, error.B to .exr files: the standard error of each pixel
     ///
     /// From two independent halves of the render, averaged over 5 x 5 pixels.
     #[arg(long, help_heading = "Output")]
@@ -84,7 +90,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Algorithm
+    /// Algorithm [default: the scene's; auto where it names none, mlt or sppm]
+    ///
+    /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave as
+    /// error for the same work. Each path depth then goes to samples, to chains, or is shared by
+    /// both; the last line and --stats say who brings what.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
@@ -109,14 +119,14 @@ pub struct RenderArgs {
     )]
     pub spp: Option<u64>,
 
-    /// Render for SECONDS, bootstrap included
+    /// Render for this long, bootstrap included: seconds, or 90s, 5m, 1h
     ///
-    /// They count from when the scene is loaded; neither loading nor the building of its tree is
+    /// It counts from when the scene is loaded; neither loading nor the building of its tree is
     /// cut short, but Ctrl-C ends both at once.
     ///
     /// Takes the place of the scene's mutations or samples per pixel. With --mutations or --spp as
     /// well, whichever ends first ends the render.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Effort")]
+    #[arg(long, value_name = "TIME", value_parser = seconds, help_heading = "Effort")]
     pub time: Option<Duration>,
 
     /// Render until the picture is this accurate: 0.05 is 5 % of relative RMSE, by its own
@@ -131,10 +141,21 @@ pub struct RenderArgs {
     #[arg(long, value_name = "E", value_parser = target_error, help_heading = "Effort")]
     pub target_error: Option<f64>,
 
+    /// Render to an error that has a name: draft 20 %, good 5 %, final 1 %
+    ///
+    /// The same as --target-error 0.2, 0.05 and 0.01. Four times the work is half the error.
+    #[arg(
+        long,
+        value_name = "NAME",
+        conflicts_with = "target_error",
+        help_heading = "Effort"
+    )]
+    pub quality: Option<Quality>,
+
     /// Do not estimate the picture's error: slightly faster, in less memory
     #[arg(
         long,
-        conflicts_with_all = ["target_error", "error_layers"],
+        conflicts_with_all = ["target_error", "quality", "error_layers"],
         help_heading = "Effort"
     )]
     pub no_estimate: bool,
@@ -172,6 +193,45 @@ pub struct RenderArgs {
 
 // Not doc comments: clap would take them for the command's description.
 
+// How pictures become .png files. Shared by the commands that write them.
+#[derive(Clone, Debug, Args)]
+pub struct DisplayArgs {
+    /// Brighten .png files by EV stops (darken, if negative); or auto [default: 0]
+    ///
+    /// `auto` makes white of the luminance that 99 % of the pixels are below.
+    #[arg(
+        long,
+        value_name = "EV",
+        value_parser = exposure,
+        default_value = "0",
+        hide_default_value = true,
+        help_heading = "Output"
+    )]
+    pub exposure: Exposure,
+
+    /// How .png files show what is brighter than white
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "shoulder",
+        help_heading = "Output"
+    )]
+    pub tonemap: Tonemap,
+}
+
+impl DisplayArgs {
+    /// What they ask for.
+    pub fn display(&self) -> Display {
+        Display {
+            exposure: match self.exposure {
+                Exposure::Auto => None,
+                Exposure::Stops(stops) => Some(stops),
+            },
+            tonemap: self.tonemap,
+        }
+    }
+}
+
 // Which picture. Shared by the commands that must see the same one.
 #[derive(Clone, Debug, Args)]
 pub struct PictureArgs {
@@ -208,9 +268,9 @@ pub struct ChainArgs {
     )]
     pub max_depth: Option<u32>,
 
-    /// Markov chains, over all path depths (mmlt, pssmlt)
+    /// Markov chains, over all path depths (auto, mmlt, pssmlt)
     ///
-    /// Every depth that carries light (mmlt) gets at least 512, or N if that is fewer.
+    /// Every depth that carries light (auto, mmlt) gets at least 512, or N if that is fewer.
     #[arg(
         long,
         value_name = "N",
@@ -219,7 +279,7 @@ pub struct ChainArgs {
     )]
     pub chains: Option<u64>,
 
-    /// Independent paths, per depth (mmlt) or in all (pssmlt), that estimate the picture's
+    /// Independent paths, per depth (auto, mmlt) or in all (pssmlt), that estimate the picture's
     /// brightness and start the chains
     #[arg(
         long,
@@ -229,9 +289,9 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (mmlt, pssmlt)
+    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (auto, mmlt, pssmlt)
     ///
-    /// `auto` chooses it for each path depth (mmlt) or for all of them (pssmlt) before the render
+    /// `auto` chooses it for each path depth (auto, mmlt) or for all of them (pssmlt) before the render
     /// starts, from what some chains do meanwhile: so that pixels get the most independent
     /// samples.
     #[arg(
@@ -243,20 +303,20 @@ pub struct ChainArgs {
     )]
     pub large_step: Option<Tuned>,
 
-    /// How small mutations move primary samples (mmlt, pssmlt) [default: gaussian]
+    /// How small mutations move primary samples (auto, mmlt, pssmlt) [default: gaussian]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub mutation: Option<Mutation>,
 
-    /// Scale of small mutations, in primary sample space; or auto (mmlt, pssmlt)
+    /// Scale of small mutations, in primary sample space; or auto (auto, mmlt, pssmlt)
     ///
     /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them
     /// move less); those of kelemen move by S / 10 to 1.6 S, by 1/1024 to 1/64 if S is 0.01.
-    /// `auto` tries out, for each path depth (mmlt) or for all of them (pssmlt) and before the
+    /// `auto` tries out, for each path depth (auto, mmlt) or for all of them (pssmlt) and before the
     /// render starts, what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,
 
-    /// How chains choose among the bidirectional strategies of their depth (mmlt) [default:
+    /// How chains choose among the bidirectional strategies of their depth (auto, mmlt) [default:
     /// uniform]
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub strategy_choice: Option<ChoiceName>,
@@ -265,9 +325,10 @@ pub struct ChainArgs {
     #[arg(long, value_name = "N", help_heading = "Algorithm")]
     pub seed: Option<u64>,
 
-    /// Mutations per pixel (mmlt, pssmlt)
+    /// Mutations per pixel (auto, mmlt, pssmlt)
     ///
-    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths.
+    /// One of mmlt mutates a path of one depth, one of pssmlt a sample of all depths. With auto
+    /// samples take the place of as many mutations as trace as many rays.
     #[arg(
         long,
         value_name = "N",
@@ -330,16 +391,21 @@ impl RenderArgs {
             s.samples_per_pixel = (most.ceil() as u64).clamp(1, u64::from(u32::MAX));
         }
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
-        s.target_error = self.target_error;
+        s.target_error = self.target_error();
         s.estimate_error = !self.no_estimate;
         s.forced = self.effects.force_effects.clone();
         s.error_layers = self.error_layers;
-        if self.target_error.is_some() && self.time.is_none() {
+        if s.target_error.is_some() && self.time.is_none() {
             s.mutations_per_pixel = ENDLESS;
             s.samples_per_pixel = ENDLESS;
         }
         self.chains.apply(s);
         set(&mut s.samples_per_pixel, self.spp);
+    }
+
+    /// The error that ends the render.
+    pub fn target_error(&self) -> Option<f64> {
+        self.target_error.or(self.quality.map(Quality::error))
     }
 
     /// Flags given that mean nothing to an integrator.

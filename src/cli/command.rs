@@ -2,10 +2,12 @@
 
 use clap::{ColorChoice, Parser, Subcommand};
 
+use super::about::{CompletionsArgs, ManArgs};
 use super::args::RenderArgs;
 use super::args::look::{BenchArgs, InspectArgs};
 use super::compare::args::CompareArgs;
 use super::converge::args::ConvergeArgs;
+use super::convert::ConvertArgs;
 use super::replay::args::ReplayArgs;
 
 /// Phalanx renders pbrt scenes by Metropolis light transport.
@@ -13,8 +15,10 @@ use super::replay::args::ReplayArgs;
 /// Thousands of Markov chains march in lockstep, eight to a SIMD register. Scenes are read in the
 /// text formats of pbrt-v3 and pbrt-v4.
 ///
+/// `phalanx SCENE` is short for `phalanx render SCENE`, if SCENE ends in .pbrt or .pbrt.gz.
+///
 /// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`,
-/// `converge` and `replay` print.
+/// `converge`, `replay`, `completions` and `man` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2
 /// bad arguments, or a scene or picture that cannot be used; 129, 130 and 143 stopped by SIGHUP,
@@ -23,6 +27,7 @@ use super::replay::args::ReplayArgs;
 #[command(
     name = "phalanx",
     version,
+    propagate_version = true,
     arg_required_else_help = true,
     args_override_self = true
 )]
@@ -51,6 +56,9 @@ pub enum Command {
     Compare(CompareArgs),
     Converge(Box<ConvergeArgs>),
     Replay(Box<ReplayArgs>),
+    Convert(ConvertArgs),
+    Completions(CompletionsArgs),
+    Man(ManArgs),
 }
 
 #[cfg(test)]

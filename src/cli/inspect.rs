@@ -13,11 +13,11 @@ use super::messages::Messages;
 use super::outputs;
 use super::units;
 use crate::brief::brief;
-use crate::integrate::{Needs, Settings, peak_rss_bytes};
+use crate::integrate::{self, Needs, Settings, Shares, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Bump, Camera, Filter, FilterKind, LightKind, Material, NONE, Projection, Scene, Space,
-    SphereMap, Texture,
+    Bump, Camera, Filter, FilterKind, IntegratorKind, LightKind, Material, NONE, Projection, Scene,
+    Space, SphereMap, Texture,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -61,6 +61,13 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
     film(out, scene)?;
     section(out, "Integrator")?;
     integrator(out, scene)?;
+    let settings = Settings {
+        max_depth: world.plan.depths.len().saturating_sub(1) as u32,
+        ..Settings::of(scene)
+    };
+    if let Some(shares) = shares(scene, world, &settings) {
+        writeln!(out, "  pilot         {shares}")?;
+    }
     let settings = Settings::of(scene);
     let needs = Needs::of(scene, &settings);
     writeln!(
@@ -371,6 +378,12 @@ fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
             i.max_depth, i.pixel_samples
         ),
     }
+}
+
+/// What a pilot finds, if it is up to one.
+pub(super) fn shares(scene: &Scene, world: &World, settings: &Settings) -> Option<Shares> {
+    let asked = settings.integrator == IntegratorKind::Auto;
+    asked.then(|| integrate::shares(scene, world, settings).ok())?
 }
 
 /// A point of internal space in the world of the file.

@@ -1,16 +1,18 @@
-//! The command line: one file a subcommand, flags in [`args`].
+//! The command line: one file a subcommand, flags in `args.rs`.
 //!
 //! Everything here is a thin layer over [`pbrt::load`](crate::pbrt::load),
 //! [`integrate::render`](crate::integrate::render),
 //! [`integrate::measure`](crate::integrate::measure), [`metrics`](crate::metrics),
-//! [`converge::run`](crate::converge::run) and [`replay`](crate::replay); what it adds is messages,
+//! `converge::run` and [`replay`](crate::replay); what it adds is messages,
 //! signals and files.
 
-pub mod args;
+mod about;
+mod args;
 mod bench;
 mod command;
 mod compare;
 mod converge;
+mod convert;
 mod cpu;
 mod failure;
 mod input;
@@ -41,7 +43,7 @@ use crate::brief::brief;
 pub fn main() -> ExitCode {
     cpu::check();
     signals::survive_file_limits();
-    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let arguments = with_command(std::env::args_os().collect());
     let command = Cli::command().color(color_before_parsing(&arguments));
     let parsed = command
         .try_get_matches_from(arguments)
@@ -60,6 +62,8 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => args.quiet,
         Command::Converge(args) => args.quiet,
         Command::Replay(args) => args.quiet,
+        Command::Convert(args) => args.quiet,
+        Command::Completions(_) | Command::Man(_) => false,
     };
     let messages = Messages::new(cli.color, quiet);
     if let Some(note) = cpu::slow_build() {
@@ -72,6 +76,9 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args, messages),
         Command::Converge(args) => converge::run(args, messages),
         Command::Replay(args) => replay::run(args, messages),
+        Command::Convert(args) => convert::run(args, messages),
+        Command::Completions(args) => about::completions(args, Cli::command()),
+        Command::Man(args) => about::man(args, Cli::command()),
     };
     match done {
         Ok(code) => code,
@@ -84,6 +91,18 @@ pub fn main() -> ExitCode {
             ExitCode::from(1)
         }
     }
+}
+
+/// `phalanx scene.pbrt` renders it. No command has a name that ends so.
+fn with_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let is_scene = |name: &OsString| {
+        let name = name.to_string_lossy().to_ascii_lowercase();
+        name.ends_with(".pbrt") || name.ends_with(".pbrt.gz")
+    };
+    if arguments.get(1).is_some_and(is_scene) {
+        arguments.insert(1, "render".into());
+    }
+    arguments
 }
 
 /// Prints what is wrong with the arguments; help and version, too, come this way. A reader that has

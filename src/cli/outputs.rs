@@ -48,6 +48,16 @@ pub fn default_files(
     (vec![stem.with_extension("exr")], None)
 }
 
+/// A file, not a pipe or a device, that will hold what the name says: EXR.
+pub fn is_exr_file(path: &Path) -> bool {
+    path.extension().is_some() && output::is_exr(path) && !files::is_special(path)
+}
+
+/// By its name.
+pub fn is_png(path: &Path) -> bool {
+    (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("png"))
+}
+
 /// Each path once, however often it is given.
 pub fn once(paths: &[PathBuf]) -> Vec<&Path> {
     let mut once: Vec<&Path> = Vec::new();

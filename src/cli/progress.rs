@@ -14,6 +14,7 @@ use crate::brief::brief;
 use crate::integrate::{Observer, Phase, Settings};
 use crate::memory::Bytes;
 use crate::pbrt::Loading;
+use crate::scene::IntegratorKind;
 
 /// Shows progress, and ends the render when a signal has come.
 pub struct Progress<'a> {
@@ -135,9 +136,11 @@ impl<'a> Progress<'a> {
         Self {
             signals,
             messages,
-            unit: match settings.integrator.mutates() {
-                true => "mutations",
-                false => "samples",
+            unit: match settings.integrator {
+                // Whichever it is that counts.
+                IntegratorKind::Auto => "paths",
+                kind if kind.mutates() => "mutations",
+                _ => "samples",
             },
             limit: settings.time,
             target: settings.target_error,

@@ -111,6 +111,19 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
         outputs::check_pictures(&default)?;
         files = default;
     }
+    if !args.no_png && !files.iter().any(|f| outputs::is_png(f)) {
+        let beside: Vec<PathBuf> = (files.iter())
+            .filter(|f| outputs::is_exr_file(f))
+            .map(|f| f.with_extension("png"))
+            .collect();
+        // Where there is no place for it, nobody has asked for it.
+        let fits = |png: &PathBuf| {
+            let read = input.scene.files.iter().map(PathBuf::as_path);
+            outputs::check_pictures(std::slice::from_ref(png)).is_ok()
+                && outputs::check_distinct([png.as_path()], read).is_ok()
+        };
+        files.extend(beside.into_iter().filter(fits));
+    }
     let once = outputs::once(&files).into_iter();
     Ok(once.map(Path::to_owned).collect())
 }
@@ -130,7 +143,11 @@ fn summary(render: &Render) -> String {
         )
     } else {
         format!(
-            "{size} in {time}: {} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+            "{size} in {time}: {}{} mutations, {} mutations/s, {rays} rays/s, b = {} ± {}, acceptance {:.1} % small, {:.1} % large",
+            match stats.samples {
+                0 => String::new(),
+                n => format!("{} samples, ", units::si(n as f64)),
+            },
             units::si(stats.mutations as f64),
             units::si(stats.mutations_per_second),
             significant(stats.b, 5),
@@ -139,6 +156,9 @@ fn summary(render: &Render) -> String {
             100.0 * stats.acceptance_large
         )
     };
+    if let Some(shares) = &stats.shares {
+        line += &format!("; {shares}");
+    }
     if let Some(error) = stats.relative_error {
         line += &format!(", relative error {}", units::percent(error));
     }
@@ -186,17 +206,17 @@ fn write_files(
         name: "chromaticities".into(),
         value: AttributeValue::Chromaticities(c),
     }));
-    let exposure = args.exposure.unwrap_or(0.0);
+    let display = args.display.display();
     let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
         .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
     if args.error_layers && errors.is_none() {
         messages.warning("one sample per pixel has no standard error: no error layers are written");
     }
     let layers: Vec<(&str, &[[f32; 3]])> = (errors.iter())
-        .map(|pixels| ("stderr", pixels.as_slice()))
+        .map(|pixels| ("error", pixels.as_slice()))
         .collect();
-    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, exposure);
-    let mut whole = strategies::write(files, &picture, &render.strategies, exposure, messages);
+    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, &display);
+    let mut whole = strategies::write(files, &picture, &render.strategies, &display, messages);
     for path in files {
         match outputs::save_picture(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
@@ -259,7 +279,10 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
             list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
         }
     }
-    if settings.integrator == IntegratorKind::Mmlt {
+    if matches!(
+        settings.integrator,
+        IntegratorKind::Auto | IntegratorKind::Mmlt
+    ) {
         list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
     let mut list: Vec<Attribute> = (list.into_iter())

@@ -6,6 +6,7 @@ use super::messages::Messages;
 use super::outputs;
 use crate::film::output;
 use crate::formats::Picture;
+use crate::formats::tone::Display;
 use crate::integrate::{Settings, StrategyPictures};
 use crate::scene::IntegratorKind;
 use crate::transport::bidirectional::Strategy;
@@ -43,7 +44,7 @@ pub fn write(
     files: &[PathBuf],
     whole: &Picture,
     strategies: &[StrategyPictures],
-    exposure: f32,
+    display: &Display,
     messages: Messages,
 ) -> bool {
     let mut all = true;
@@ -55,7 +56,7 @@ pub fn write(
                     ..*whole
                 };
                 let path = name(file, of.strategy, kind);
-                let write = |path: &Path| output::write(path, &picture, &[], exposure);
+                let write = |path: &Path| output::write(path, &picture, &[], display);
                 if let Err(message) = outputs::save_picture(&path, write) {
                     messages.error(message);
                     all = false;

@@ -143,30 +143,7 @@ fn statistics(
     count: usize,
 ) -> Statistics {
     let at = |i: usize| runs.iter().filter(move |r| r.budget == i);
-    let mut budgets = Vec::new();
-    let mut clear = Vec::new();
-    for i in 0..count {
-        let Some(first) = at(i).next() else {
-            continue;
-        };
-        let of =
-            |value: fn(&Run) -> f64| Estimate::mean(&at(i).map(|r| value(r)).collect::<Vec<f64>>());
-        let corrected = of(|r| r.relmse_corrected);
-        let figures = BudgetFigures {
-            budget: budget(i),
-            effort: first.effort,
-            runs: at(i).count(),
-            seconds: of(|r| r.seconds),
-            relmse: of(|r| r.relmse),
-            relmse_corrected: corrected,
-            within_reference_error: reference.drowns(corrected.value),
-        };
-        if figures.is_clear() {
-            clear.push((i, figures.seconds.value));
-        }
-        budgets.push(figures);
-    }
-
+    let (budgets, clear) = by_budget(runs, reference, budget, count);
     let mut seeds: Vec<u64> = runs.iter().map(|r| r.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
@@ -219,6 +196,40 @@ fn statistics(
         efficiency: Estimate::jackknife(&seeds, efficiency).map(Estimate::exp10),
         budgets,
     }
+}
+
+/// Figures of every budget that has runs; and where the error is clear, the index and mean time.
+fn by_budget(
+    runs: &[&Run],
+    reference: &ReferenceFigures,
+    budget: impl Fn(usize) -> f64,
+    count: usize,
+) -> (Vec<BudgetFigures>, Vec<(usize, f64)>) {
+    let at = |i: usize| runs.iter().filter(move |r| r.budget == i);
+    let mut budgets = Vec::new();
+    let mut clear = Vec::new();
+    for i in 0..count {
+        let Some(first) = at(i).next() else {
+            continue;
+        };
+        let of =
+            |value: fn(&Run) -> f64| Estimate::mean(&at(i).map(|r| value(r)).collect::<Vec<f64>>());
+        let corrected = of(|r| r.relmse_corrected);
+        let figures = BudgetFigures {
+            budget: budget(i),
+            effort: first.effort,
+            runs: at(i).count(),
+            seconds: of(|r| r.seconds),
+            relmse: of(|r| r.relmse),
+            relmse_corrected: corrected,
+            within_reference_error: reference.drowns(corrected.value),
+        };
+        if figures.is_clear() {
+            clear.push((i, figures.seconds.value));
+        }
+        budgets.push(figures);
+    }
+    (budgets, clear)
 }
 
 #[cfg(test)]

@@ -172,64 +172,21 @@ pub fn study(
     watch.total(references + amounts);
 
     let mut warnings = Vec::new();
-    let mut scenes = Vec::new();
-    for (index, subject) in subjects.iter().enumerate() {
-        let Some(costs) = costs(index, subject, options, watch)? else {
-            return Ok(None);
-        };
-        slow_starts(subject, options, &costs, &mut warnings);
-        let reference = match &subject.reference {
-            ReferenceSource::Given(reference) => Some(reference.clone()),
-            ReferenceSource::Render(settings) => {
-                render_reference(index, subject, settings, options, watch)?
-            }
-        };
-        let Some(reference) = reference else {
-            return Ok(None);
-        };
-        scenes.push(Scenery {
-            costs,
-            reference,
-            runs: Vec::new(),
-            gallery: Gallery::default(),
-        });
-    }
-
+    let Some(mut scenes) = sceneries(subjects, options, watch, &mut warnings)? else {
+        return Ok(None);
+    };
     let mut threads = 0;
     let mut stopped = false;
     for turn in turns {
         let (subject, scenery) = (&subjects[turn.scene], &mut scenes[turn.scene]);
-        watch.begins(StudyStep::Run(turn));
-        let cost = &scenery.costs[turn.variant];
-        let amount = options.budgets.get(turn.budget);
-        if options.budgets.is_too_small(turn.budget, cost) {
-            watch.ended(amount, None);
-            continue;
-        }
-        let effort = options.budgets.effort(amount, cost);
-        let mut settings = with_effort(&subject.variants[turn.variant].settings, effort);
-        settings.seed = options.first_seed.wrapping_add(turn.round);
-        let Some(done) = whole(&subject.scene, &settings, watch)? else {
-            stopped = true;
-            break;
-        };
-        threads = done.stats.threads;
-        for warning in &done.warnings {
-            let warning = format!("{}: {warning}", subject.name);
-            if !warnings.contains(&warning) {
-                warnings.push(warning);
+        match take(turn, subject, scenery, options, watch, &mut warnings)? {
+            Taken::Run { threads: of_run } => threads = of_run,
+            Taken::TooSmall => {}
+            Taken::Stopped => {
+                stopped = true;
+                break;
             }
         }
-        let run = record(&turn, effort, &settings, &done, &scenery.reference);
-        scenery.gallery.add(
-            &turn,
-            subject.variants.len(),
-            done.pixels,
-            &run,
-            &scenery.reference,
-        );
-        watch.ended(amount, Some(&run));
-        scenery.runs.push(run);
     }
     let scenes = (subjects.iter().zip(scenes))
         .map(|(subject, s)| SceneStudy {
@@ -252,6 +209,90 @@ pub fn study(
         scenes,
         warnings,
     }))
+}
+
+/// Costs and references of all scenes; `None` if stopped.
+fn sceneries(
+    subjects: &[Subject],
+    options: &Options,
+    watch: &dyn Watch,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Vec<Scenery>>, RenderError> {
+    let mut scenes = Vec::new();
+    for (index, subject) in subjects.iter().enumerate() {
+        let Some(costs) = costs(index, subject, options, watch)? else {
+            return Ok(None);
+        };
+        slow_starts(subject, options, &costs, warnings);
+        let reference = match &subject.reference {
+            ReferenceSource::Given(reference) => Some(reference.clone()),
+            ReferenceSource::Render(settings) => {
+                render_reference(index, subject, settings, options, watch)?
+            }
+        };
+        let Some(reference) = reference else {
+            return Ok(None);
+        };
+        scenes.push(Scenery {
+            costs,
+            reference,
+            runs: Vec::new(),
+            gallery: Gallery::default(),
+        });
+    }
+    Ok(Some(scenes))
+}
+
+/// What has become of a turn.
+enum Taken {
+    Run {
+        threads: usize,
+    },
+    /// The budget does not reach for any effort.
+    TooSmall,
+    Stopped,
+}
+
+/// Renders one variant of one scene for one budget.
+fn take(
+    turn: Turn,
+    subject: &Subject,
+    scenery: &mut Scenery,
+    options: &Options,
+    watch: &dyn Watch,
+    warnings: &mut Vec<String>,
+) -> Result<Taken, RenderError> {
+    watch.begins(StudyStep::Run(turn));
+    let cost = &scenery.costs[turn.variant];
+    let amount = options.budgets.get(turn.budget);
+    if options.budgets.is_too_small(turn.budget, cost) {
+        watch.ended(amount, None);
+        return Ok(Taken::TooSmall);
+    }
+    let effort = options.budgets.effort(amount, cost);
+    let mut settings = with_effort(&subject.variants[turn.variant].settings, effort);
+    settings.seed = options.first_seed.wrapping_add(turn.round);
+    let Some(done) = whole(&subject.scene, &settings, watch)? else {
+        return Ok(Taken::Stopped);
+    };
+    let threads = done.stats.threads;
+    for warning in &done.warnings {
+        let warning = format!("{}: {warning}", subject.name);
+        if !warnings.contains(&warning) {
+            warnings.push(warning);
+        }
+    }
+    let run = record(&turn, effort, &settings, &done, &scenery.reference);
+    scenery.gallery.add(
+        &turn,
+        subject.variants.len(),
+        done.pixels,
+        &run,
+        &scenery.reference,
+    );
+    watch.ended(amount, Some(&run));
+    scenery.runs.push(run);
+    Ok(Taken::Run { threads })
 }
 
 /// A scene under way.

@@ -32,6 +32,7 @@ pub struct FilterTable {
 }
 
 impl FilterTable {
+    /// For the pixels of the crop window `[x0, x1, y0, y1]`, whose ends are not in it.
     pub fn new(filter: &Filter, crop: [u32; 4]) -> Self {
         let radius = filter.radius.to_array();
         let mut table = Self {

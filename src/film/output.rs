@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::files::{self, Replacement};
 pub use crate::formats::Picture;
+use crate::formats::tone::Display;
 use crate::formats::{exr, file_bytes, pfm, srgb};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -17,28 +18,47 @@ use image::{ExtendedColorType, ImageEncoder};
 /// it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
+    /// As readers of the file see it.
     pub name: String,
+    /// Its type follows from it.
     pub value: AttributeValue,
 }
 
+/// The value of an [`Attribute`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum AttributeValue {
+    /// Written as a `string`.
     Text(String),
     /// Written as an `int` where it fits into 32 bits, else as text.
     Integer(i64),
+    /// Written as a `double`.
     Float(f64),
     /// `x y` of red, green, blue and white; whatever its name, it is the file's standard attribute.
     Chromaticities([f32; 8]),
 }
 
+/// Why a picture was not read or written. All messages begin with the path.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
+    /// No format has this extension.
     #[error("{}: the extension must be .exr, .pfm or .png", .0.display())]
     Extension(PathBuf),
+    /// The system refused.
     #[error("{}: {source}", .path.display())]
-    Io { path: PathBuf, source: io::Error },
+    Io {
+        /// What was to be read or written.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// Not a file of this format, or a picture that the format cannot hold.
     #[error("{}: {message}", .path.display())]
-    Format { path: PathBuf, message: String },
+    Format {
+        /// What was to be read or written.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
 }
 
 #[derive(Clone, Copy)]
@@ -102,15 +122,15 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     files::check(path).map_err(io_error(path))
 }
 
-/// Writes `picture` in the format of the extension. `exposure` (stops) applies to PNG only, which
-/// shows `2^exposure * pixel` in 8-bit sRGB; the others keep linear values.
+/// Writes `picture` in the format of the extension. `display` applies to PNG only, which holds
+/// 8-bit sRGB; the others keep linear values.
 pub fn write(
     path: &Path,
     picture: &Picture,
     attributes: &[Attribute],
-    exposure: f32,
+    display: &Display,
 ) -> Result<(), OutputError> {
-    write_layers(path, picture, &[], attributes, exposure)
+    write_layers(path, picture, &[], attributes, display)
 }
 
 /// The same, with further layers for EXR: names, and as many pixels as the picture has.
@@ -119,7 +139,7 @@ pub fn write_layers(
     picture: &Picture,
     more: &[(&str, &[[f32; 3]])],
     attributes: &[Attribute],
-    exposure: f32,
+    display: &Display,
 ) -> Result<(), OutputError> {
     let format = format(path)?;
     let size = picture.width as usize * picture.height as usize;
@@ -139,7 +159,7 @@ pub fn write_layers(
             Format::Exr => exr::write(&mut out, picture, more, exr_attributes(attributes))
                 .map_err(format_error(path))?,
             Format::Pfm => pfm::write(&mut out, picture).map_err(io_error(path))?,
-            Format::Png => write_png(&mut out, picture, exposure).map_err(format_error(path))?,
+            Format::Png => write_png(&mut out, picture, display).map_err(format_error(path))?,
         }
         out.flush().map_err(io_error(path))?;
     }
@@ -163,13 +183,13 @@ fn exr_attributes(
     })
 }
 
-fn write_png(out: impl Write, picture: &Picture, exposure: f32) -> Result<(), String> {
-    let factor = exposure.exp2();
+fn write_png(out: impl Write, picture: &Picture, display: &Display) -> Result<(), String> {
+    let factor = display.factor(&picture.pixels);
     let bytes: Vec<u8> = picture
         .pixels
         .iter()
         .flatten()
-        .map(|v| srgb::encode_u8(v * factor))
+        .map(|v| srgb::encode_u8(display.tonemap.apply(v * factor)))
         .collect();
     PngEncoder::new(out)
         .write_image(
@@ -225,7 +245,7 @@ mod tests {
             attribute("b", AttributeValue::Float(0.25)),
             attribute("", AttributeValue::Integer(1)),
         ];
-        write(&path, &picture(), &attributes, 0.0).unwrap();
+        write(&path, &picture(), &attributes, &Display::LINEAR).unwrap();
         assert_eq!(read_exr(&path).unwrap(), picture());
 
         use ::exr::prelude::AttributeValue as Exr;
@@ -248,12 +268,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         let errors: Vec<[f32; 3]> = (0..12).map(|i| [0.1 * i as f32, 2.0, 3.0]).collect();
-        write_layers(&path, &picture(), &[("stderr", &errors)], &[], 0.0).unwrap();
+        write_layers(
+            &path,
+            &picture(),
+            &[("error", &errors)],
+            &[],
+            &Display::LINEAR,
+        )
+        .unwrap();
         assert_eq!(read_exr(&path).unwrap(), picture());
         let image = ::exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
         let channels = &image.layer_data[0].channel_data.list;
         let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
-        assert_eq!(names, ["B", "G", "R", "stderr.B", "stderr.G", "stderr.R"]);
+        assert_eq!(names, ["B", "G", "R", "error.B", "error.G", "error.R"]);
         let red: Vec<f32> = channels[5].sample_data.values_as_f32().collect();
         assert_eq!(red, errors.iter().map(|e| e[0]).collect::<Vec<_>>());
     }
@@ -262,7 +289,7 @@ mod tests {
     fn pfm_keeps_pixels() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.PFM");
-        write(&path, &picture(), &[], 3.0).unwrap();
+        write(&path, &picture(), &[], &Display::default()).unwrap();
         let read = read_pfm(&path).unwrap();
         assert_eq!(read.pixels, picture().pixels);
         // The bottom row comes first in the file.
@@ -283,7 +310,11 @@ mod tests {
             full: [2, 1],
             pixels,
         };
-        write(&path, &picture, &[], 1.0).unwrap();
+        let display = Display {
+            exposure: Some(1.0),
+            ..Display::LINEAR
+        };
+        write(&path, &picture, &[], &display).unwrap();
         let png = image::open(&path).unwrap().into_rgb8();
         assert_eq!(png.into_raw(), vec![188, 255, 0, 255, 0, 128]);
     }
@@ -304,7 +335,7 @@ mod tests {
             pixels: Vec::new(),
             ..picture()
         };
-        assert!(write(&folder.path().join("a.exr"), &bad, &[], 0.0).is_err());
+        assert!(write(&folder.path().join("a.exr"), &bad, &[], &Display::LINEAR).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
@@ -312,7 +343,7 @@ mod tests {
     fn damaged_exr_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        write(&path, &picture(), &[], 0.0).unwrap();
+        write(&path, &picture(), &[], &Display::LINEAR).unwrap();
         let good = fs::read(&path).unwrap();
         for length in [0, 3, 20, good.len() / 2, good.len() - 1] {
             fs::write(&path, &good[..length]).unwrap();

@@ -6,6 +6,7 @@ use super::FilterTable;
 /// what of one more is done. A pass goes over the cells row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passes {
+    /// Passes that are done everywhere.
     pub whole: u64,
     part: Option<Part>,
 }
@@ -38,6 +39,7 @@ struct Cells {
 const LEAST: f64 = 0.5;
 
 impl Passes {
+    /// So many, and no part of another.
     pub fn whole(count: u64) -> Self {
         Self {
             whole: count,

@@ -76,6 +76,7 @@ const BAND: usize = 4096;
 pub struct Sample {
     /// In pixels.
     pub raster: [f32; 2],
+    /// Radiance, linear sRGB.
     pub colour: [f32; 3],
     /// Number of the pass over the picture that it belongs to: passes are independent and alike.
     pub pass: u64,

@@ -37,6 +37,7 @@ pub struct SplatFilm {
 /// Where the splats of a log go.
 #[derive(Clone, Copy, Debug)]
 pub struct Destination {
+    /// Below [`SplatFilm::layers`].
     pub layer: usize,
     /// Splats' weights are scaled by this; each product is at most 1 per mutation.
     pub scale: f64,
@@ -105,6 +106,8 @@ impl SplatFilm {
         layers * (pixels / stripe * table(stripe) + table(pixels % stripe))
     }
 
+    /// Pictures that are summed apart, a depth each; the half that is summed once more does not
+    /// count.
     pub fn layers(&self) -> usize {
         self.layers
     }

@@ -14,11 +14,14 @@ pub const GROUPS: usize = 16;
 pub struct Tiling {
     /// `[x0, x1, y0, y1]` of the crop window, in pixels.
     crop: [i32; 4],
+    /// Tiles from left to right.
     pub columns: usize,
+    /// Tiles from top to bottom.
     pub rows: usize,
 }
 
 impl Tiling {
+    /// Of a crop window `[x0, x1, y0, y1]` in pixels, whose ends are not in it.
     pub fn new(crop: [u32; 4]) -> Self {
         let [x0, x1, y0, y1] = crop;
         let count = |n: u32| n.div_ceil(TILE) as usize;
@@ -33,6 +36,7 @@ impl Tiling {
     pub fn len(&self) -> usize {
         self.columns * self.rows
     }
+    /// True of an empty crop window.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

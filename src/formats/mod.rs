@@ -4,6 +4,7 @@
 pub mod exr;
 pub mod pfm;
 pub mod srgb;
+pub mod tone;
 
 use std::path::Path;
 

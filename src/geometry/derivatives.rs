@@ -10,11 +10,14 @@ use std::f64::consts::{PI, TAU};
 pub struct Derivatives {
     /// Both zero where texture coordinates do not tell directions.
     pub dpdu: DVec3,
+    /// Of the point along `v`.
     pub dpdv: DVec3,
     /// Of the unit shading normal.
     pub dndu: DVec3,
+    /// Of the unit shading normal along `v`.
     pub dndv: DVec3,
-    /// The shading normal is interpolated between vertices.
+    /// The shading frame is not that of the texture coordinates: the normal or the tangent is
+    /// interpolated between vertices.
     pub smooth: bool,
 }
 
@@ -49,7 +52,7 @@ impl Geometry<'_> {
                 (DVec3::ZERO, DVec3::ZERO)
             }
         };
-        let (dpdu, dpdv) = along(across(p));
+        let (mut dpdu, mut dpdv) = along(across(p));
         let n = normals[0] * (1.0 - b1 - b2) + normals[1] * b1 + normals[2] * b2;
         let smooth = n.length_squared() > 0.0;
         let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
@@ -57,13 +60,32 @@ impl Geometry<'_> {
             let (by_u, by_v) = along(across(normals));
             (dndu, dndv) = (of_unit(n, by_u), of_unit(n, by_v));
         }
+        let given = self.given_tangent(triangle, [1.0 - b1 - b2, b1, b2]);
+        let is_given = given != DVec3::ZERO;
+        if is_given {
+            // pbrt-v4's Triangle: only the part along the surface counts, and what is across it is
+            // as long.
+            let (e1, e2) = across(p);
+            let n = if smooth { n } else { e1.cross(e2) };
+            (dpdu, dpdv) = (given, n.normalize_or_zero().cross(given));
+        }
         Derivatives {
             dpdu,
             dpdv,
             dndu,
             dndv,
-            smooth,
+            smooth: smooth || is_given,
         }
+    }
+
+    /// The tangent between the vertices of a triangle; zero where there is none.
+    fn given_tangent(&self, triangle: u32, b: [f64; 3]) -> DVec3 {
+        let of = |v: u32| {
+            let s = self.tangents.get(v as usize).copied().unwrap_or_default();
+            DVec3::from(s.map(f64::from))
+        };
+        let corners = self.triangles[triangle as usize].v.map(of);
+        corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2]
     }
 
     fn sphere_derivatives(&self, sphere: u32, p: DVec3) -> Derivatives {

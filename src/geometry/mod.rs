@@ -6,14 +6,16 @@
 //! Rays start that far off the surface: no absolute epsilon.
 
 mod derivatives;
+mod frame;
 mod large;
 mod sphere;
 
 pub use self::derivatives::Derivatives;
+pub use self::frame::shading_frame;
 use self::large::LargeSurfaces;
 use self::sphere::{SphereMap, SphereTables};
 use crate::scene::{NONE, Scene, Shape, Sphere, Triangle, Vertex, VertexLanes};
-use crate::simd::{Frame, Lanes, Mask, Vec3, math};
+use crate::simd::{Lanes, Mask, Vec3, math};
 use crate::trace::offset;
 
 /// Roundings in mapping a point of the unit sphere, that of its length included.
@@ -23,6 +25,8 @@ const SPHERE_ERROR: f32 = offset::gamma(10);
 pub struct Geometry<'a> {
     /// At least one.
     vertices: &'a [Vertex],
+    /// Of vertices; those beyond its end have none.
+    tangents: &'a [[f32; 3]],
     triangles: &'a [Triangle],
     spheres: &'a [Sphere],
     sphere_tables: SphereTables,
@@ -49,6 +53,7 @@ pub struct Wanted {
 
 /// Surface points; internal space.
 pub struct SurfacePoint<L: Lanes> {
+    /// Position.
     pub p: Vec3<L>,
     /// Distance along the normal within which the true surface lies.
     pub error: L,
@@ -64,7 +69,9 @@ pub struct SurfacePoint<L: Lanes> {
 
 /// A point to emit from, and its density over area.
 pub struct AreaSample<L: Lanes> {
+    /// Position, internal space.
     pub p: Vec3<L>,
+    /// Distance along the normal within which the true surface lies.
     pub error: L,
     /// Unit, towards the front.
     pub ng: Vec3<L>,
@@ -82,6 +89,7 @@ impl Wanted {
 }
 
 impl<'a> Geometry<'a> {
+    /// Borrows the scene's tables. Vertices that no triangle refers to count for nothing.
     pub fn new(scene: &'a Scene) -> Self {
         // Vertices that no triangle refers to can lie anywhere.
         let corners = (scene.triangles.iter())
@@ -110,6 +118,7 @@ impl<'a> Geometry<'a> {
         };
         Self {
             vertices,
+            tangents: &scene.tangents,
             triangles: &scene.triangles,
             spheres: &scene.spheres,
             sphere_tables: SphereTables::new(&scene.spheres),
@@ -266,6 +275,10 @@ impl<'a> Geometry<'a> {
             let det = du1 * dv2 - dv1 * du2;
             let dpdu = (e1 * dv2 - e2 * dv1) * L::one().copysign(det);
             tangent = dpdu.or_zero(det.eq(L::zero()).not());
+            if !self.tangents.is_empty() {
+                let given = self.given_tangents(&index, n, [b0, b1, b2]);
+                tangent = Vec3::select(given.max_abs().gt(L::zero()), given, tangent);
+            }
         }
         SurfacePoint {
             p,
@@ -275,6 +288,24 @@ impl<'a> Geometry<'a> {
             uv,
             tangent,
         }
+    }
+
+    /// Interpolated between the vertices of `n` triangles; zero where their mesh has none.
+    #[cold]
+    #[inline(never)]
+    fn given_tangents<L: Lanes>(&self, index: &[[u32; 8]; 3], n: usize, b: [L; 3]) -> Vec3<L> {
+        let mut sum = Vec3::zero();
+        for c in 0..3 {
+            let mut corner = [[0.0; 8]; 3];
+            for lane in 0..n {
+                let s = self.tangents.get(index[c][lane] as usize);
+                let s = s.copied().unwrap_or_default();
+                (0..3).for_each(|axis| corner[axis][lane] = s[axis]);
+            }
+            let [x, y, z] = corner.map(|values| L::load(&values));
+            sum = Vec3::new(x, y, z).mul_add(b[c], sum);
+        }
+        sum
     }
 
     #[inline(always)]
@@ -458,21 +489,4 @@ fn unit_cross<L: Lanes>(a: Vec3<L>, b: Vec3<L>) -> Vec3<L> {
     let n = a.cross(b);
     // Slivers lose their length once more.
     (n * (L::one() / n.max_abs().max(tiny))).normalize()
-}
-
-/// A shading frame around `ns` whose first axis follows `tangent` where that is not zero.
-#[inline(always)]
-pub fn shading_frame<L: Lanes>(ns: Vec3<L>, tangent: Vec3<L>) -> Frame<L> {
-    let plain = Frame::new(ns);
-    let tiny = L::splat(f32::MIN_POSITIVE);
-    let t = tangent * (L::one() / tangent.max_abs().max(tiny));
-    let s = t - ns * ns.dot(t);
-    let length2 = s.length2();
-    let usable = length2.gt(L::splat(1e-10));
-    let s = s * (L::one() / length2.sqrt());
-    Frame {
-        s: Vec3::select(usable, s, plain.s),
-        t: Vec3::select(usable, ns.cross(s), plain.t),
-        n: ns,
-    }
 }

@@ -44,16 +44,34 @@ pub(super) fn bootstraps<L: Lanes>(
     samplers: &[PathSampler],
     settings: &Settings,
     ended: &(dyn Fn() -> Option<EndedBy> + Sync),
+    progress: impl FnMut(u64, u64),
+) -> Bootstraps {
+    let all = fresh(samplers, settings.bootstrap);
+    complete::<L>(world, samplers, settings, all, ended, progress)
+}
+
+/// Bootstraps of so many paths each that have none yet.
+pub(super) fn fresh(samplers: &[PathSampler], wanted: u64) -> Vec<Bootstrap> {
+    let paths = |sampler: &PathSampler| if sampler.carries_light() { wanted } else { 0 };
+    (samplers.iter())
+        .map(|sampler| Bootstrap::new(paths(sampler)))
+        .collect()
+}
+
+/// Completes bootstraps that have been begun, all alike.
+pub(super) fn complete<L: Lanes>(
+    world: &World,
+    samplers: &[PathSampler],
+    settings: &Settings,
+    mut all: Vec<Bootstrap>,
+    ended: &(dyn Fn() -> Option<EndedBy> + Sync),
     mut progress: impl FnMut(u64, u64),
 ) -> Bootstraps {
     let wanted = settings.bootstrap;
-    let paths = |sampler: &PathSampler| if sampler.carries_light() { wanted } else { 0 };
-    let mut all: Vec<Bootstrap> = (samplers.iter())
-        .map(|sampler| Bootstrap::new(paths(sampler)))
-        .collect();
     let total = wanted * all.len() as u64;
     let stopped: OnceLock<(EndedBy, Instant)> = OnceLock::new();
-    let (mut done, mut step) = (0, CHUNK);
+    let begun = all.iter().map(Bootstrap::len).max().unwrap_or(0);
+    let (mut done, mut step) = (begun, CHUNK);
     while done < wanted {
         let begin = Instant::now();
         let first = done == 0;

@@ -10,6 +10,7 @@ use super::bootstraps::{Bootstraps, bootstraps};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
+use super::sampled::Sampling;
 use super::schedule::{ChainBudget, March, Start, chain_budgets, density};
 use super::tuning::{self, Tuned};
 use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixing_check, per_second};
@@ -17,28 +18,73 @@ use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::Counts;
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
+use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
-pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
-    let settings = run.settings;
-    let mut counts = Counts::default();
-    let boot_start = Instant::now();
-    let bootstraps = bootstrap::<L>(run, method);
-    for b in &bootstraps.samplers {
-        counts.rejected += b.rejected;
-        counts.rays += b.rays;
-    }
-    let (short, void) = (bootstraps.ended_by, bootstraps.is_void());
-    let part = bootstraps.part(settings.bootstrap);
-    let bootstraps = if void {
-        Vec::new()
-    } else {
-        bootstraps.samplers
-    };
+/// The bootstrap of a method, and what has become of it.
+pub(super) struct Ready {
+    /// None if nothing is known of the whole picture.
+    pub bootstraps: Vec<Bootstrap>,
+    pub counts: Counts,
+    /// What has cut it short, and after which part of its paths.
+    pub short: Option<EndedBy>,
+    pub part: f64,
+    pub start: Instant,
+}
 
+pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
+    let start = Instant::now();
+    let ready = Ready::new(run, bootstrap::<L>(run, method), start);
+    let wanted = mutations(run, run.settings.mutations_per_pixel);
+    together::<L>(run, method, ready, wanted, None)
+}
+
+/// Mutations that come to so many per pixel.
+pub(super) fn mutations(run: &Run, per_pixel: u64) -> f64 {
+    (per_pixel as f64 * run.world.camera.region.area()).ceil()
+}
+
+impl Ready {
+    pub fn new(run: &Run, bootstraps: Bootstraps, start: Instant) -> Self {
+        let mut counts = Counts::default();
+        for b in &bootstraps.samplers {
+            counts.rejected += b.rejected;
+            counts.rays += b.rays;
+        }
+        let part = bootstraps.part(run.settings.bootstrap);
+        let short = bootstraps.ended_by;
+        let void = bootstraps.is_void();
+        Self {
+            bootstraps: if void {
+                Vec::new()
+            } else {
+                bootstraps.samplers
+            },
+            counts,
+            short,
+            part,
+            start,
+        }
+    }
+}
+
+/// Chains that make `wanted` mutations, and samples `beside` them that bring the rest of the light.
+pub(super) fn together<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    ready: Ready,
+    wanted: f64,
+    mut beside: Option<&mut Sampling>,
+) -> Render {
+    let settings = run.settings;
+    let Ready {
+        bootstraps,
+        mut counts,
+        short,
+        part,
+        start: boot_start,
+    } = ready;
     let (width, height) = run.size();
-    let area = run.world.camera.region.area();
-    let wanted = (settings.mutations_per_pixel as f64 * area).ceil();
     let mut budgets = chain_budgets(run, method, &bootstraps, wanted);
     let tuned = tune::<L>(run, method, &mut budgets, &bootstraps, short);
     counts.rays += tuned.rays;
@@ -55,10 +101,21 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
     let least = short.or(tuned.ended_by).map_or(Duration::ZERO, |_| ROUND);
-    let ended_by = march.march::<L>(&film, least, |chains| {
+    let samples = RefCell::new(beside.as_deref_mut());
+    let advance = |part| {
+        if let Some(samples) = &mut *samples.borrow_mut() {
+            samples.advance_to(part);
+        }
+    };
+    let ended_by = march.march::<L>(&film, least, advance, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
-        good_enough(run, &film, &chains, &mut looks)
+        good_enough(run, &film, &chains, samples.borrow().as_deref(), &mut looks)
     });
+    if ended_by == EndedBy::Effort {
+        // Where there are no chains nobody has.
+        advance(1.0);
+    }
+    let beside = samples.into_inner().map(|samples| &*samples);
     let mut batches = march.finish();
     let mut mutations = 0;
     for (_, to, batch) in &mut batches {
@@ -68,27 +125,30 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     }
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
-    let light = Light::of(run, film.layers(), &chains);
-    let pixels = film.resolve(&light.scales);
-    let deviation = (settings.estimate_error && settings.error_layers).then(|| {
+    let mut light = Light::of(run, film.layers(), &chains);
+    let mut pixels = film.resolve(&light.scales);
+    if let Some(beside) = beside {
+        let more = beside.picture();
+        light.beside = mean(&more);
+        add_picture(&mut pixels, &more);
+    }
+    let judged = settings.estimate_error && beside.is_none_or(Sampling::is_judged);
+    let deviation = (judged && settings.error_layers).then(|| {
         let scales = light.of_film(&light.scales);
-        film.resolve_with_error(0..pixels.len(), &scales).1
+        let mut deviation = film.resolve_with_error(0..pixels.len(), &scales).1;
+        if let Some(beside) = beside {
+            let [_, more] = beside.with_error(0..pixels.len(), 1.0);
+            add_error(&mut deviation, &more);
+        }
+        deviation
     });
-    let relmse = (settings.estimate_error && mutations > 0).then(|| relmse_of(run, &film, &light));
+    let made = mutations > 0 || beside.is_some();
+    let relmse = (judged && made).then(|| relmse_of(run, &film, &light, beside));
     drop(film);
     let render_seconds = render_start.elapsed().as_secs_f64();
     let (acceptance_large, acceptance_small) = counts.acceptance();
-    let mut warnings = Vec::new();
-    if let Some(by) = short {
-        let by = match by {
-            EndedBy::Time => "--time ended",
-            _ => "stopped",
-        };
-        warnings.push(format!(
-            "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
-            100.0 * part
-        ));
-    } else if batches.is_empty() {
+    let mut warnings: Vec<String> = short.map(|by| cut_short(by, part)).into_iter().collect();
+    if short.is_none() && batches.is_empty() && light.beside <= 0.0 {
         warnings.push(dark_reason(run, method));
     }
     if tuned.part < 1.0 && !batches.is_empty() {
@@ -114,8 +174,21 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
         relmse,
         ..Stats::default()
     };
+    let sums = beside.map(|b| (b, b.tile_sums()));
+    if let Some((beside, sums)) = &sums {
+        let made = beside.counts();
+        stats.samples = made.samples;
+        stats.samples_per_second = per_second(made.samples, render_seconds);
+        stats.rays += made.rays;
+        stats.rejected_nonfinite += made.rejected;
+        stats.b += light.beside;
+        stats.b_stderr = stats.b_stderr.hypot(beside.mean_error(sums));
+        warnings.extend(beside.warned());
+    }
     if settings.estimate_error {
-        mixing_check::judge(run, &tiling, &chains, &light, &mut stats, &mut warnings);
+        let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
+        let of = (&chains, &light);
+        mixing_check::judge(run, &tiling, of, layer, &mut stats, &mut warnings);
     }
     Render {
         stats,
@@ -129,15 +202,52 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
     }
 }
 
+fn cut_short(by: EndedBy, part: f64) -> String {
+    let by = match by {
+        EndedBy::Time => "--time ended",
+        _ => "stopped",
+    };
+    format!(
+        "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
+        100.0 * part
+    )
+}
+
+/// Adds a picture to another.
+fn add_picture(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
+    let values = to.as_flattened_mut().iter_mut();
+    values.zip(more.as_flattened()).for_each(|(to, v)| *to += v);
+}
+
+/// Mean of all channels.
+fn mean(picture: &[[f32; 3]]) -> f64 {
+    let sum: f64 = picture.as_flattened().iter().map(|v| f64::from(*v)).sum();
+    sum / (3 * picture.len()).max(1) as f64
+}
+
+/// Standard errors of a sum of two that are independent.
+fn add_error(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
+    for (to, more) in to.as_flattened_mut().iter_mut().zip(more.as_flattened()) {
+        *to = (*to * *to + *more * *more).sqrt();
+    }
+}
+
 /// Estimated relMSE of the picture so far, as it will be written.
-fn relmse_of(run: &Run, film: &SplatFilm, light: &Light) -> f64 {
+fn relmse_of(run: &Run, film: &SplatFilm, light: &Light, beside: Option<&Sampling>) -> f64 {
     let (width, height) = run.size();
     let width = width as usize;
     let scale = f64::from(run.scene.film.scale);
     let radiance: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
     relmse(width, height as usize, |rows| {
         let pixels = rows.start * width..rows.end * width;
-        film.resolve_with_error(pixels, &light.of_film(&radiance))
+        let scales = light.of_film(&radiance);
+        let (mut picture, mut deviation) = film.resolve_with_error(pixels.clone(), &scales);
+        if let Some(beside) = beside {
+            let [more, error] = beside.with_error(pixels, run.scene.film.scale);
+            add_picture(&mut picture, &more);
+            add_error(&mut deviation, &error);
+        }
+        (picture, deviation)
     })
 }
 
@@ -164,13 +274,22 @@ fn film(run: &Run, method: &Method, budgets: &[ChainBudget], starts: &[Start]) -
 }
 
 /// Looks at the error now and then, tells the observer, and says whether the target is reached.
-fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) -> bool {
-    if !run.settings.estimate_error {
+fn good_enough(
+    run: &Run,
+    film: &SplatFilm,
+    chains: &Chains,
+    beside: Option<&Sampling>,
+    looks: &mut Looks,
+) -> bool {
+    if !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
         return false;
     }
     let seen = looks.look(|| {
-        let light = Light::of(run, film.layers(), chains);
-        let error = relmse_of(run, film, &light).sqrt();
+        let mut light = Light::of(run, film.layers(), chains);
+        if let Some(beside) = beside {
+            light.beside = mean(&beside.picture());
+        }
+        let error = relmse_of(run, film, &light, beside).sqrt();
         run.observer.error(error);
         let reached = run
             .settings
@@ -185,7 +304,7 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, looks: &mut Looks) 
 }
 
 /// Whether to go on to the chains that count: they need half of the time.
-fn ready(run: &Run) -> Option<EndedBy> {
+pub(super) fn ready(run: &Run) -> Option<EndedBy> {
     let limit = run.settings.time.map(|limit| limit / 2);
     let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
     if run.observer.stop() {

@@ -15,16 +15,21 @@ pub struct DepthStats {
     /// `None` for all depths at once: `"all"` where it is written.
     #[serde(serialize_with = "depth_or_all")]
     pub depth: Option<u32>,
-    /// Mean over the sampled raster region of the depth's target, and its standard error.
+    /// Mean over the sampled raster region of the depth's target (mean channel of radiance).
     pub b: f64,
+    /// Standard error of [`Self::b`].
     pub b_stderr: f64,
     /// Part of all light.
     pub share: f64,
+    /// How many marched.
     pub chains: usize,
+    /// Of all of them together.
     pub mutations: u64,
-    /// How the chains mutated, as set or as tuned.
+    /// Scale of small steps, as set or as tuned.
     pub sigma: f32,
+    /// Probability of large steps, as set or as tuned.
     pub large_step_probability: f32,
+    /// How well they have mixed.
     #[serde(flatten)]
     pub mixing: Mixing,
 }
@@ -95,9 +100,10 @@ pub struct Missed {
     pub depth: Option<u32>,
     /// Pixels `[x0, x1, y0, y1]` of the tile.
     pub tile: [u32; 4],
-    /// Mean radiance of the tile at this depth, as it is in the picture and as large steps have
-    /// it, and the difference in standard errors.
+    /// Mean radiance of the tile at this depth, as it is in the picture.
     pub chains: f64,
+    /// The same radiance as large steps have it.
     pub large_steps: f64,
+    /// The difference, in standard errors.
     pub deviation: f64,
 }

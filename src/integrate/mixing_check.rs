@@ -20,7 +20,8 @@ const ENOUGH: u64 = 16;
 
 /// Figures of every depth that has chains.
 pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
-    let total: f64 = light.estimates.iter().map(|e| e.mean()).sum();
+    let of_chains: f64 = light.estimates.iter().map(|e| e.mean()).sum();
+    let total = of_chains + light.beside;
     let mut list = Vec::new();
     for (index, estimate) in light.estimates.iter().enumerate() {
         let own = || chains.iter().filter(|(a, _)| a.index == index);
@@ -47,12 +48,13 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
     list
 }
 
-/// Fills in what is known of errors and mixing, and warns.
+/// Fills in what is known of errors and mixing, and warns. `beside` is the layer of light that
+/// others than chains bring.
 pub(super) fn judge(
     run: &Run,
     tiling: &Tiling,
-    chains: &Chains,
-    light: &Light,
+    (chains, light): (&Chains, &Light),
+    beside: Option<Groups>,
     stats: &mut Stats,
     warnings: &mut Vec<String>,
 ) {
@@ -65,12 +67,8 @@ pub(super) fn judge(
         scale: light.scales[layer],
         relative_variance: light.relative_variance[layer],
     };
-    let layers: Vec<Groups> = sums
-        .iter()
-        .map(Vec::as_slice)
-        .enumerate()
-        .map(layer)
-        .collect();
+    let of_chains = sums.iter().map(Vec::as_slice).enumerate().map(layer);
+    let layers: Vec<Groups> = of_chains.chain(beside).collect();
     let whole = with_large_steps(chains, light, &sums);
     let tiles = match &whole {
         Some(sums) => {
@@ -88,7 +86,7 @@ pub(super) fn judge(
         run,
         tiling,
         chains,
-        &layers,
+        &layers[..all],
         whole.is_some().then_some(&tiles),
     );
 

@@ -1,6 +1,7 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call;
 //! [`measure`] says how fast it is.
 
+mod auto;
 mod bdpt;
 mod bootstraps;
 mod chains;
@@ -23,6 +24,7 @@ mod run;
 mod sampled;
 mod schedule;
 mod settings;
+mod shares;
 mod tuning;
 
 pub use self::depth_stats::{CrossCheck, DepthStats};
@@ -33,6 +35,7 @@ pub use self::rerun::{Visit, Whose, rerun};
 pub use self::result::{Render, Stats, StrategyPictures};
 pub use self::run::{EndedBy, Observer, Phase, Silent, peak_rss_bytes};
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
+pub use self::shares::{Share, Shares};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
 use std::time::Instant;
@@ -139,6 +142,23 @@ fn render_by(
     Ok(render)
 }
 
+/// What a pilot of [`IntegratorKind::Auto`] with these settings decides, as a render with them
+/// does. `world` must be of `scene` and for `settings.max_depth`.
+///
+/// # Errors
+/// Settings out of range, and thread pools that cannot be had.
+pub fn shares(scene: &Scene, world: &World, settings: &Settings) -> Result<Shares, RenderError> {
+    check(settings)?;
+    let run = Run {
+        scene,
+        world,
+        settings,
+        observer: &Silent,
+        start: Instant::now(),
+    };
+    Ok(pool(settings.threads)?.install(|| auto::shares::<f32x8>(&run)))
+}
+
 /// Multiplies pixels by the film's scale and its matrix of colours. Values beyond `f32` are set to
 /// its largest number, so that bright pixels stay numbers; returns how many.
 fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32, colour: Option<&[[f32; 3]; 3]>) -> u64 {
@@ -160,6 +180,7 @@ fn bring_to_scale(pixels: &mut [[f32; 3]], scale: f32, colour: Option<&[[f32; 3]
 /// Every integrator, by name.
 fn integrate<L: Lanes>(run: &Run) -> Render {
     match run.settings.integrator {
+        IntegratorKind::Auto => auto::render::<L>(run),
         IntegratorKind::Mmlt => mmlt::render::<L>(run),
         IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler),
         IntegratorKind::Pt => pt::render::<L>(run),

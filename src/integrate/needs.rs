@@ -24,7 +24,9 @@ const FEWEST: u64 = 512;
 /// A part of a render, and the bytes it needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
+    /// Such as `film`.
     pub part: &'static str,
+    /// At its fullest.
     pub bytes: u64,
     /// What it depends on, for people.
     pub why: String,
@@ -157,6 +159,11 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
             let layers = Method::layers(integrals(settings) as usize, combined) as u64;
             SplatFilm::bytes(pixels, layers + judged)
         }
+        // Chains of every depth, and samples beside them.
+        IntegratorKind::Auto => {
+            let layers = Method::layers(integrals(settings) as usize, false) as u64;
+            SplatFilm::bytes(pixels, layers + judged) + pixels * (bytes(true) + bytes(false))
+        }
         IntegratorKind::Pt => pixels * bytes(true),
         // What is placed, and what is splatted.
         IntegratorKind::Lt | IntegratorKind::Bdpt => pixels * (bytes(true) + bytes(false)),
@@ -170,7 +177,7 @@ fn film_bytes(settings: &Settings, scene: &Scene) -> u64 {
 /// Integrals that chains are shared among.
 fn integrals(settings: &Settings) -> u64 {
     match settings.integrator {
-        IntegratorKind::Mmlt => u64::from(settings.max_depth) + 1,
+        IntegratorKind::Auto | IntegratorKind::Mmlt => u64::from(settings.max_depth) + 1,
         _ => 1,
     }
 }
@@ -186,7 +193,7 @@ fn parts(settings: &Settings) -> u64 {
 /// What a thread holds of subpaths whose vertices are kept.
 fn kept_bytes(settings: &Settings) -> u64 {
     let paths = match settings.integrator {
-        IntegratorKind::Lt | IntegratorKind::Bdpt => sampled::BATCH,
+        IntegratorKind::Auto | IntegratorKind::Lt | IntegratorKind::Bdpt => sampled::BATCH,
         // The bootstrap's.
         IntegratorKind::Pssmlt(PathSamplerKind::Bdpt) => CHUNK as usize,
         _ => return 0,

@@ -39,6 +39,8 @@ pub(super) struct Light {
     pub relative_variance: Vec<f64>,
     /// What all splats of each layer weigh; 0 if errors are not estimated.
     weights: Vec<f64>,
+    /// Mean radiance of light that others bring to the picture.
+    pub beside: f64,
 }
 
 impl Light {
@@ -61,6 +63,7 @@ impl Light {
             scales: (0..layers).map(scale).collect(),
             relative_variance: (0..layers).map(relative).collect(),
             weights: weights(chains, layers),
+            beside: 0.0,
             estimates,
         }
     }

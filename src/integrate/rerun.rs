@@ -2,13 +2,15 @@
 //! chains march together.
 
 use super::bootstraps::bootstraps;
+use super::chains::mutations;
+use super::method::Method;
 use super::schedule::{Start, chain_budgets};
-use super::{EndedBy, Observer, RenderError, Run, Settings, check, mmlt, pool, tuning};
+use super::{EndedBy, Observer, RenderError, Run, Settings, auto, check, mmlt, pool, tuning};
 use crate::chain::batch::{Batch, ChainStep, State};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::mutate::Kernel;
 use crate::plan::DepthPlan;
-use crate::scene::Scene;
+use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::transport::{Paths, World};
 use std::time::Instant;
@@ -19,6 +21,7 @@ const BATCH: usize = 8;
 /// Which iteration of which chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Whose {
+    /// Scattering events of the chain's paths.
     pub depth: u32,
     /// Of the chains of its depth, from 0.
     pub chain: usize,
@@ -34,19 +37,36 @@ pub struct Visit {
     pub plan: DepthPlan,
     /// How chains of the depth mutate.
     pub kernel: Kernel,
-    /// Chains of the depth, and iterations that each makes in a whole render.
+    /// Chains of the depth.
     pub chains: usize,
+    /// Iterations that each of them makes in a whole render.
     pub iterations: u32,
     /// Bootstrap path that the chain started from.
     pub start: u64,
     /// Where it stood before the iteration.
     pub state: State,
+    /// What it did.
     pub step: ChainStep,
 }
 
+/// The chains of the render, their bootstrap, and the mutations that they make in all; `None` if it
+/// has no chains.
+fn chains_of(run: &Run) -> Option<(Method, Vec<Bootstrap>, f64)> {
+    let settings = run.settings;
+    if settings.integrator == IntegratorKind::Auto {
+        let (method, ready, mutations) = auto::chains_of::<f32x8>(run)?;
+        return Some((method, ready.bootstraps, mutations));
+    }
+    let method = mmlt::method(&run.world.plan);
+    let stop = || run.observer.stop().then_some(EndedBy::Observer);
+    let all = bootstraps::<f32x8>(run.world, &method.samplers, settings, &stop, |_, _| {});
+    let wanted = mutations(run, settings.mutations_per_pixel);
+    Some((method, all.samplers, wanted))
+}
+
 /// Makes the bootstrap and marches one chain to an iteration of it, exactly as
-/// [`render`](super::render) does with these settings (of multiplexed Metropolis light transport,
-/// whatever their integrator). `world` must be of `scene` and for `settings.max_depth`.
+/// [`render`](super::render) does with these settings (of `auto`, or of multiplexed
+/// Metropolis light transport if their integrator is another). `world` must be of `scene` and for `settings.max_depth`.
 ///
 /// # Errors
 /// Settings out of range, thread pools that cannot be had, and chains or iterations that the render
@@ -78,22 +98,25 @@ pub fn rerun(
         observer,
         start: Instant::now(),
     };
-    let method = mmlt::method(&world.plan);
-    let all: Vec<Bootstrap> = pool(settings.threads)?.install(|| {
-        let stop = || observer.stop().then_some(EndedBy::Observer);
-        bootstraps::<f32x8>(world, &method.samplers, settings, &stop, |_, _| {}).samplers
-    });
+    let chains = pool(settings.threads)?.install(|| chains_of(&run));
+    let Some((method, all, mutations)) = chains else {
+        return fail(format!(
+            "there are no chains of depth {depth}: samples bring all light"
+        ));
+    };
     if all.iter().any(Bootstrap::is_short) {
         return fail("stopped".into());
     }
-    let area = world.camera.region.area();
-    let mutations = (settings.mutations_per_pixel as f64 * area).ceil();
     let mut budgets = chain_budgets(&run, &method, &all, mutations);
     budgets.retain(|a| a.sampler.depth() == Some(depth));
     let Some(budget) = budgets.first() else {
         return fail(format!(
-            "there are no chains of depth {depth}: none of its {} bootstrap paths carries light",
-            settings.bootstrap
+            "there are no chains of depth {depth}: none of its {} bootstrap paths carries light{}",
+            settings.bootstrap,
+            match settings.integrator {
+                IntegratorKind::Auto => ", or samples bring all that there is",
+                _ => "",
+            }
         ));
     };
     if chain >= budget.chains {
@@ -123,7 +146,8 @@ pub fn rerun(
     let first = chain / BATCH * BATCH;
     let together = &seeds[first..seeds.len().min(first + BATCH)];
     let mut paths = Paths::new(world);
-    let mut batch = Batch::new::<f32x8>(world, plan, first, together, settings.seed, &mut paths);
+    let sampler = &budget.sampler;
+    let mut batch = Batch::new::<f32x8>(world, sampler, first, together, settings.seed, &mut paths);
     for _ in 0..iteration {
         if observer.stop() {
             return fail("stopped".into());

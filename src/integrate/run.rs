@@ -46,9 +46,11 @@ impl Observer for Silent {}
 pub enum EndedBy {
     /// All mutations or samples are made.
     Effort,
+    /// [`Settings::time`] is over.
     Time,
     /// The estimated error has reached its target.
     Target,
+    /// [`Observer::stop`] said so.
     Observer,
 }
 

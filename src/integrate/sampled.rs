@@ -12,6 +12,7 @@ use crate::transport::paths::Splats;
 use crate::transport::samples::Samples;
 use crate::transport::{Paths, Splat};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -66,31 +67,86 @@ pub(super) struct Sampled {
     pub done: Done,
 }
 
+/// How much has been done.
+pub(super) struct Counts {
+    pub samples: u64,
+    pub rays: u64,
+    pub rejected: u64,
+}
+
+/// Samples on their way to a picture.
+pub(super) struct Sampling<'a> {
+    run: &'a Run<'a>,
+    method: &'a Method<'a>,
+    fill: fn(&Grid, &Stream, &mut Samples, u64, usize),
+    stream: Stream,
+    grid: Grid,
+    sums: SplattingFilm,
+    /// Of all passes.
+    total: u64,
+    done: u64,
+    rays: u64,
+    rejected: u64,
+    /// Those that no thread uses: they are large, and made once.
+    workspaces: Mutex<Vec<(Box<Paths>, Samples)>>,
+}
+
 pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
-    let settings = run.settings;
-    let film = &run.scene.film;
     let start = Instant::now();
-    let stream = Stream::new(settings.seed, method.purpose);
-    let filter = FilterTable::new(&film.filter, film.crop);
-    let grid = Grid::new(run, &filter);
-    let sums = SplattingFilm::new(filter, settings.estimate_error, method.splats);
-    let batch = settings.batch.unwrap_or(BATCH) as u64;
-    let spp = settings.samples_per_pixel;
-    let per_pass = grid.cells();
-    let total = spp.saturating_mul(per_pass);
-    let (mut rays, mut rejected) = (0, 0);
-    let (mut done, mut step) = (0, FIRST);
+    let mut sampling = Sampling::new::<L>(run, method, run.settings.samples_per_pixel);
+    let total = sampling.total;
+    let batch = run.settings.batch.unwrap_or(BATCH) as u64;
+    let mut step = FIRST;
     let mut looks = Looks::new();
-    // Those that no thread uses: they are large, and made once.
-    let workspaces = Mutex::new(Vec::new());
     let mut ended_by = None;
-    while done < total && ended_by.is_none() {
+    while sampling.done < total && ended_by.is_none() {
         let begin = Instant::now();
-        let until = done.saturating_add(step).min(total);
-        let counts = (0..(until - done).div_ceil(batch))
+        let done = sampling.done.saturating_add(step).min(total);
+        sampling.advance(done);
+        run.observer.progress(Phase::Render, done, total);
+        if done < total {
+            let reached = sampling.good_enough(&mut looks);
+            ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+            if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
+                break;
+            }
+        }
+        step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
+    }
+    sampling.finish(start, ended_by.unwrap_or(EndedBy::Effort))
+}
+
+impl<'a> Sampling<'a> {
+    /// No sample yet, of so many per pixel.
+    pub fn new<L: Lanes>(run: &'a Run, method: &'a Method, spp: u64) -> Self {
+        let film = &run.scene.film;
+        let filter = FilterTable::new(&film.filter, film.crop);
+        let grid = Grid::new(run, &filter);
+        Self {
+            run,
+            method,
+            fill: Grid::fill::<L>,
+            stream: Stream::new(run.settings.seed, method.purpose),
+            sums: SplattingFilm::new(filter, run.settings.estimate_error, method.splats),
+            total: spp.saturating_mul(grid.cells()),
+            grid,
+            done: 0,
+            rays: 0,
+            rejected: 0,
+            workspaces: Mutex::default(),
+        }
+    }
+
+    /// Makes samples until there are so many.
+    pub fn advance(&mut self, until: u64) {
+        let (run, method, film) = (self.run, self.method, &self.run.scene.film);
+        let batch = run.settings.batch.unwrap_or(BATCH) as u64;
+        let (done, per_pass) = (self.done, self.grid.cells());
+        let cover = self.grid.cover() as f32;
+        let counts = (0..until.saturating_sub(done).div_ceil(batch))
             .into_par_iter()
             .map(|chunk| {
-                let spare = lock(&workspaces).pop();
+                let spare = lock(&self.workspaces).pop();
                 let (mut paths, mut samples) = spare.unwrap_or_else(|| {
                     let samples = Samples::new(method.dimensions, batch as usize);
                     (Box::new(Paths::new(run.world)), samples)
@@ -98,7 +154,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
                 let begin = done + chunk * batch;
                 let n = (until - begin).min(batch) as usize;
                 let before = paths.rays.traced;
-                grid.fill::<L>(&stream, &mut samples, begin, n);
+                (self.fill)(&self.grid, &self.stream, &mut samples, begin, n);
                 (method.evaluate)(&samples, n, &mut paths);
                 if let Some(clamp) = film.clamp {
                     clamp_all(clamp, &mut paths);
@@ -106,92 +162,186 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
                 let numbers = Numbers {
                     begin,
                     per_pass,
-                    cover: grid.cover() as f32,
+                    cover,
                 };
-                let bad = add(&sums, method, &paths, numbers);
+                let bad = add(&self.sums, method, &paths, numbers);
                 (method.collect)(&paths, numbers);
                 let rays = paths.rays.traced - before;
-                lock(&workspaces).push((paths, samples));
+                lock(&self.workspaces).push((paths, samples));
                 (rays, bad)
             })
             .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
-        rays += counts.0;
-        rejected += counts.1;
-        done = until;
-        run.observer.progress(Phase::Render, done, total);
-        if done < total {
-            let reached = good_enough(run, &sums, &grid, done, &mut looks);
-            ended_by = run.ended().or(reached.then_some(EndedBy::Target));
-            if ended_by.is_none() && is_hopeless(run, done) && sums.is_black() {
-                break;
-            }
-        }
-        step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
+        self.rays += counts.0;
+        self.rejected += counts.1;
+        self.done = self.done.max(until);
     }
-    let (width, height) = run.size();
-    let made = grid.done(done, sums.filter());
-    let whole = made.placed.whole;
-    let pixels = sums.resolve(&made);
-    let black = pixels.iter().all(|p| *p == [0.0; 3]);
-    // One pass is compared with nothing, and black is not known to be right.
-    let judged = settings.estimate_error && whole >= 2 && !black;
-    let deviation = (judged && settings.error_layers)
-        .then(|| sums.resolve_with_error(0..pixels.len(), &made).1);
-    let relmse = judged.then(|| relmse_of(run, &sums, &made));
-    let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
-    let groups = sums.tile_sums(&made);
-    let tiles = settings.estimate_error.then(|| {
-        let layer = Groups {
-            sums: &groups,
-            thrown: SplattingFilm::thrown(whole.max(1)),
-            scale: 1.0 / whole.max(1) as f64,
-            relative_variance: 0.0,
+
+    /// Makes this part of all samples, if it is more than has been made.
+    pub fn advance_to(&mut self, part: f64) {
+        let until = if part < 1.0 {
+            (self.total as f64 * part) as u64
+        } else {
+            self.total
         };
-        Tiles::of(sums.tiling(), &[layer])
-    });
-    let mut warnings = Vec::new();
-    if whole == 0 && spp > 0 {
-        warnings.push(format!(
-            "stopped in the first pass over the picture: {:.1} % of it is rendered",
-            100.0 * done as f64 / per_pass as f64
-        ));
+        self.advance(until);
     }
-    if sums.full() > 0 {
-        warnings.push(format!(
-            "{} sums of the film were full and stayed as they were: the brightest pixels are too dark",
-            sums.full()
-        ));
+
+    /// Samples that have been made, and what of them was not finite or negative.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            samples: self.done,
+            rays: self.rays,
+            rejected: self.rejected,
+        }
     }
-    if black && done > 0 {
-        warnings.push(black_reason(run, &format!("none of the {done} samples")));
+
+    /// There are passes to compare with each other.
+    pub fn is_judged(&self) -> bool {
+        self.run.settings.estimate_error && self.made().placed.whole >= 2
     }
-    let render_seconds = start.elapsed().as_secs_f64();
-    let render = Render {
-        stats: Stats {
-            integrator: method.name.into(),
-            samples: done,
-            samples_per_second: per_second(done, render_seconds),
-            rays,
-            render_seconds,
-            b: mean / (3.0 * pixels.len().max(1) as f64),
-            b_stderr: whole_error(&groups, whole) / pixels.len().max(1) as f64,
-            tiles,
-            relmse,
-            rejected_nonfinite: rejected,
-            ..Stats::default()
-        },
-        pixels,
-        width,
-        height,
-        warnings,
-        deviation,
-        strategies: Vec::new(),
-        ended_by: ended_by.unwrap_or(EndedBy::Effort),
-    };
-    Sampled {
-        render,
-        film: sums,
-        done: made,
+
+    /// The picture so far.
+    pub fn picture(&self) -> Vec<[f32; 3]> {
+        self.sums.resolve(&self.made())
+    }
+
+    /// Pixels of the picture as written, and a standard error of each of their values whose square
+    /// is right in the mean.
+    ///
+    /// # Panics
+    /// If errors are not estimated.
+    pub fn with_error(&self, pixels: Range<usize>, scale: f32) -> [Vec<[f32; 3]>; 2] {
+        let (mut picture, mut deviation) = self.sums.resolve_with_error(pixels, &self.made());
+        for values in [&mut picture, &mut deviation] {
+            let values = values.as_flattened_mut().iter_mut();
+            values.for_each(|v| *v *= scale);
+        }
+        [picture, deviation]
+    }
+
+    /// Light in each tile, by group of passes.
+    pub fn tile_sums(&self) -> Vec<[f64; GROUPS]> {
+        self.sums.tile_sums(&self.made())
+    }
+
+    /// Tile sums as a layer of the picture's tiles.
+    pub fn layer<'b>(&self, sums: &'b [[f64; GROUPS]]) -> Groups<'b> {
+        layer(sums, self.made().placed.whole)
+    }
+
+    /// Standard error of the mean radiance.
+    pub fn mean_error(&self, sums: &[[f64; GROUPS]]) -> f64 {
+        let pixels = self.sums.filter().pixels().max(1) as f64;
+        whole_error(sums, self.made().placed.whole) / pixels
+    }
+
+    /// What has been done.
+    fn made(&self) -> Done {
+        self.grid.done(self.done, self.sums.filter())
+    }
+
+    /// The picture, and what is known of it.
+    pub fn finish(self, start: Instant, ended_by: EndedBy) -> Sampled {
+        let Self {
+            run, method, sums, ..
+        } = &self;
+        let settings = run.settings;
+        let (width, height) = run.size();
+        let made = self.made();
+        let whole = made.placed.whole;
+        let pixels = sums.resolve(&made);
+        let black = pixels.iter().all(|p| *p == [0.0; 3]);
+        // One pass is compared with nothing, and black is not known to be right.
+        let judged = settings.estimate_error && whole >= 2 && !black;
+        let deviation = (judged && settings.error_layers)
+            .then(|| sums.resolve_with_error(0..pixels.len(), &made).1);
+        let relmse = judged.then(|| relmse_of(&self));
+        let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
+        let groups = sums.tile_sums(&made);
+        let tiles =
+            (settings.estimate_error).then(|| Tiles::of(sums.tiling(), &[layer(&groups, whole)]));
+        let warnings = self.warnings(&made, black);
+        let render_seconds = start.elapsed().as_secs_f64();
+        let render = Render {
+            stats: Stats {
+                integrator: method.name.into(),
+                samples: self.done,
+                samples_per_second: per_second(self.done, render_seconds),
+                rays: self.rays,
+                render_seconds,
+                b: mean / (3.0 * pixels.len().max(1) as f64),
+                b_stderr: whole_error(&groups, whole) / pixels.len().max(1) as f64,
+                tiles,
+                relmse,
+                rejected_nonfinite: self.rejected,
+                ..Stats::default()
+            },
+            pixels,
+            width,
+            height,
+            warnings,
+            deviation,
+            strategies: Vec::new(),
+            ended_by,
+        };
+        Sampled {
+            render,
+            film: self.sums,
+            done: made,
+        }
+    }
+
+    /// What is worth a warning.
+    pub fn warned(&self) -> Vec<String> {
+        self.warnings(&self.made(), false)
+    }
+
+    fn warnings(&self, made: &Done, black: bool) -> Vec<String> {
+        let (run, done) = (self.run, self.done);
+        let mut warnings = Vec::new();
+        if made.placed.whole == 0 && self.total > 0 {
+            warnings.push(format!(
+                "stopped in the first pass over the picture: {:.1} % of it is rendered",
+                100.0 * done as f64 / self.grid.cells() as f64
+            ));
+        }
+        if self.sums.full() > 0 {
+            warnings.push(format!(
+                "{} sums of the film were full and stayed as they were: the brightest pixels are too dark",
+                self.sums.full()
+            ));
+        }
+        if black && done > 0 {
+            warnings.push(black_reason(run, &format!("none of the {done} samples")));
+        }
+        warnings
+    }
+
+    /// Looks at the error now and then, tells the observer, and says whether the target is
+    /// reached.
+    fn good_enough(&self, looks: &mut Looks) -> bool {
+        let (run, done, sums) = (self.run, self.done, &self.sums);
+        if !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black() {
+            return false;
+        }
+        let seen = looks.look(|| {
+            let error = relmse_of(self).sqrt();
+            run.observer.error(error);
+            run.settings
+                .target_error
+                .is_some_and(|target| error <= target)
+        });
+        seen == Some(true)
+    }
+}
+
+/// Sums of the groups of passes as a layer of the picture's tiles.
+fn layer(groups: &[[f64; GROUPS]], whole: u64) -> Groups<'_> {
+    Groups {
+        sums: groups,
+        thrown: SplattingFilm::thrown(whole.max(1)),
+        scale: 1.0 / whole.max(1) as f64,
+        relative_variance: 0.0,
     }
 }
 
@@ -288,37 +438,14 @@ fn is_hopeless(run: &Run, done: u64) -> bool {
     run.world.lights.is_empty() || (endless && done >= MOST_BLACK)
 }
 
-/// Looks at the error now and then, tells the observer, and says whether the target is reached.
-fn good_enough(run: &Run, sums: &SplattingFilm, grid: &Grid, done: u64, looks: &mut Looks) -> bool {
-    if !run.settings.estimate_error || done < 2 * grid.cells() || sums.is_black() {
-        return false;
-    }
-    let seen = looks.look(|| {
-        let error = relmse_of(run, sums, &grid.done(done, sums.filter())).sqrt();
-        run.observer.error(error);
-        run.settings
-            .target_error
-            .is_some_and(|target| error <= target)
-    });
-    seen == Some(true)
-}
-
 /// Estimated relMSE of the picture so far.
-fn relmse_of(run: &Run, sums: &SplattingFilm, done: &Done) -> f64 {
-    let (width, height) = run.size();
+fn relmse_of(sampling: &Sampling) -> f64 {
+    let (width, height) = sampling.run.size();
     let width = width as usize;
-    let scale = run.scene.film.scale;
+    let scale = sampling.run.scene.film.scale;
     relmse(width, height as usize, |rows| {
         let pixels = rows.start * width..rows.end * width;
-        let (mut picture, mut deviation) = sums.resolve_with_error(pixels, done);
-        let values = |pixels: &mut Vec<[f32; 3]>, factor: f32| {
-            pixels
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(|v| *v *= factor);
-        };
-        values(&mut picture, scale);
-        values(&mut deviation, scale);
+        let [picture, deviation] = sampling.with_error(pixels, scale);
         (picture, deviation)
     })
 }

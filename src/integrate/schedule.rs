@@ -273,13 +273,14 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Marches until every chain has made its iterations, in rounds; says what ended it. `enough`
-    /// is asked between rounds whether the picture is good enough. It takes at least `least`,
-    /// if there is so much to do.
+    /// Marches until every chain has made its iterations, in rounds; says what ended it. After
+    /// each `beside` is told the part that is done, and `enough` is asked between rounds whether
+    /// the picture is good enough. It takes at least `least`, if there is so much to do.
     pub fn march<L: Lanes>(
         &mut self,
         film: &SplatFilm,
         least: Duration,
+        mut beside: impl FnMut(f64),
         mut enough: impl FnMut(&[(&ChainBudget, Destination, MutexGuard<Batch>)]) -> bool,
     ) -> EndedBy {
         let total = mutations(self.budgets, |a| a.iterations);
@@ -294,6 +295,7 @@ impl<'a> March<'a> {
             let begin = Instant::now();
             let until = if done + step < 1.0 { done + step } else { 1.0 };
             self.round::<L>(film, until);
+            beside(until);
             let made = mutations(self.budgets, |a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
             if until < 1.0 {

@@ -13,7 +13,9 @@ use crate::transport::bidirectional::Strategy;
 /// Everything that can be asked of a render. [`Settings::of`] takes the scene's own wishes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// Schedule of the render.
     pub integrator: IntegratorKind,
+    /// Of all random numbers; the picture depends on it and on no machine.
     pub seed: u64,
     /// Worker threads; 0 means one per core ([`worker_threads`]).
     pub threads: usize,
@@ -30,9 +32,11 @@ pub struct Settings {
     pub chains: u64,
     /// Bootstrap paths per depth, or of all depths at once (PSSMLT).
     pub bootstrap: u64,
+    /// Of steps that draw all primary samples afresh, 0 to 1.
     pub large_step_probability: f32,
-    /// Law and scale of small steps.
+    /// Law of small steps.
     pub mutation: Mutation,
+    /// Scale of small steps, in primary sample space; see [`Mutation`].
     pub sigma: f32,
     /// What of them is tuned before samples count, in place of the above; sigma is then where the
     /// search begins.
@@ -105,6 +109,7 @@ pub enum StrategyChoice {
 }
 
 impl StrategyChoice {
+    /// As on the command line.
     pub fn name(self) -> &'static str {
         match self {
             StrategyChoice::Uniform => "uniform",

@@ -30,7 +30,7 @@ impl LightTable {
         let (radiance, shown) = self.shown(lot, point.uv);
         DirectSample {
             to_light: w,
-            target: offset::leave(point.p, point.error, point.ng, -w),
+            end: offset::leave(point.p, point.error, point.ng, -w),
             radiance,
             pdf: base.choice * point.pdf * d2 / abs,
             // (pA cos / (sides pi)) / (pA d2 / cos) / cos

@@ -11,6 +11,7 @@ use crate::scene::{LightKind, Scene, SpotFalloff};
 use std::f32::consts::{PI, TAU};
 
 impl LightTable {
+    /// Of all lights of a scene; `geometry` has the areas of their primitives.
     pub fn new(scene: &Scene, geometry: &Geometry) -> Self {
         let radius = geometry.radius;
         let mut table = Self {

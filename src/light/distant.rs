@@ -13,7 +13,7 @@ impl LightTable {
         let w = -place.p;
         DirectSample {
             to_light: w,
-            target: w.mul_add(self.far(), p),
+            end: w.mul_add(self.far(), p),
             radiance: base.colour,
             pdf: base.choice,
             emission_ratio: self.inv_disk(),
@@ -32,7 +32,7 @@ impl LightTable {
         let (w, radiance, pdf) = self.environment_sample(lot, u);
         DirectSample {
             to_light: w,
-            target: w.mul_add(self.far(), p),
+            end: w.mul_add(self.far(), p),
             radiance,
             pdf: lot.base.choice * pdf,
             emission_ratio: self.inv_disk(),

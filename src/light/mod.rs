@@ -46,21 +46,32 @@ use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Kind {
+    /// One triangle of an area light.
     Triangle,
+    /// An analytic sphere.
     Sphere,
     /// A triangle or sphere whose radiance an image gives.
     ImageTriangle,
+    /// A sphere whose radiance an image gives.
     ImageSphere,
+    /// The same intensity in all directions.
     Point,
+    /// A point whose intensity falls off between two cones.
     Spot,
+    /// A point whose intensity an image over all directions gives.
     Goniometric,
+    /// A point that projects an image.
     Projection,
+    /// At infinity, in a single direction.
     Distant,
+    /// At infinity, the same radiance from everywhere.
     InfiniteConstant,
+    /// At infinity, radiance from an image.
     InfiniteImage,
 }
 
 impl Kind {
+    /// Every kind, in the order of its number.
     pub const ALL: [Kind; 11] = [
         Kind::Triangle,
         Kind::Sphere,
@@ -74,6 +85,7 @@ impl Kind {
         Kind::InfiniteConstant,
         Kind::InfiniteImage,
     ];
+    /// As `inspect` tells it.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Triangle => "area light of triangles",
@@ -104,6 +116,7 @@ impl Kind {
             Kind::Triangle | Kind::Sphere | Kind::ImageTriangle | Kind::ImageSphere
         )
     }
+    /// No ray can meet it by chance: it is a point or a single direction.
     pub fn is_delta(self) -> bool {
         self.is_point() || self == Kind::Distant
     }
@@ -149,7 +162,7 @@ pub struct DirectSample<L: Lanes> {
     /// Unit, from the surface to the light.
     pub to_light: Vec3<L>,
     /// The end of the visibility ray (origin for distant lights: any far point).
-    pub target: Vec3<L>,
+    pub end: Vec3<L>,
     /// Radiance towards the surface, or intensity for point lights.
     pub radiance: Vec3<L>,
     /// Density over solid angle at the surface, choice included; point lights: squared distance
@@ -160,6 +173,7 @@ pub struct DirectSample<L: Lanes> {
     pub emission_ratio: L,
     /// Sampling by chance is impossible (delta light).
     pub delta: L::Mask,
+    /// Whether the light shines there at all; without it the other fields mean nothing.
     pub valid: L::Mask,
 }
 
@@ -173,9 +187,11 @@ pub struct EmissionSample<L: Lanes> {
     pub beta: Vec3<L>,
     /// First MIS quantities (Georgiev 2012, equations 31 and 32).
     pub d_vcm: L,
+    /// 0 for a light that camera subpaths cannot meet.
     pub d_vc: L,
     /// Distances do not enter the density of the first vertex.
     pub distant: L::Mask,
+    /// Whether there is such a ray; `beta` is zero without it.
     pub valid: L::Mask,
 }
 
@@ -199,9 +215,11 @@ impl LightTable {
         }
     }
 
+    /// Every triangle and sphere of an area light is one.
     pub fn len(&self) -> usize {
         self.kinds.len()
     }
+    /// Whether the scene has no lights.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
     }
@@ -209,6 +227,7 @@ impl LightTable {
     pub fn needs_choice(&self) -> bool {
         self.kinds.len() > 1
     }
+    /// Kind of light number `light`.
     pub fn kind(&self, light: u32) -> Kind {
         self.kinds[light as usize]
     }
@@ -294,7 +313,7 @@ impl LightTable {
     ) -> DirectSample<L> {
         let mut sample = DirectSample {
             to_light: Vec3::zero(),
-            target: Vec3::zero(),
+            end: Vec3::zero(),
             radiance: Vec3::zero(),
             pdf: L::one(),
             emission_ratio: L::zero(),
@@ -310,7 +329,7 @@ impl LightTable {
             let one = self.direct_of(geometry, lot, p, u);
             sample = DirectSample {
                 to_light: Vec3::select(mask, one.to_light, sample.to_light),
-                target: Vec3::select(mask, one.target, sample.target),
+                end: Vec3::select(mask, one.end, sample.end),
                 radiance: Vec3::select(mask, one.radiance, sample.radiance),
                 pdf: L::select(mask, one.pdf, sample.pdf),
                 emission_ratio: L::select(mask, one.emission_ratio, sample.emission_ratio),

@@ -25,7 +25,7 @@ impl LightTable {
         };
         DirectSample {
             to_light: w,
-            target: at,
+            end: at,
             radiance: intensity,
             pdf: base.choice * d2,
             emission_ratio: pdf / d2,

@@ -22,11 +22,15 @@ pub enum Flip {
 pub enum Map {
     /// `p - r`
     Difference,
+    /// A pixel's squared error.
     Mse,
     /// Square root of a pixel's squared error.
     Rmse,
+    /// The terms of [`relmse`](super::relmse).
     Relmse,
+    /// The terms of [`smape`](super::smape), 0 to 1.
     Smape,
+    /// FLIP of the kind that the comparison was made with, 0 to 1; one number a pixel.
     Flip,
 }
 
@@ -43,6 +47,7 @@ pub struct Comparison<'a> {
 /// Pixels with a channel that is infinite or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct NotFinite {
+    /// How many there are, at least 1.
     pub pixels: usize,
     /// Column and row, from 0 at the left and top.
     pub first: [usize; 2],
@@ -51,12 +56,17 @@ pub struct NotFinite {
 /// The metrics of a region: means over those of its pixels that are finite in both pictures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
+    /// [`mse`](super::mse).
     pub mse: f64,
+    /// Square root of [`Self::mse`].
     pub rmse: f64,
+    /// [`relmse`](super::relmse).
     pub relmse: f64,
+    /// [`smape`](super::smape), 0 to 1.
     pub smape: f64,
     /// Infinite where nothing visible differs; JSON has `null` for it.
     pub psnr_db: f64,
+    /// Mean FLIP, 0 to 1.
     pub flip: f64,
     /// Mean of the picture over pixels and channels.
     pub mean_a: f64,
@@ -71,8 +81,11 @@ pub struct Figures {
 pub struct Tile {
     /// Left and top, in pixels.
     pub x: usize,
+    /// Top, in pixels.
     pub y: usize,
+    /// In pixels; tiles at the right may be narrower.
     pub width: usize,
+    /// In pixels; tiles at the bottom may be lower.
     pub height: usize,
     /// `None` where no pixel is finite.
     #[serde(flatten)]

@@ -77,31 +77,7 @@ impl ParamSet {
                 _ => param.color_space.to_srgb(three(v)?),
             }),
             (Type::Xyz, Values::Numbers(v)) => narrow(xyz_to_rgb(three(v)?)),
-            (Type::Blackbody, Values::Numbers(v)) => {
-                // v3 writes a temperature and a factor.
-                let (kelvin, scale) = match *v.as_slice() {
-                    [kelvin] => (kelvin, 1.0),
-                    [kelvin, scale] => (kelvin, scale),
-                    [kelvin, scale, ..] if self.dialect == Dialect::V3 => (kelvin, scale),
-                    _ => {
-                        return Err(fail(format!(
-                            "expected a temperature in kelvin, found {} values",
-                            v.len()
-                        )));
-                    }
-                };
-                if !(1.0..=1e6).contains(&kelvin) {
-                    return Err(fail(format!(
-                        "temperature {kelvin} is not between 1 and 1000000 kelvin"
-                    )));
-                }
-                let color = match (self.dialect, meaning) {
-                    (Dialect::V3, _) => spectrum::blackbody_v3(kelvin as f32),
-                    (_, Use::Emission) => spectrum::blackbody(kelvin as f32),
-                    _ => spectrum::blackbody_reflectance(kelvin as f32),
-                };
-                color.map(|c| c * scale as f32)
-            }
+            (Type::Blackbody, Values::Numbers(v)) => self.blackbody(v, meaning).map_err(fail)?,
             (Type::Spectrum, Values::Numbers(v)) => {
                 if v.is_empty() || v.len() % 2 != 0 {
                     return Err(fail(format!(
@@ -112,36 +88,9 @@ impl ParamSet {
                 self.reduced(&pairs(v), meaning, spectrum_meaning)
                     .map_err(fail)?
             }
-            (Type::Spectrum, Values::Strings(v)) => {
-                let [name] = v.as_slice() else {
-                    return Err(fail(format!(
-                        "expected the name of one spectrum, found {}",
-                        v.len()
-                    )));
-                };
-                let path = self.dir.join(name);
-                if path.is_file() {
-                    spectrum::read_spd(&path)
-                        .and_then(|pairs| self.reduced(&pairs, meaning, spectrum_meaning))
-                        .map_err(fail)?
-                } else {
-                    // v3 scenes often come without the files of measured metals they name.
-                    let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
-                    let known = known.or_else(|| self.black_for(param, name));
-                    known.ok_or_else(|| {
-                        if spectrum::is_sensor(name) {
-                            return fail(format!(
-                                "\"{name}\" is the response of a camera's sensor, not a colour; use \"rgb {}\" instead",
-                                param.name
-                            ));
-                        }
-                        fail(format!(
-                            "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
-                            param.name
-                        ))
-                    })?
-                }
-            }
+            (Type::Spectrum, Values::Strings(v)) => (self)
+                .named_spectrum(param, v, meaning, spectrum_meaning)
+                .map_err(fail)?,
             _ => {
                 return Err(fail(
                     "is no colour; expected rgb, xyz, spectrum or blackbody".to_owned(),
@@ -162,6 +111,68 @@ impl ParamSet {
         Ok(match (self.dialect, meaning) {
             (Dialect::V4, Use::Albedo) => rgb.map(|c| c.clamp(0.0, 1.0)),
             _ => rgb.map(|c| c.max(0.0)),
+        })
+    }
+
+    /// Light of a temperature; v3 writes a temperature and a factor.
+    fn blackbody(&self, values: &[f64], meaning: Use) -> Result<Rgb, String> {
+        let (kelvin, scale) = match *values {
+            [kelvin] => (kelvin, 1.0),
+            [kelvin, scale] => (kelvin, scale),
+            [kelvin, scale, ..] if self.dialect == Dialect::V3 => (kelvin, scale),
+            _ => {
+                return Err(format!(
+                    "expected a temperature in kelvin, found {} values",
+                    values.len()
+                ));
+            }
+        };
+        if !(1.0..=1e6).contains(&kelvin) {
+            return Err(format!(
+                "temperature {kelvin} is not between 1 and 1000000 kelvin"
+            ));
+        }
+        let color = match (self.dialect, meaning) {
+            (Dialect::V3, _) => spectrum::blackbody_v3(kelvin as f32),
+            (_, Use::Emission) => spectrum::blackbody(kelvin as f32),
+            _ => spectrum::blackbody_reflectance(kelvin as f32),
+        };
+        Ok(color.map(|c| c * scale as f32))
+    }
+
+    /// A spectrum known by name, or that of a file of samples.
+    fn named_spectrum(
+        &self,
+        param: &Param,
+        names: &[String],
+        meaning: Use,
+        spectrum_meaning: Meaning,
+    ) -> Result<Rgb, String> {
+        let [name] = names else {
+            return Err(format!(
+                "expected the name of one spectrum, found {}",
+                names.len()
+            ));
+        };
+        let path = self.dir.join(name);
+        if path.is_file() {
+            return spectrum::read_spd(&path)
+                .and_then(|pairs| self.reduced(&pairs, meaning, spectrum_meaning));
+        }
+        // v3 scenes often come without the files of measured metals they name.
+        let known = spectrum::named(name).or_else(|| spectrum::named_spd_file(name));
+        let known = known.or_else(|| self.black_for(param, name));
+        known.ok_or_else(|| {
+            if spectrum::is_sensor(name) {
+                return format!(
+                    "\"{name}\" is the response of a camera's sensor, not a colour; use \"rgb {}\" instead",
+                    param.name
+                );
+            }
+            format!(
+                "\"{name}\" is neither a spectrum known by name nor a file; use \"rgb {}\" instead",
+                param.name
+            )
         })
     }
 

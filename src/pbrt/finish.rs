@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::brightness;
 use super::dialect::Dialect;
@@ -92,6 +92,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             .iter()
             .map(|v| to_vertex(v, &space))
             .collect(),
+        tangents: tangents(&loader.geometry, &space),
         triangles: Vec::with_capacity(loader.geometry.triangles.len()),
         spheres: Vec::with_capacity(loader.geometry.spheres.len()),
         shapes: Vec::with_capacity(loader.geometry.shapes.len()),
@@ -154,6 +155,18 @@ fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
         n: v.n.to_array(),
         uv: v.uv.to_array(),
     }
+}
+
+fn tangents(geometry: &Geometry, space: &Space) -> Vec<[f32; 3]> {
+    let narrow = |s: &DVec3| {
+        let s = (s * space.scale).as_vec3();
+        if s.is_finite() {
+            s.to_array()
+        } else {
+            [0.0; 3]
+        }
+    };
+    geometry.tangents.iter().map(narrow).collect()
 }
 
 /// Adds the triangles that have an area, and their lights; returns how many have none, and how many

@@ -309,7 +309,9 @@ fn shift(geometry: &mut Geometry, lamp: &Lamp, distance: f64) {
                 let mut vertex = geometry.vertices[old as usize];
                 vertex.p += offset;
                 geometry.vertices.push(vertex);
-                (geometry.vertices.len() - 1) as u32
+                let new = geometry.vertices.len() - 1;
+                geometry.set_tangent(new, geometry.tangent(old as usize));
+                new as u32
             });
             geometry.triangles[i].v[corner] = new;
         }

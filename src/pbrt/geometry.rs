@@ -1,11 +1,14 @@
 //! Geometry in world space, `f64`: meshes and spheres with their orientation folded in, and
 //! instances of them.
 
+mod normal_map;
+
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
+use self::normal_map::NormalMap;
 use super::error::{Report, SceneError, Site};
 use super::lights::AreaLight;
 use super::loading::Loading;
@@ -84,6 +87,8 @@ pub(super) struct Setting {
 pub(super) struct Mesh {
     pub positions: Vec<DVec3>,
     pub normals: Option<Vec<DVec3>>,
+    /// pbrt's `S`.
+    pub tangents: Option<Vec<DVec3>>,
     pub uvs: Option<Vec<DVec2>>,
     pub triangles: Vec<[u32; 3]>,
 }
@@ -106,6 +111,7 @@ impl Mesh {
                 .normals
                 .filter(|n| n.len() == count)
                 .map(|n| n.into_iter().map(triple).collect()),
+            tangents: None,
             uvs: data
                 .uvs
                 .filter(|t| t.len() == count)
@@ -119,6 +125,8 @@ impl Mesh {
 #[derive(Debug)]
 pub(super) struct Geometry {
     pub vertices: Vec<WorldVertex>,
+    /// Of vertices; those beyond its end have none.
+    pub tangents: Vec<DVec3>,
     pub triangles: Vec<WorldTriangle>,
     pub spheres: Vec<WorldSphere>,
     pub shapes: Vec<WorldShape>,
@@ -140,6 +148,7 @@ impl Geometry {
     pub fn new(budget: &Rc<Budget>) -> Self {
         Self {
             vertices: Vec::new(),
+            tangents: Vec::new(),
             triangles: Vec::new(),
             spheres: Vec::new(),
             shapes: Vec::new(),
@@ -155,6 +164,7 @@ impl Geometry {
     /// Bytes these tables take in memory, roughly.
     pub fn bytes(&self) -> usize {
         self.vertices.len() * size_of::<WorldVertex>()
+            + self.tangents.len() * size_of::<DVec3>()
             + self.triangles.len() * size_of::<WorldTriangle>()
             + self.spheres.len() * size_of::<WorldSphere>()
     }
@@ -292,8 +302,18 @@ impl Geometry {
         };
         let base = self.vertices.len() as u32;
         let first = self.triangles.len() as u32;
+        if mesh.tangents.is_some() {
+            self.room_for_tangents(&setting.site, vertex_count)?;
+        }
+        let tangent = |i: usize| {
+            let s = mesh.tangents.as_ref().map_or(DVec3::ZERO, |s| s[i]);
+            setting.place.vector(s)
+        };
         if !unshared {
             self.vertices.extend((0..mesh.positions.len()).map(vertex));
+            for i in 0..mesh.tangents.as_ref().map_or(0, Vec::len) {
+                self.set_tangent(base as usize + i, tangent(i));
+            }
         }
         let flip = setting.reverse != setting.place.mirrors();
         let mut dropped = 0;
@@ -318,6 +338,9 @@ impl Geometry {
                         .zip(uvs)
                         .map(|(c, uv)| WorldVertex { uv, ..*c }),
                 );
+                for (corner, i) in indices.iter().enumerate() {
+                    self.set_tangent(at as usize + corner, tangent(*i as usize));
+                }
             }
             let [a, b, c] = corners;
             let side = (a.n + b.n + c.n)
@@ -361,7 +384,10 @@ impl Geometry {
         let base = self.vertices.len() as u32;
         let first_triangle = self.triangles.len() as u32;
         let first_sphere = self.spheres.len() as u32;
-        for v in &object.vertices {
+        if !object.tangents.is_empty() {
+            self.room_for_tangents(site, object.vertices.len())?;
+        }
+        for (i, v) in object.vertices.iter().enumerate() {
             let p = by.transform_point3(v.p);
             if !is_placeable(p) {
                 return Err(site.error("the current transform moves the object beyond all numbers"));
@@ -371,6 +397,7 @@ impl Geometry {
                 n: normals.apply(v.n.as_dvec3()),
                 uv: v.uv,
             });
+            self.set_tangent(base as usize + i, by.transform_vector3(object.tangent(i)));
         }
         self.triangles.extend(object.triangles.iter().map(|t| {
             let [a, b, c] = t.v.map(|i| base + i);
@@ -401,6 +428,27 @@ impl Geometry {
         Ok(())
     }
 
+    /// The tangent of a vertex; zero if it has none.
+    pub fn tangent(&self, vertex: usize) -> DVec3 {
+        self.tangents.get(vertex).copied().unwrap_or(DVec3::ZERO)
+    }
+
+    pub fn set_tangent(&mut self, vertex: usize, tangent: DVec3) {
+        if tangent != DVec3::ZERO {
+            let end = self.tangents.len().max(vertex + 1);
+            self.tangents.resize(end, DVec3::ZERO);
+            self.tangents[vertex] = tangent;
+        }
+    }
+
+    /// Takes memory for the tangents of so many further vertices: here, and in the scene's table.
+    fn room_for_tangents(&mut self, site: &Site, vertices: usize) -> Result<(), SceneError> {
+        let before = self.vertices.len() - self.tangents.len();
+        let each = size_of::<DVec3>() + size_of::<[f32; 3]>();
+        let room = self.room.add(((before + vertices) * each) as u64);
+        room.map_err(|e| site.error(e))
+    }
+
     pub fn triangle_area(&self, triangle: &WorldTriangle) -> f64 {
         let [a, b, c] = triangle.v.map(|i| self.vertices[i as usize].p);
         (b - a).cross(c - a).length() / 2.0
@@ -422,47 +470,5 @@ impl WorldSphere {
             }
         }
         sum * 4.0 * PI / (STEPS * STEPS) as f64
-    }
-}
-
-/// What vertex normals of a mesh are transformed by. Between vertices they are interpolated as long
-/// as they are, so that all keep their proportions; one factor brings them to where `f32` holds
-/// them.
-struct NormalMap {
-    /// Largest entry about 1.
-    by: DMat3,
-    /// Brings the longest normal to about 1.
-    scale: f64,
-}
-
-impl NormalMap {
-    /// `normals` may be left out if the longest is about 1.
-    fn of(by: DMat3, normals: &[DVec3]) -> Self {
-        let entries = by.to_cols_array();
-        let largest = |a: f64, b: f64| if b.is_finite() { a.max(b.abs()) } else { a };
-        Self {
-            by: by * to_about_one(entries.into_iter().fold(0.0, largest)),
-            scale: to_about_one(
-                (normals.iter())
-                    .flat_map(|n| n.to_array())
-                    .fold(0.0, largest),
-            ),
-        }
-    }
-
-    /// Zero if it is not a number.
-    fn apply(&self, n: DVec3) -> Vec3 {
-        let n = (self.by * (n * self.scale)).as_vec3();
-        if n.is_finite() { n } else { Vec3::ZERO }
-    }
-}
-
-/// The power of two that brings `x > 0` to about 1; exact, so that normals of length 1 keep their
-/// bits. 1 for 0.
-fn to_about_one(x: f64) -> f64 {
-    if x > 0.0 {
-        (-x.log2().round()).clamp(-1000.0, 1000.0).exp2()
-    } else {
-        1.0
     }
 }

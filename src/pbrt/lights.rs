@@ -34,14 +34,7 @@ pub(super) fn build(
     tables: &mut Tables,
     report: &mut Report,
 ) -> Result<Option<WorldLight>, SceneError> {
-    let placed = |p: DVec3| {
-        let p = ctm.transform_point3(p);
-        if p.is_finite() {
-            Ok(p)
-        } else {
-            Err(set.error("its position overflows"))
-        }
-    };
+    let placed = |p: DVec3| placed(set, ctm, p);
     let built = match kind {
         "point" => {
             let mut i = emission(set, "I")?;
@@ -54,41 +47,7 @@ pub(super) fn build(
             };
             (i, WorldLightKind::Point { p, i })
         }
-        "spot" => {
-            let cone = set.float_in("coneangle", 30.0, 0.0, 180.0)?;
-            let delta = set.float_in("conedeltaangle", 5.0, 0.0, 180.0)?;
-            let (versine_total, versine_full) = (versine(cone), versine(cone - delta));
-            let k = PI * (versine_full + versine_total);
-            let mut i = with_unit(set, emission(set, "I")?, "power", k)?;
-            if versine_total < MIN_VERSINE {
-                report.warn_at(&set.site, "its cone is empty, so it sheds no light");
-                i = [0.0; 3];
-            }
-            let from = set.point_or("from", DVec3::ZERO)?;
-            let to = set.point_or("to", DVec3::Z)?;
-            if similarity(ctm).is_none() {
-                report.warn_at(
-                    &set.site,
-                    "the cone is circular; shear and stretch of the transform only move it",
-                );
-            }
-            let axis = direction(set, ctm, to - from)?;
-            let falloff = match set.dialect {
-                Dialect::V3 => SpotFalloff::V3,
-                Dialect::V4 => SpotFalloff::V4,
-            };
-            (
-                i,
-                WorldLightKind::Spot {
-                    p: placed(from)?,
-                    axis,
-                    i,
-                    versine_total,
-                    versine_full,
-                    falloff,
-                },
-            )
-        }
+        "spot" => spot(set, ctm, report)?,
         "distant" => {
             let mut l = emission(set, "L")?;
             l = with_unit(set, l, "illuminance", 1.0)?;
@@ -119,6 +78,53 @@ pub(super) fn build(
         origin: set.site.origin(),
         kind,
     }))
+}
+
+fn placed(set: &ParamSet, ctm: &DAffine3, p: DVec3) -> Result<DVec3, SceneError> {
+    let p = ctm.transform_point3(p);
+    if p.is_finite() {
+        Ok(p)
+    } else {
+        Err(set.error("its position overflows"))
+    }
+}
+
+fn spot(
+    set: &ParamSet,
+    ctm: &DAffine3,
+    report: &mut Report,
+) -> Result<([f32; 3], WorldLightKind), SceneError> {
+    let cone = set.float_in("coneangle", 30.0, 0.0, 180.0)?;
+    let delta = set.float_in("conedeltaangle", 5.0, 0.0, 180.0)?;
+    let (versine_total, versine_full) = (versine(cone), versine(cone - delta));
+    let k = PI * (versine_full + versine_total);
+    let mut i = with_unit(set, emission(set, "I")?, "power", k)?;
+    if versine_total < MIN_VERSINE {
+        report.warn_at(&set.site, "its cone is empty, so it sheds no light");
+        i = [0.0; 3];
+    }
+    let from = set.point_or("from", DVec3::ZERO)?;
+    let to = set.point_or("to", DVec3::Z)?;
+    if similarity(ctm).is_none() {
+        report.warn_at(
+            &set.site,
+            "the cone is circular; shear and stretch of the transform only move it",
+        );
+    }
+    let axis = direction(set, ctm, to - from)?;
+    let falloff = match set.dialect {
+        Dialect::V3 => SpotFalloff::V3,
+        Dialect::V4 => SpotFalloff::V4,
+    };
+    let kind = WorldLightKind::Spot {
+        p: placed(set, ctm, from)?,
+        axis,
+        i,
+        versine_total,
+        versine_full,
+        falloff,
+    };
+    Ok((i, kind))
 }
 
 /// One minus the cosine below which a cone is empty: its density over solid angle would come near

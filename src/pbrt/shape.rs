@@ -2,12 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
+use super::curves;
 use super::dialect::Dialect;
 use super::error::{Report, SceneError};
 use super::geometry::{Geometry, Mesh, Setting};
 use super::params::{ParamSet, Type};
+use super::quadrics;
 use super::textures::{TextureNames, float_param};
-use crate::pbrt::mesh::{self, MeshData, append_patches, bilinear_mesh_within};
+use crate::pbrt::mesh::{self, MeshData, Quadric, append_patches, bilinear_mesh_within};
 use crate::pbrt::ply::{self, PlyMesh};
 use crate::scene::{Alpha, AlphaTest, Param};
 
@@ -69,32 +71,23 @@ pub(super) fn build(
                 Dialect::V4 => with_patches(read, set, setting, geometry, report),
             }
         }
-        "sphere" => sphere(set, setting, geometry),
-        "disk" => {
-            let radius = set.float_in("radius", 1.0, 0.0, f64::INFINITY)?;
-            let inner = set.float_in("innerradius", 0.0, 0.0, f64::INFINITY)?;
-            let height = set.float_or("height", 0.0)?;
-            let phi_max = set.float_in("phimax", 360.0, 0.0, 360.0)?;
-            if inner >= radius {
-                return Err(set.error("has no area; \"radius\" must exceed \"innerradius\""));
-            }
-            let plain = !setting.needs_uv && setting.light.is_none();
-            let data = if plain && inner == 0.0 && phi_max == 360.0 {
-                mesh::whole_disk(radius as f32, height as f32)
-            } else {
-                mesh::disk(radius as f32, inner as f32, height as f32, phi_max as f32)
-            };
-            add_data(data, set, setting, geometry, true, report)
-        }
+        "sphere" => sphere(set, setting, geometry, report),
+        "disk" => disk(set, setting, geometry, report),
         "bilinearmesh" => bilinear(set, setting, geometry, report),
         "loopsubdiv" => subdivision(set, setting, geometry, report),
-        "cylinder" | "cone" | "paraboloid" | "hyperboloid" | "curve" | "heightfield" | "heightfield2" | "nurbs" => {
-            Err(set.error(
-                "this shape is not supported; use a plymesh or trianglemesh (also supported: sphere, disk, \
-                 bilinearmesh, loopsubdiv)",
-            ))
+        "curve" => curve(set, setting, geometry, report),
+        "heightfield" | "nurbs" if set.dialect == Dialect::V3 => {
+            match quadrics::grid(kind, set, report)? {
+                Ok(mesh) => add_data(mesh, set, setting, geometry, false, report),
+                Err(why) => left_out(set, report, &why),
+            }
         }
-        _ => Err(set.error("this shape is unknown; use trianglemesh, plymesh, sphere, disk, bilinearmesh or loopsubdiv")),
+        _ => match quadrics::quadric(kind, set)? {
+            Some(quadric) => turned(&quadric, set, setting, geometry, report),
+            None => Err(set.error(
+                "this shape is unknown; use trianglemesh, plymesh, sphere, cylinder, disk, curve, bilinearmesh or loopsubdiv",
+            )),
+        },
     }
 }
 
@@ -119,7 +112,11 @@ pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<
         (Some(Param::Constant([a, ..])), AlphaTest::NotZero) if a != 0.0 => Cut::Nothing,
         (Some(Param::Constant([a, ..])), AlphaTest::Fraction) if a >= 1.0 => Cut::Nothing,
         (Some(Param::Constant([a, ..])), _) if a <= 0.0 => Cut::Everything,
-        (Some(value), test) => Cut::Partly(Alpha { value, test }),
+        (Some(value), test) => Cut::Partly(Alpha {
+            value,
+            test,
+            shadow: None,
+        }),
     };
     let cut = cut_of(float_param(set, names, "alpha")?);
     if set.dialect == Dialect::V4 {
@@ -129,20 +126,32 @@ pub(super) fn alpha(kind: &str, set: &ParamSet, names: &TextureNames) -> Result<
         )?;
         return Ok(cut);
     }
-    // v3's shadows are cut out by both textures, everything else by "alpha" alone: visible or not
-    // would depend on who asks.
-    let shadow = cut_of(float_param(set, names, "shadowalpha")?);
-    if let Some(param) = set.find("shadowalpha")
-        && cut != Cut::Everything
-        && shadow != Cut::Nothing
-        && shadow != cut
-    {
-        return Err(set.error_at(
+    let shadow = match cut_of(float_param(set, names, "shadowalpha")?) {
+        Cut::Nothing => return Ok(cut),
+        Cut::Everything => Param::Constant([0.0; 3]),
+        Cut::Partly(alpha) => alpha.value,
+    };
+    let alpha = match cut {
+        Cut::Partly(alpha) if alpha.value != shadow => alpha,
+        Cut::Nothing => Alpha {
+            value: Param::Constant([1.0; 3]),
+            test,
+            shadow: None,
+        },
+        // Shadows are those of what is there.
+        Cut::Everything | Cut::Partly(_) => return Ok(cut),
+    };
+    if let Some(param) = set.find("shadowalpha") {
+        set.note_at(
             param,
-            "shadows other than those of the shape itself are not supported; use the same texture as for \"alpha\", or 1",
-        ));
+            "shadows other than the shape's own: pt is pbrt's picture, bdpt and chains show a mean of what \
+             subpaths meet and what they are joined through",
+        );
     }
-    Ok(cut)
+    Ok(Cut::Partly(Alpha {
+        shadow: Some(shadow),
+        ..alpha
+    }))
 }
 
 /// A shape that cannot be made: an error, but for v3, which goes on without it.
@@ -185,19 +194,14 @@ fn triangle_mesh(
     let vertices = positions.len();
     let normals = set.triples("N", Type::Normal)?;
     let normals = one_each(set, "N", normals, vertices, report);
-    if let Some(param) = set.find("S")
-        && setting.sees_tangents
-    {
-        report.warn_at(
-            &set.site_of(param),
-            "tangents \"S\" are ignored: highlights and bumps of this material lie along the texture coordinates",
-        );
-    }
+    let tangents = set.triples("S", Type::Vector3)?;
+    let tangents = one_each(set, "S", tangents, vertices, report);
     let uvs = texture_coordinates(set, vertices, report)?;
     set.accept(&["faceIndices"]);
     Ok(Ok(Mesh {
         positions,
         normals,
+        tangents: tangents.filter(|_| setting.sees_tangents),
         uvs,
         triangles,
     }))
@@ -318,20 +322,70 @@ fn with_patches(
     add_data(mesh, set, setting, geometry, false, report)
 }
 
-fn sphere(set: &ParamSet, setting: &Setting, geometry: &mut Geometry) -> Result<(), SceneError> {
+fn sphere(
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
     let radius = set.float_or("radius", 1.0)?;
     if radius <= 0.0 {
         return Err(set.error(format_args!("radius {radius} is not positive")));
     }
-    let partial = set.float_or("zmin", -radius)? > -radius
-        || set.float_or("zmax", radius)? < radius
-        || set.float_or("phimax", 360.0)? < 360.0;
-    if partial {
-        return Err(set.error(
-            "partial spheres (zmin, zmax, phimax) are not supported; use a whole sphere, or a plymesh of the part",
-        ));
+    match quadrics::part_of_sphere(set, radius)? {
+        Some(part) => turned(&part, set, setting, geometry, report),
+        None => geometry.add_sphere(setting, radius),
     }
-    geometry.add_sphere(setting, radius)
+}
+
+fn turned(
+    quadric: &Quadric,
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let data = quadric.mesh(quadrics::phi_max(set)?, setting.needs_uv);
+    add_data(data, set, setting, geometry, true, report)
+}
+
+fn curve(
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let pieces = match curves::pieces(set, report)? {
+        Ok(pieces) => pieces,
+        Err(why) => {
+            report.warn_at(&set.site, format_args!("{why}; it is left out, as in pbrt"));
+            set.accept_all();
+            return Ok(());
+        }
+    };
+    let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
+    let data = mesh::curve(&pieces, &mut |n| room.add(n)).map_err(|e| set.error(e))?;
+    drop(room);
+    add_data(data, set, setting, geometry, true, report)
+}
+
+fn disk(
+    set: &ParamSet,
+    setting: &Setting,
+    geometry: &mut Geometry,
+    report: &mut Report,
+) -> Result<(), SceneError> {
+    let radius = set.float_or("radius", 1.0)?;
+    let inner = set.float_or("innerradius", 0.0)?.max(0.0);
+    let height = set.float_or("height", 0.0)?;
+    let phi_max = quadrics::phi_max(set)?.to_degrees();
+    let plain = !setting.needs_uv && setting.light.is_none();
+    let data = if plain && inner == 0.0 && phi_max == 360.0 {
+        mesh::whole_disk(radius as f32, height as f32)
+    } else {
+        mesh::disk(radius as f32, inner as f32, height as f32, phi_max as f32)
+    };
+    add_data(data, set, setting, geometry, true, report)
 }
 
 fn narrow(v: &[DVec3]) -> Vec<[f32; 3]> {

@@ -9,6 +9,7 @@ mod lenience;
 mod lights;
 mod names;
 mod quads;
+mod shapes;
 mod space;
 mod tolerance;
 mod unsupported;

@@ -68,6 +68,14 @@ impl Place {
         }
     }
 
+    /// As in pbrt it does not depend on where the vector is.
+    pub fn vector(&self, v: DVec3) -> DVec3 {
+        match self {
+            Self::Affine(t) => t.transform_vector3(v),
+            Self::Projective(m) => DMat3::from_mat4(*m) * v,
+        }
+    }
+
     /// What normals are multiplied by: see [`normal_matrix`]. As in pbrt it does not depend on
     /// where they are.
     pub fn normals(&self) -> DMat3 {

@@ -80,7 +80,7 @@ pub(super) fn integrator(
                 | set.bool_or("visualizeweights", false)?;
         }
         "lightpath" => settings.kind = IntegratorKind::Lt,
-        "sppm" => replaced(report, "multiplexed Metropolis light transport"),
+        "sppm" => replaced(report, "samples and chains (auto)"),
         _ => {
             return Err(set.error("this integrator is unknown; use mlt, path, bdpt or lightpath"));
         }

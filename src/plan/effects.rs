@@ -64,6 +64,7 @@ pub enum Effect {
 }
 
 impl Effect {
+    /// As `inspect` tells it; unlike [`Forced::name`] not a word of the command line.
     pub fn name(self) -> &'static str {
         match self {
             Effect::Surface(kind) => kind.name(),
@@ -194,6 +195,7 @@ pub enum Forced {
 }
 
 impl Forced {
+    /// Every group, in the order of the command line's help.
     pub const ALL: [Forced; 15] = [
         Forced::All,
         Forced::Surfaces,
@@ -243,6 +245,7 @@ pub struct Effects {
 /// A member of [`Effects`], for reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Member {
+    /// [`Effect::name`].
     pub effect: &'static str,
     /// Such as `material "Pot1", scene.pbrt:42`.
     pub reason: String,
@@ -401,6 +404,7 @@ impl Effects {
         }
     }
 
+    /// Whether the scene calls for the effect, or it was forced.
     pub fn has(&self, effect: Effect) -> bool {
         self.reasons.contains_key(&effect)
     }
@@ -434,6 +438,7 @@ impl Effects {
         }
     }
 
+    /// All of them with their reasons, in the order of [`Effect`].
     pub fn members(&self) -> Vec<Member> {
         let member = |(effect, reason): (&Effect, &String)| Member {
             effect: effect.name(),

@@ -25,15 +25,15 @@ pub struct Layout {
     pub camera_bounce: usize,
     /// If there are mixtures, one sample for every surface vertex that scatters or is joined; they
     /// choose components.
-    pub camera_label: usize,
+    pub camera_component: usize,
     /// One sample, if there are several lights.
     pub light_choice: usize,
     /// Four samples: position and direction.
     pub emission: usize,
     /// As [`Self::camera_bounce`], of the light subpath.
     pub light_bounce: usize,
-    /// As [`Self::camera_label`].
-    pub light_label: usize,
+    /// As [`Self::camera_component`].
+    pub light_component: usize,
     /// One sample for every vertex that is joined, if there are several lights.
     pub connection_choice: usize,
     /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed
@@ -57,8 +57,8 @@ pub struct Layout {
 pub struct Strides {
     /// Of bounces.
     pub bounce: usize,
-    /// Of labels.
-    pub label: usize,
+    /// Of choices of components.
+    pub component: usize,
     /// Of what joins a camera vertex to a light, or a light vertex to the camera.
     pub connection: usize,
 }
@@ -69,7 +69,7 @@ pub struct Vertices {
     /// Surface vertices of the camera subpath.
     pub camera: usize,
     /// Of these, those that scatter or are joined.
-    pub camera_labels: usize,
+    pub camera_components: usize,
     /// Surface vertices of the light subpath.
     pub light: usize,
     /// Camera vertices that are joined to lights.
@@ -100,7 +100,7 @@ impl Layout {
         let strategy = next.take(usize::from(strategies.len() > 1));
         let vertices = Vertices {
             camera: depth + 1,
-            camera_labels: depth,
+            camera_components: depth,
             light: light * depth,
             direct: 0,
             seen: 0,
@@ -118,29 +118,29 @@ impl Layout {
     }
 
     /// Of path-traced paths of up to `max_depth` scattering events. Every vertex that scatters has
-    /// its bounce, its point on a light and its label in one place.
+    /// its bounce, its point on a light and its choice of a component in one place.
     pub fn unidirectional(plan: &Plan, max_depth: u32) -> Self {
         let mut next = Dimensions::default();
         let start = Self::start(plan, 0, &mut next);
         let camera_bounce = next.0;
         let connection_choice = camera_bounce + plan.per_bounce;
         let connection = connection_choice + plan.light_choice();
-        let camera_label = connection + 2;
-        let stride = camera_label + plan.labels() - camera_bounce;
+        let camera_component = connection + 2;
+        let stride = camera_component + plan.components() - camera_bounce;
         next.take(max_depth as usize * stride);
         Self {
             camera_bounce,
-            camera_label,
+            camera_component,
             light_choice: next.0,
             emission: next.0,
             light_bounce: next.0,
-            light_label: next.0,
+            light_component: next.0,
             connection_choice,
             connection,
             camera_point: next.0,
             strides: Strides {
                 bounce: stride,
-                label: stride,
+                component: stride,
                 connection: stride,
             },
             total: next.0,
@@ -170,19 +170,19 @@ impl Layout {
 
     /// Both subpaths, one part after another; the vertex that ends one does not scatter.
     fn subpaths(plan: &Plan, strategy: usize, vertices: Vertices, next: &mut Dimensions) -> Self {
-        let label = plan.labels();
+        let component = plan.components();
         let light = usize::from(vertices.light > 0);
         let start = Self::start(plan, strategy, next);
         Self {
             camera_bounce: next.take(vertices.camera.saturating_sub(1) * plan.per_bounce),
-            camera_label: next.take(vertices.camera_labels * label),
+            camera_component: next.take(vertices.camera_components * component),
             light_choice: next.take(light * plan.light_choice()),
             emission: next.take(light * 4),
             light_bounce: next.take(vertices.light.saturating_sub(1) * plan.per_bounce),
-            light_label: next.take(vertices.light * label),
+            light_component: next.take(vertices.light * component),
             strides: Strides {
                 bounce: plan.per_bounce,
-                label: 1,
+                component: 1,
                 connection: 0,
             },
             ..start
@@ -208,12 +208,18 @@ impl Layout {
             ("raster position", self.raster..self.lens),
             ("lens", self.lens..self.wavelength),
             ("wavelength", self.wavelength..self.camera_bounce),
-            ("camera bounces", self.camera_bounce..self.camera_label),
-            ("camera components", self.camera_label..self.light_choice),
+            ("camera bounces", self.camera_bounce..self.camera_component),
+            (
+                "camera components",
+                self.camera_component..self.light_choice,
+            ),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
-            ("light bounces", self.light_bounce..self.light_label),
-            ("light components", self.light_label..self.connection_choice),
+            ("light bounces", self.light_bounce..self.light_component),
+            (
+                "light components",
+                self.light_component..self.connection_choice,
+            ),
             (
                 "choice of connected light",
                 self.connection_choice..self.connection,
@@ -230,7 +236,7 @@ impl Plan {
     }
 
     /// Samples that choose the component of a vertex.
-    fn labels(&self) -> usize {
+    fn components(&self) -> usize {
         usize::from(self.mixtures)
     }
 }

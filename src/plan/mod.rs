@@ -60,12 +60,17 @@ pub struct Plan {
 /// The plan for paths with `depth` scattering events.
 #[derive(Clone, Debug)]
 pub struct DepthPlan {
+    /// Scattering events `k` of a path; 0 sees lights directly.
     pub depth: u32,
     /// Numbers of light vertices `s` of the strategies `(s, depth + 2 - s)` that can carry light,
     /// ascending.
     pub strategies: Vec<u32>,
     /// How paths choose among them.
     pub choice: Choice,
+    /// The most of a contribution's mean channel that independent samples keep where they share
+    /// the light of this depth with chains, see `transport::share`; 0 if they do not.
+    pub kept: f32,
+    /// Where each primary sample of a multiplexed path of this depth lies.
     pub layout: Layout,
 }
 
@@ -119,6 +124,7 @@ impl Plan {
         DepthPlan {
             depth,
             choice: Choice::uniform(&strategies),
+            kept: 0.0,
             strategies,
             layout,
         }

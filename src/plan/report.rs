@@ -8,21 +8,26 @@ use std::ops::Range;
 /// A plan as figures and names; serialises.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanReport {
+    /// Effects that run, and what calls for them.
     pub effects: Vec<Member>,
     /// Effects that do not run.
     pub absent: Vec<&'static str>,
     /// What hit points carry.
     pub vertex_fields: Vec<&'static str>,
+    /// [`Plan::per_bounce`].
     pub samples_per_bounce: usize,
+    /// By depth, from 0.
     pub depths: Vec<DepthReport>,
 }
 
 /// [`DepthPlan`] as figures and names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DepthReport {
+    /// Scattering events of its paths.
     pub depth: u32,
     /// Light vertices of each strategy; `depth + 2 - s` are the camera's.
     pub strategies: Vec<u32>,
+    /// Of a multiplexed path.
     pub primary_samples: usize,
     /// What they are for.
     pub parts: Vec<PartReport>,
@@ -31,12 +36,16 @@ pub struct DepthReport {
 /// Primary samples `first` to `end - 1`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartReport {
+    /// Such as `light bounces`.
     pub purpose: &'static str,
+    /// The first of them.
     pub first: usize,
+    /// One past the last.
     pub end: usize,
 }
 
 impl PlanReport {
+    /// What is told of a plan.
     pub fn of(plan: &Plan) -> Self {
         Self {
             effects: plan.effects.members(),

@@ -7,13 +7,15 @@ use crate::transport::paths::Side;
 /// The densities of a direction that was sampled, in both precisions.
 #[derive(Clone, Copy, Debug)]
 pub struct Densities {
+    /// Subpath that sampled it.
     pub side: Side,
-    /// PathVertex of the subpath; 1 is its first on a surface.
+    /// Vertex of the subpath; 1 is its first on a surface.
     pub vertex: usize,
-    /// PathVertex of the path, from the camera.
+    /// Vertex of the path, from the camera.
     pub joint: usize,
     /// As sampled, and the reverse.
     pub single: [f32; 2],
+    /// The same of the reference.
     pub double: [f64; 2],
 }
 

@@ -216,10 +216,10 @@ impl Probe for Witness<'_> {
         let sample = &event.sample;
         if let Some(step) = self.subpath(side).and_then(|s| s.steps.last_mut()) {
             let share = Vec3::splat(step.vertex.share);
-            let weight = sample.weight.mul_elem(share) * event.adjoint;
+            let throughput = sample.throughput.mul_elem(share) * event.adjoint;
             step.sampled = Some(Sampled {
                 wi: event.wi.lane(0),
-                weight: weight.lane(0),
+                throughput: throughput.lane(0),
                 pdf: sample.pdf.lane(0),
                 pdf_reverse: sample.pdf_reverse.lane(0),
             });
@@ -240,7 +240,7 @@ impl Probe for Witness<'_> {
             self.fate = Fate::Unlit;
             return;
         }
-        let [p, w] = [point.target, point.to_light].map(|v| v.lane(0));
+        let [p, w] = [point.end, point.to_light].map(|v| v.lane(0));
         self.end = Some(self.end_on(lights[0], p, w));
     }
 

@@ -6,12 +6,16 @@ use crate::transport::World;
 
 /// Records and weighs paths of a scene.
 pub struct Recorder<'a> {
+    /// Whose paths.
     pub scene: &'a Scene,
+    /// The same scene, prepared for the renderer.
     pub world: &'a World<'a>,
+    /// The same scene, in `f64`.
     pub oracle: Oracle<'a>,
 }
 
 impl<'a> Recorder<'a> {
+    /// For paths of `scene`, of which `world` was made.
     pub fn new(scene: &'a Scene, world: &'a World<'a>) -> Self {
         Self {
             scene,

@@ -14,10 +14,13 @@ use serde::Serialize;
 /// A path, step by step. Lengths are in internal space (see [`crate::scene`]), colours linear sRGB.
 #[derive(Clone, Debug, Serialize)]
 pub struct PathReport {
+    /// Scattering events.
     pub depth: u32,
-    /// Strategy: light vertices `s`, camera vertices `t`; and how many the depth chooses among.
+    /// Light vertices of the strategy.
     pub s: u32,
+    /// Camera vertices of the strategy.
     pub t: u32,
+    /// Strategies that the depth chooses among.
     pub strategies: usize,
     /// Probability of this one.
     pub strategy_probability: f32,
@@ -25,19 +28,21 @@ pub struct PathReport {
     pub samples: Vec<f32>,
     /// Those of the same path where strategies are chosen uniformly.
     pub uniform_samples: Vec<f32>,
+    /// What each of them is for, in order.
     pub layout: Vec<SampleRange>,
     /// Of a path in a scene with dispersion, in nanometres.
     pub wavelength: Option<f32>,
     /// What its light is multiplied by, if a surface that disperses light scatters it.
     pub colour: Option<[f32; 3]>,
+    /// [`Fate`] in words.
     pub fate: String,
     /// Of the joined vertices; `None` if no visibility ray was traced.
     pub visible: Option<bool>,
     /// The contribution was not finite, or negative, and was replaced by 0.
     pub rejected: bool,
-    /// What the render sees: raster position, and contribution with MIS weight and choice of
-    /// strategy.
+    /// Raster position, in pixels.
     pub raster: [f32; 2],
+    /// Linear sRGB, as in [`Splat`](crate::transport::Splat): 0 if something is in the way.
     pub contribution: [f32; 3],
     /// In order of the walk: the camera subpath, then the light subpath.
     pub vertices: Vec<VertexReport>,
@@ -50,32 +55,46 @@ pub struct PathReport {
 /// Some primary samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct SampleRange {
+    /// As [`Layout::parts`](crate::plan::Layout::parts) calls it.
     pub name: &'static str,
+    /// Index of the first.
     pub first: usize,
+    /// How many, at least 1.
     pub count: usize,
 }
 
-/// A vertex of a subpath, in `f32`. PathVertex 0 is on the lens, or where the light subpath starts.
+/// A vertex of a subpath, in `f32`. Vertex 0 is on the lens, or where the light subpath starts.
 #[derive(Clone, Debug, Serialize)]
 pub struct VertexReport {
+    /// `camera` or `light`.
     pub subpath: &'static str,
+    /// Number in the subpath, from 0.
     pub vertex: usize,
+    /// Internal space.
     pub position: [f32; 3],
-    /// Unit normals, geometric and for shading.
+    /// Unit geometric normal; `None` where there is no surface.
     pub ng: Option<[f32; 3]>,
+    /// Unit shading normal; `None` where there is no surface.
     pub ns: Option<[f32; 3]>,
+    /// Name of the kernel; `None` where there is no surface.
     pub bsdf: Option<&'static str>,
+    /// Name of the material, empty if it has none; `None` where there is no surface.
     pub material: Option<String>,
+    /// Triangles first, then spheres; `None` where there is no surface.
     pub primitive: Option<u32>,
+    /// The light that the vertex is on, an index into the scene's; `None` for any other.
     pub light: Option<u32>,
     /// Throughput on arrival, of vertex 0 on leaving.
     pub beta: [f32; 3],
-    /// Running sums of multiple importance sampling on arrival.
+    /// `dVCM` on arrival ([`Partial`](crate::transport::mis::Partial)).
     pub d_vcm: Option<f32>,
+    /// `dVC` on arrival.
     pub d_vc: Option<f32>,
-    /// Unit direction in which the subpath goes on, with its densities over solid angle.
+    /// Unit direction in which the subpath goes on; `None` at its end.
     pub direction: Option<[f32; 3]>,
+    /// Density of `direction` over solid angle; a camera of parallel rays has it over area.
     pub pdf: Option<f32>,
+    /// Density of the way back.
     pub pdf_reverse: Option<f32>,
     /// How far the vertex is from where `f64` finds it from the same primary samples.
     pub moved: Option<f64>,
@@ -84,12 +103,16 @@ pub struct VertexReport {
 /// How a path meets a light, in both precisions.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeetingReport {
+    /// Index into the scene's lights.
     pub light: u32,
+    /// Throughputs and sampled densities along the path, MIS weight and contribution.
     pub figures: Vec<Figure>,
+    /// One for each strategy of the depth.
     pub densities: Vec<DensityReport>,
-    /// Largest relative changes of contribution and MIS weight as vertices move by what `f32`
-    /// makes of positions.
+    /// Largest relative change of the contribution as vertices move by what `f32` makes of
+    /// positions.
     pub contribution_moves: f64,
+    /// The same of the MIS weight.
     pub weight_moves: f64,
 }
 
@@ -97,11 +120,17 @@ pub struct MeetingReport {
 /// primary samples; with relative errors of the first.
 #[derive(Clone, Debug, Serialize)]
 pub struct Figure {
+    /// What it is.
     pub name: String,
+    /// In `f32`, by the renderer.
     pub single: f32,
+    /// In `f64`, from the vertices that `f32` found.
     pub by_vertices: f64,
+    /// Relative error of `single` against it.
     pub vertices_error: f64,
+    /// In `f64`, from the primary samples; `None` if they cannot be followed.
     pub by_samples: Option<f64>,
+    /// Relative error of `single` against it.
     pub samples_error: Option<f64>,
 }
 
@@ -109,11 +138,17 @@ pub struct Figure {
 /// the sum, the MIS weight.
 #[derive(Clone, Debug, Serialize)]
 pub struct DensityReport {
+    /// Light vertices.
     pub s: u32,
+    /// Camera vertices.
     pub t: u32,
+    /// Density, from the vertices that `f32` found.
     pub by_vertices: f64,
+    /// Its part of the sum.
     pub weight_by_vertices: f64,
+    /// Density, from the primary samples; `None` if they cannot be followed.
     pub by_samples: Option<f64>,
+    /// Its part of the sum.
     pub weight_by_samples: Option<f64>,
 }
 

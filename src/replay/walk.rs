@@ -10,6 +10,7 @@ use std::fmt;
 /// A subpath's vertex and how the subpath came there and went on.
 #[derive(Clone, Debug)]
 pub struct SubpathVertex {
+    /// Where it is.
     pub vertex: PathVertex,
     /// Unit, to the previous vertex.
     pub wo: [f32; 3],
@@ -27,24 +28,28 @@ pub struct Sampled {
     /// Unit.
     pub wi: [f32; 3],
     /// What the throughput was multiplied by.
-    pub weight: [f32; 3],
-    /// Densities over solid angle of `wi` given `wo`, and of the reverse.
+    pub throughput: [f32; 3],
+    /// Density of `wi` given `wo`, over solid angle.
     pub pdf: f32,
+    /// Density of `wo` given `wi`, over solid angle.
     pub pdf_reverse: f32,
 }
 
 /// A subpath: where it starts, and its vertices on surfaces.
 #[derive(Clone, Debug)]
 pub struct Subpath {
+    /// On the lens, or where the light subpath leaves.
     pub origin: [f32; 3],
     /// Unit.
     pub direction: [f32; 3],
+    /// Throughput on leaving.
     pub beta: [f32; 3],
     /// Camera: density of the ray over solid angle, or over area of the film plane if it is
     /// orthographic. Light: 0.
     pub pdf: f32,
     /// Light: index into the scene's lights; camera: [`NONE`](crate::scene::NONE).
     pub light: u32,
+    /// In order; the vertex at `origin` is not among them.
     pub steps: Vec<SubpathVertex>,
 }
 
@@ -107,6 +112,7 @@ impl fmt::Display for Fate {
 /// How a path meets a light.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
+    /// Where on the light.
     pub end: End,
     /// MIS weight.
     pub weight: f32,
@@ -126,8 +132,9 @@ pub struct Chosen {
 /// A path from its primary samples.
 #[derive(Clone, Debug)]
 pub struct Walk {
-    /// Strategy: light vertices `s`, camera vertices `t`.
+    /// Light vertices of the strategy.
     pub s: u32,
+    /// Camera vertices.
     pub t: u32,
     /// Strategies that the depth chooses among.
     pub choices: usize,
@@ -139,18 +146,21 @@ pub struct Walk {
     pub camera: Option<Subpath>,
     /// `None` if `s < 2`.
     pub light: Option<Subpath>,
+    /// How far it came.
     pub fate: Fate,
     /// One, if the path is whole; one for each environment if a camera subpath has left a scene
     /// with several.
     pub meetings: Vec<Meeting>,
     /// Where the path meets the lens if `t = 1`.
     pub lens: [f32; 3],
+    /// Raster position it contributes to, in pixels.
     pub raster: [f32; 2],
     /// Of the joined vertices; `None` if no ray asked: nothing is joined, or the contribution is
     /// zero anyway.
     pub visible: Option<bool>,
     /// As in [`Splat`](crate::transport::Splat).
     pub rgb: [f32; 3],
+    /// As in [`Splat`](crate::transport::Splat): the contribution was replaced by 0.
     pub rejected: bool,
 }
 

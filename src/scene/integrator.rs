@@ -13,7 +13,7 @@ pub struct IntegratorSettings {
     pub mutations_per_pixel: u64,
     /// Markov chains over all depths.
     pub chains: u64,
-    /// Independent paths that start the chains: per depth (`mmlt`), or in all (`pssmlt`).
+    /// Independent paths that start the chains: per depth (`mmlt`, `auto`), or in all (`pssmlt`).
     pub bootstrap_samples: u64,
     /// Of a mutation that forgets where the chain was, 0 to 1.
     pub large_step_probability: f32,
@@ -28,6 +28,9 @@ pub struct IntegratorSettings {
 /// The integrators; [`Self::title`] has their names in full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
+    /// Bidirectional path tracing, multiplexed Metropolis light transport, or both: a pilot
+    /// decides.
+    Auto,
     /// Multiplexed Metropolis light transport.
     Mmlt,
     /// Path tracing.
@@ -42,7 +45,8 @@ pub enum IntegratorKind {
 
 impl IntegratorKind {
     /// Every one, in the order of reports.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
+        Self::Auto,
         Self::Mmlt,
         Self::Pt,
         Self::Lt,
@@ -54,6 +58,7 @@ impl IntegratorKind {
     /// As flags and figures have it.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::Mmlt => "mmlt",
             Self::Pt => "pt",
             Self::Lt => "lt",
@@ -66,6 +71,9 @@ impl IntegratorKind {
     /// In words.
     pub fn title(self) -> &'static str {
         match self {
+            Self::Auto => {
+                "independent samples where they suffice, chains where they pay: bdpt and mmlt"
+            }
             Self::Mmlt => "multiplexed Metropolis light transport",
             Self::Pt => "path tracing",
             Self::Lt => "light tracing",
@@ -79,9 +87,9 @@ impl IntegratorKind {
         }
     }
 
-    /// True if it mutates paths; the others make independent samples.
+    /// True if it mutates paths, or may do so; the others make independent samples.
     pub fn mutates(self) -> bool {
-        matches!(self, Self::Mmlt | Self::Pssmlt(_))
+        matches!(self, Self::Auto | Self::Mmlt | Self::Pssmlt(_))
     }
 }
 
@@ -105,7 +113,7 @@ impl Default for IntegratorSettings {
     /// makes.
     fn default() -> Self {
         Self {
-            kind: IntegratorKind::Mmlt,
+            kind: IntegratorKind::Auto,
             max_depth: 5,
             pixel_samples: 16,
             mutations_per_pixel: 100,

@@ -14,7 +14,9 @@ pub struct Material {
     pub name: String,
     /// Where it was made (`scene.pbrt:42`), for reports.
     pub origin: String,
+    /// What scatters light.
     pub kind: MaterialKind,
+    /// What tilts shading normals, if anything does.
     pub bump: Option<Bump>,
 }
 
@@ -22,10 +24,18 @@ pub struct Material {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bump {
     /// v3 `bumpmap`, v4 `displacement`: a height along the normal, in lengths of the scene file.
-    Height { height: Param, tangents: Tangents },
+    Height {
+        /// Of the surface, in any channel: a number.
+        height: Param,
+        /// What it is measured along.
+        tangents: Tangents,
+    },
     /// v4 `normalmap`: an image of directions, `(1 + x) / 2` in each channel, `x` along dp/du, `z`
     /// along the normal.
-    Normal { image: u32 },
+    Normal {
+        /// Index into the scene's images.
+        image: u32,
+    },
 }
 
 /// What heights are measured along on meshes with vertex normals.
@@ -45,7 +55,10 @@ pub enum MaterialKind {
     /// Several materials in one place, their BSDFs added up with a weight each: `mix` of both
     /// dialects, v3's `uber` and `translucent`. At most [`MAX_COMPONENTS`], none of them an
     /// interface; nested at most [`MAX_NESTING`] deep.
-    Mixture { components: Vec<Component> },
+    Mixture {
+        /// At least one.
+        components: Vec<Component>,
+    },
     /// `interface`, v3 `""` and `none`: rays pass as if nothing were there.
     Interface,
 }
@@ -191,14 +204,17 @@ pub struct Component {
 /// A weight of a component, per channel, clamped to [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weight {
+    /// This amount.
     Amount(Param),
     /// What that amount leaves of 1.
     Rest(Param),
 }
 
 impl Weight {
+    /// The whole of a BSDF.
     pub const ONE: Weight = Weight::Amount(Param::Constant([1.0; 3]));
 
+    /// The amount, of either kind.
     pub fn param(&self) -> Param {
         let (Weight::Amount(param) | Weight::Rest(param)) = *self;
         param
@@ -209,8 +225,11 @@ impl Weight {
 /// without it, it is the Trowbridge-Reitz alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
+    /// Along increasing `u`.
     pub u: Param,
+    /// Across it.
     pub v: Param,
+    /// How values become alphas.
     pub remap: Remap,
 }
 

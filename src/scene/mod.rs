@@ -14,7 +14,6 @@ pub mod image;
 pub mod integrator;
 pub mod large;
 pub mod light;
-#[allow(missing_docs)]
 pub mod material;
 pub mod parameters;
 mod resize;

@@ -58,13 +58,16 @@ pub struct Shape {
     pub alpha: u32,
 }
 
-/// What is cut out of shapes. Never a constant that leaves all of a shape or nothing.
+/// What is cut out of shapes. Never a constant that leaves all of a shape or nothing, but beside
+/// shadows of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alpha {
     /// A number.
     pub value: Param,
     /// What the number means.
     pub test: AlphaTest,
+    /// v3: rays that only ask whether something is in the way pass where this is 0, too.
+    pub shadow: Option<Param>,
 }
 
 /// How a number says whether the surface is there.

@@ -39,6 +39,9 @@ pub enum Sides {
 pub struct Scene {
     /// Of all meshes.
     pub vertices: Vec<Vertex>,
+    /// Tangents of vertices, internal lengths, in place of dp/du (pbrt's `S`); zero where the mesh
+    /// has none. Vertices beyond its end have none.
+    pub tangents: Vec<[f32; 3]>,
     /// Of all meshes, shape by shape.
     pub triangles: Vec<Triangle>,
     /// Analytic ones, shape by shape.
@@ -95,6 +98,7 @@ impl Scene {
     pub fn bytes(&self) -> u64 {
         let texels = self.images.iter().map(|i| size_of_val(&i.texels[..]));
         let tables = size_of_val(&self.vertices[..])
+            + size_of_val(&self.tangents[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.shapes[..])

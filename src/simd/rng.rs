@@ -26,8 +26,18 @@ pub enum Purpose {
     LightTracer = 7,
     /// As `Mutation`, `Decision` and `Seeding`, for chains that only tune others.
     Tuning = 8,
+    /// As `Decision`.
     TuningDecision = 9,
+    /// As `Seeding`.
     TuningSeeding = 10,
+    /// Samples that find out who should render what.
+    Pilot = 11,
+    /// As `Mutation`, for the chains that do.
+    PilotMutation = 12,
+    /// As `Decision`, for the pilot's chains.
+    PilotDecision = 13,
+    /// As `Seeding`, for the pilot's chains.
+    PilotSeeding = 14,
 }
 
 /// The constant half of a counter: 32 bits that mix the run's seed and the purpose.

@@ -6,24 +6,31 @@ use std::ops::{Add, Mul, Neg, Sub};
 /// `N` three-vectors.
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3<L> {
+    /// First components of all vectors.
     pub x: L,
+    /// Second components.
     pub y: L,
+    /// Third components.
     pub z: L,
 }
 
 impl<L: Lanes> Vec3<L> {
+    /// Of its components.
     #[inline(always)]
     pub fn new(x: L, y: L, z: L) -> Self {
         Self { x, y, z }
     }
+    /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(v: [f32; 3]) -> Self {
         Self::new(L::splat(v[0]), L::splat(v[1]), L::splat(v[2]))
     }
+    /// Zero vectors.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::splat([0.0; 3])
     }
+    /// Fused from the last component to the first.
     #[inline(always)]
     pub fn dot(self, o: Self) -> L {
         self.x.mul_add(o.x, self.y.mul_add(o.y, self.z * o.z))
@@ -39,6 +46,7 @@ impl<L: Lanes> Vec3<L> {
             self.x * o.y - self.y * o.x,
         )
     }
+    /// Squared length.
     #[inline(always)]
     pub fn length2(self) -> L {
         self.dot(self)
@@ -62,6 +70,7 @@ impl<L: Lanes> Vec3<L> {
     pub fn mul_elem(self, o: Self) -> Self {
         Self::new(self.x * o.x, self.y * o.y, self.z * o.z)
     }
+    /// Lane-wise `mask ? a : b`.
     #[inline(always)]
     pub fn select(mask: L::Mask, a: Self, b: Self) -> Self {
         Self::new(
@@ -88,10 +97,12 @@ impl<L: Lanes> Vec3<L> {
             .and(self.y.is_finite())
             .and(self.z.is_finite())
     }
+    /// The components.
     #[inline(always)]
     pub fn to_array(self) -> [L; 3] {
         [self.x, self.y, self.z]
     }
+    /// The vector of lane `i`.
     #[inline(always)]
     pub fn lane(self, i: usize) -> [f32; 3] {
         [self.x.lane(i), self.y.lane(i), self.z.lane(i)]
@@ -152,8 +163,11 @@ impl<L: Lanes> Neg for Vec3<L> {
 /// A right-handed orthonormal frame around `n` (local `z`).
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<L> {
+    /// Local `x`, unit.
     pub s: Vec3<L>,
+    /// Local `y`, unit.
     pub t: Vec3<L>,
+    /// Local `z`, unit: the normal.
     pub n: Vec3<L>,
 }
 
@@ -174,10 +188,12 @@ impl<L: Lanes> Frame<L> {
             n,
         }
     }
+    /// The coordinates of a world vector in the frame.
     #[inline(always)]
     pub fn to_local(&self, v: Vec3<L>) -> Vec3<L> {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
+    /// The inverse of [`Self::to_local`].
     #[inline(always)]
     pub fn to_world(&self, v: Vec3<L>) -> Vec3<L> {
         self.s.mul_add(v.x, self.t.mul_add(v.y, self.n * v.z))

@@ -8,6 +8,13 @@
 //! No two strategies ever meet the same grain, so each of them finds a vertex on the surface with
 //! probability alpha and a way through it with probability `1 - alpha`, and that is all their
 //! expectations depend on.
+//!
+//! The one exception is pbrt-v3's `shadowalpha`, by which a shape is seen and casts no shadow.
+//! There the strategies of a path do not estimate one integral: pbrt lets the ray that joins two
+//! subpaths through, and stops subpaths at the shape. So do we. The picture of `pt` is that of
+//! pbrt's path tracer. What `bdpt` and chains show is the mean of both answers, by the weights
+//! that their strategies have at each path (pbrt-v3's `bdpt` and `mlt` show such a mean as well).
+//! The loader says so.
 
 use super::texture::{self, Place};
 use crate::scene::{Alpha, AlphaTest, Image, Scene, Texture};
@@ -21,6 +28,7 @@ pub struct AlphaMasks<'a> {
 }
 
 impl<'a> AlphaMasks<'a> {
+    /// Of a scene's table [`Scene::alphas`], which it borrows; often none.
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             alphas: &scene.alphas,
@@ -31,7 +39,7 @@ impl<'a> AlphaMasks<'a> {
 
     /// Whether the surface of a primitive is there at `place`; `alpha` is that of its shape.
     pub fn is_there(&self, alpha: u32, primitive: u32, place: &Place) -> bool {
-        let Alpha { value, test } = self.alphas[alpha as usize];
+        let Alpha { value, test, .. } = self.alphas[alpha as usize];
         let [a, ..] = texture::evaluate(self.textures, self.images, value, place);
         match test {
             AlphaTest::NotZero => a != 0.0,
@@ -39,6 +47,15 @@ impl<'a> AlphaMasks<'a> {
             AlphaTest::Fraction if a >= 1.0 || a.is_nan() => true,
             AlphaTest::Fraction => grain(primitive, place.p) < a,
         }
+    }
+
+    /// Whether what is there casts a shadow.
+    pub fn casts_shadow(&self, alpha: u32, place: &Place) -> bool {
+        let shadow = self.alphas[alpha as usize].shadow;
+        shadow.is_none_or(|value| {
+            let [a, ..] = texture::evaluate(self.textures, self.images, value, place);
+            a != 0.0
+        })
     }
 }
 
@@ -61,6 +78,7 @@ mod tests {
                 alphas: &[Alpha {
                     value: Param::Constant([a; 3]),
                     test,
+                    shadow: None,
                 }],
                 textures: &[],
                 images: &[],

@@ -18,7 +18,7 @@ pub struct BsdfSample<L: Lanes> {
     /// Local, unit.
     pub wi: Vec3<L>,
     /// `f(wo, wi) |cos wi| / pdf`, cosine against the shading normal; 0 in lanes without a sample.
-    pub weight: Vec3<L>,
+    pub throughput: Vec3<L>,
     /// Density of `wi` given `wo`, solid angle. For delta BSDFs 1.
     pub pdf: L,
     /// Density of `wo` given `wi`. For delta BSDFs over `pdf`: 1, since their choice of lobe is

@@ -24,8 +24,15 @@ const STEP: f32 = 0.0005;
 /// What was looked up at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Perturbation {
-    /// Height and its derivatives along texture coordinates; internal lengths.
-    Height { height: f64, by_u: f64, by_v: f64 },
+    /// A bump map's; internal lengths.
+    Height {
+        /// Along the normal.
+        height: f64,
+        /// Change of the height along `u`.
+        by_u: f64,
+        /// Change of the height along `v`.
+        by_v: f64,
+    },
     /// Along dp/du, across it, and along the normal; of any length.
     Direction([f64; 3]),
 }

@@ -44,6 +44,7 @@ pub struct CoatLayer {
 }
 
 impl CoatLayer {
+    /// The interface reflects and refracts as a mirror does: no microfacets.
     pub fn is_smooth(&self) -> bool {
         is_smooth(self.alphas)
     }
@@ -59,11 +60,15 @@ impl CoatLayer {
 pub struct Layers {
     /// Relative to the coat.
     pub eta: [f32; 3],
+    /// Extinction, relative to the coat, RGB.
     pub k: [f32; 3],
+    /// Index of refraction of the coat, inside over outside.
     pub coat_eta: f32,
     /// `None` if smooth.
     pub coat: Option<[f32; 2]>,
+    /// Trowbridge-Reitz alphas of the conductor.
     pub conductor: [f32; 2],
+    /// Of the coat, times its extinction.
     pub thickness: f32,
     /// How often light may meet the conductor.
     pub bounces: u32,

@@ -22,6 +22,7 @@ const FEWER: [f32; 6] = [SMOOTH_ALPHA, 0.1, 0.25, 0.45, 0.75, 1.2];
 /// What a table is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Base {
+    /// Lambertian.
     Diffuse,
     /// With its alphas, if they are the same everywhere.
     Conductor(Option<[f32; 2]>),

@@ -109,6 +109,7 @@ impl Layers {
 pub struct Calibration {
     /// But for the colour of later bounces.
     pub row: [f32; 8],
+    /// What light does between the layers on its way.
     pub walk: coat::Walk,
     /// Albedo of what meets the conductor once and is not in its lobe, in the green channel.
     pub missing: f32,
@@ -139,7 +140,7 @@ fn means<const COAT: bool>(row: &[f32; 8]) -> [f32; 3] {
         // The lobe of the conductor alone: its share of samples is divided out.
         let s = sample::<f32, COAT>(row, o, [u, v, 0.0]);
         let value = eval::<f32, COAT>(row, o, s.wi);
-        if COAT && value.pdf > 0.0 && s.weight.y > 0.0 {
+        if COAT && value.pdf > 0.0 && s.throughput.y > 0.0 {
             let r = surface.reflection(o, s.wi);
             let half = ((o + s.wi).length2().sqrt() * 0.5).min(1.0);
             let coat = r.brdf * fresnel::dielectric(half, row[3]).reflectance;
@@ -419,7 +420,7 @@ fn sample<L: Lanes, const COAT: bool>(row: &[L; 8], wo: Vec3<L>, u: [L; 3]) -> B
     let valid = value.pdf.gt(L::zero()).and(sampled);
     BsdfSample {
         wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        throughput: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,
     }

@@ -112,7 +112,7 @@ impl Bsdf for Base {
         let value = Self::eval(row, up, wi, mode);
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
+            throughput: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
         }
@@ -136,7 +136,9 @@ impl Bsdf for Base {
 /// reflection is [`CoatMaterial`](super::coated_materials::CoatMaterial).
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoatedDiffuseMaterial {
+    /// Of the base, 0 to 1.
     pub reflectance: Param,
+    /// Over the base.
     pub coat: CoatLayer,
 }
 

@@ -49,9 +49,11 @@ impl BsdfMaterial for CoatMaterial {
 pub struct CoatedConductorMaterial {
     /// Relative to the coat, as `k`.
     pub eta: [f32; 3],
+    /// Extinction, RGB.
     pub k: [f32; 3],
     /// Of the conductor.
     pub alphas: [f32; 2],
+    /// Over the conductor.
     pub coat: CoatLayer,
 }
 
@@ -114,10 +116,13 @@ impl BsdfMaterial for CoatedConductorMaterial {
 /// What is under a coat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CoatedBase {
+    /// Lambertian, of this reflectance.
     Diffuse(Param),
     /// Its index is relative to the outside.
     Conductor {
+        /// Which metal.
         fresnel: ConductorFresnel,
+        /// Of the metal's own surface.
         roughness: Roughness,
     },
 }
@@ -126,6 +131,7 @@ pub enum CoatedBase {
 /// is smooth, the base alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexturedCoatMaterial {
+    /// Under the coat.
     pub base: CoatedBase,
     /// The roughness of the coat.
     pub interface: Roughness,

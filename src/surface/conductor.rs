@@ -58,7 +58,7 @@ impl Bsdf for Rough {
         let weight = reflectance(row, r.cos_h) * (r.brdf * wi.z / r.pdf);
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, wi.z * sign),
-            weight: weight.or_zero(valid),
+            throughput: weight.or_zero(valid),
             pdf: r.pdf,
             pdf_reverse: r.pdf_reverse,
         }
@@ -88,7 +88,12 @@ impl Bsdf for Rough {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConductorFresnel {
     /// Complex index of refraction (relative to the outside).
-    EtaK { eta: Param, k: Param },
+    EtaK {
+        /// Its real part.
+        eta: Param,
+        /// Its imaginary part, the extinction.
+        k: Param,
+    },
     /// v4 `reflectance`: the index with `eta = 1` whose reflectance at normal incidence is this.
     Reflectance(Param),
 }
@@ -101,6 +106,7 @@ fn k_of_reflectance(r: f32) -> f32 {
 }
 
 impl ConductorFresnel {
+    /// As [`Description::params`].
     pub fn params(&self) -> Vec<Param> {
         match self {
             Self::EtaK { eta, k } => vec![*eta, *k],
@@ -163,7 +169,9 @@ impl ConductorFresnel {
 /// v3 `metal`, v4 `conductor`: microfacet reflection, complex Fresnel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConductorMaterial {
+    /// Which metal.
     pub fresnel: ConductorFresnel,
+    /// Smooth ones are mirrors.
     pub roughness: Roughness,
 }
 

@@ -47,7 +47,7 @@ impl Bsdf for Smooth {
         let bend = inv_eta * inv_eta * (cos_i / boundary.cos_t);
         BsdfSample {
             wi: Vec3::select(reflects, reflected, refracted),
-            weight: weight.or_zero(cos_i.gt(L::zero())),
+            throughput: weight.or_zero(cos_i.gt(L::zero())),
             pdf: L::one(),
             pdf_reverse: L::select(reflects, L::one(), bend),
         }
@@ -62,11 +62,15 @@ impl Bsdf for Smooth {
 /// v3 `glass`, v4 `dielectric`: smooth, or microfacet reflection and refraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DielectricMaterial {
+    /// Multiplies what is reflected; 1 in physics.
     pub reflectance: Param,
+    /// Multiplies what is refracted; 1 in physics.
     pub transmittance: Param,
     /// Inside over outside, RGB equal; with `dispersion` it is that of the helium d line.
     pub eta: Param,
+    /// `eta` by wavelength; `None` if it is the same for all.
     pub dispersion: Option<Arc<IndexCurve>>,
+    /// Smooth ones have two delta lobes.
     pub roughness: Roughness,
 }
 

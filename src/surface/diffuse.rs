@@ -55,7 +55,7 @@ impl Bsdf for Diffuse {
         let (wi, pdf) = cosine_sample(wo, u);
         BsdfSample {
             wi,
-            weight: Vec3::new(row[0], row[1], row[2]).or_zero(pdf.gt(L::zero())),
+            throughput: Vec3::new(row[0], row[1], row[2]).or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
         }
@@ -110,7 +110,7 @@ impl Bsdf for OrenNayar {
         let weight = Vec3::new(row[0], row[1], row[2]) * Self::factor(row, wo, wi);
         BsdfSample {
             wi,
-            weight: weight.or_zero(pdf.gt(L::zero())),
+            throughput: weight.or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI),
         }
@@ -134,6 +134,7 @@ impl Bsdf for OrenNayar {
 /// v3 `matte`, v4 `diffuse`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseMaterial {
+    /// Albedo, clamped to 0 to 1.
     pub reflectance: Param,
     /// Oren-Nayar's roughness in degrees (v3 only); 0 is Lambertian.
     pub sigma: Param,

@@ -44,7 +44,7 @@ impl Bsdf for DiffuseTransmission {
         let pdf = cosine_pdf * chance;
         BsdfSample {
             wi: Vec3::new(wi.x, wi.y, L::select(reflects, wi.z, -wi.z)),
-            weight: (albedo * (L::one() / chance)).or_zero(pdf.gt(L::zero())),
+            throughput: (albedo * (L::one() / chance)).or_zero(pdf.gt(L::zero())),
             pdf,
             pdf_reverse: wo.z.abs() * L::splat(FRAC_1_PI) * chance,
         }
@@ -84,8 +84,11 @@ impl Bsdf for DiffuseTransmission {
 /// of two (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseTransmissionMaterial {
+    /// Factors of the albedo on the side the light comes from.
     pub reflectance: [Param; 2],
+    /// Factors of the albedo on the other side.
     pub transmittance: [Param; 2],
+    /// Of both albedos.
     pub scale: f32,
 }
 

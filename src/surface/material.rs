@@ -32,6 +32,7 @@ pub struct Entry {
 
 /// The materials of a scene, in the order of [`Scene::materials`].
 pub struct MaterialTable<'a> {
+    /// One a material.
     pub entries: Vec<Entry>,
     /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
@@ -53,6 +54,7 @@ pub struct MaterialTable<'a> {
 }
 
 impl<'a> MaterialTable<'a> {
+    /// Borrows the scene; rows that are the same everywhere are made here.
     pub fn new(scene: &'a Scene) -> Self {
         let mut table = Self {
             entries: Vec::new(),

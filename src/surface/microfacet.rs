@@ -44,7 +44,9 @@ pub fn unpack_halves<L: Lanes>(packed: L) -> [L; 2] {
 /// Anisotropic Trowbridge-Reitz; all directions in the upper hemisphere (`z >= 0`).
 #[derive(Clone, Copy)]
 pub struct TrowbridgeReitz<L> {
+    /// Alpha along the tangent, above 0.
     pub ax: L,
+    /// Alpha across it.
     pub ay: L,
 }
 
@@ -52,8 +54,9 @@ pub struct TrowbridgeReitz<L> {
 pub struct Reflection<L> {
     /// `D G / (4 cos_o cos_i)`, 1/sr.
     pub brdf: L,
-    /// Density of `wi` given `wo` by visible normals, and the reverse; solid angle.
+    /// Density of `wi` given `wo` by visible normals, solid angle (Heitz 2014).
     pub pdf: L,
+    /// Density of `wo` given `wi`.
     pub pdf_reverse: L,
     /// Cosine between either direction and the half vector.
     pub cos_h: L,
@@ -164,7 +167,7 @@ pub fn sample_coated<B: Bsdf, L: Lanes>(
     let valid = value.pdf.gt(L::zero());
     BsdfSample {
         wi,
-        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        throughput: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,
     }

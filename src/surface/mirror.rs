@@ -14,7 +14,7 @@ pub struct Mirror;
 pub(super) fn reflect<L: Lanes>(wo: Vec3<L>, reflectance: Vec3<L>) -> BsdfSample<L> {
     BsdfSample {
         wi: Vec3::new(-wo.x, -wo.y, wo.z),
-        weight: reflectance.or_zero(wo.z.eq(L::zero()).not()),
+        throughput: reflectance.or_zero(wo.z.eq(L::zero()).not()),
         pdf: L::one(),
         pdf_reverse: L::one(),
     }
@@ -39,6 +39,7 @@ impl Bsdf for Mirror {
 /// v3 `mirror`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MirrorMaterial {
+    /// The same at all angles.
     pub reflectance: Param,
 }
 

@@ -78,8 +78,11 @@ impl Bsdf for Plastic {
 /// v3 `plastic`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlasticMaterial {
+    /// Albedo of the Lambertian lobe.
     pub diffuse: Param,
+    /// Multiplies the glossy lobe, beside its Fresnel term.
     pub specular: Param,
+    /// Of the glossy lobe.
     pub roughness: Roughness,
 }
 

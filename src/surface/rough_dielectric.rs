@@ -118,7 +118,7 @@ impl Bsdf for Rough {
         );
         BsdfSample {
             wi,
-            weight: (colour * unmasked).or_zero(valid),
+            throughput: (colour * unmasked).or_zero(valid),
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
         }

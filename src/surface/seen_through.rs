@@ -33,6 +33,7 @@ pub struct Slopes<L> {
 const CENTRE: f32 = 0.95;
 
 impl<L: Lanes> Slopes<L> {
+    /// Of three alphas along the same axis.
     #[inline(always)]
     pub fn of([a, b, c]: [L; 3]) -> Self {
         Self {

@@ -103,8 +103,11 @@ impl Bsdf for Substrate {
 /// v3 `substrate`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SubstrateMaterial {
+    /// Albedo of the base.
     pub diffuse: Param,
+    /// Reflectance of the coat at normal incidence.
     pub specular: Param,
+    /// Of the coat.
     pub roughness: Roughness,
 }
 

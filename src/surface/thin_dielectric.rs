@@ -35,7 +35,7 @@ impl Bsdf for ThinDielectric {
         let reflected = Vec3::new(-wo.x, -wo.y, wo.z);
         BsdfSample {
             wi: Vec3::select(reflects, reflected, -wo),
-            weight: Vec3::splat([1.0; 3]).or_zero(cos.gt(L::zero())),
+            throughput: Vec3::splat([1.0; 3]).or_zero(cos.gt(L::zero())),
             pdf: L::one(),
             pdf_reverse: L::one(),
         }
@@ -52,6 +52,7 @@ impl Bsdf for ThinDielectric {
 pub struct ThinDielectricMaterial {
     /// As of [`DielectricMaterial`](super::dielectric::DielectricMaterial).
     pub eta: Param,
+    /// As of [`DielectricMaterial`](super::dielectric::DielectricMaterial).
     pub dispersion: Option<Arc<IndexCurve>>,
 }
 

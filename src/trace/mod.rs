@@ -121,13 +121,17 @@ pub enum Coherence {
 /// What a build made and took.
 #[derive(Clone, Copy, Debug)]
 pub struct Stats {
+    /// Wall clock.
     pub build_time: Duration,
     /// Inner nodes of the binary tree.
     pub nodes: usize,
-    /// Inner nodes of the wide tree, and its groups of up to eight triangles.
+    /// Inner nodes of the wide tree.
     pub nodes8: usize,
+    /// Groups of up to eight triangles, the leaves of the wide tree.
     pub blocks8: usize,
+    /// Triangles that rays can meet, but for large ones.
     pub triangles: usize,
+    /// Spheres that rays can meet, and large surfaces of either kind.
     pub spheres: usize,
     /// Levels of the binary tree, leaves included.
     pub depth: usize,
@@ -190,6 +194,7 @@ impl Tracer {
         }
     }
 
+    /// What the build of this tracer made and took.
     pub fn stats(&self) -> Stats {
         self.stats
     }

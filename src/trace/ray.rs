@@ -104,9 +104,13 @@ pub struct Ray<L: Lanes> {
 /// 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1)).
 #[derive(Clone, Copy, Debug)]
 pub struct Sheared<L> {
+    /// Origin.
     pub o: [L; 3],
+    /// Direction, as long as that of the ray.
     pub d: [L; 3],
+    /// Reciprocal direction.
     pub rd: [L; 3],
+    /// Origin times reciprocal direction.
     pub ord: [L; 3],
     /// `-d[0] / d[2]` and `-d[1] / d[2]`.
     pub shear: [L; 2],

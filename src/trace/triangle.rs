@@ -32,7 +32,9 @@ pub fn is_degenerate(p: [[f32; 3]; 3]) -> bool {
 /// A hit of some lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<L: Lanes> {
+    /// Lanes that hit.
     pub mask: L::Mask,
+    /// Distances in units of the length of `d`; only of lanes that hit.
     pub t: L,
 }
 

@@ -64,7 +64,7 @@ impl World<'_> {
             next.clear();
             for &i in &**left {
                 let ray = &rays[i as usize];
-                if let Some(origin) = self.beyond(ray, &hits[i as usize]) {
+                if let Some(origin) = self.beyond(ray, &hits[i as usize], false) {
                     let so_far = along(ray, origin);
                     passed[i as usize] = so_far;
                     beyond[i as usize] = Ray::new(origin, ray.t_max - so_far, ray.direction);
@@ -119,7 +119,7 @@ impl World<'_> {
             next.clear();
             for &i in &**left {
                 let ray = &mut beyond[i as usize];
-                if let Some(o) = self.beyond(ray, &hits[i as usize]) {
+                if let Some(o) = self.beyond(ray, &hits[i as usize], true) {
                     let d = std::array::from_fn(|c| {
                         ray.direction[c].mul_add(ray.t_max, ray.origin[c]) - o[c]
                     });
@@ -140,8 +140,9 @@ impl World<'_> {
         more
     }
 
-    /// Where a ray goes on, if its hit lies on a part of a shape that is cut out.
-    fn beyond(&self, ray: &Ray, hit: &Hit) -> Option<[f32; 3]> {
+    /// Where a ray goes on, if its hit lies on a part of a shape that is cut out, or, for `shadow`
+    /// rays, that casts none.
+    fn beyond(&self, ray: &Ray, hit: &Hit, shadow: bool) -> Option<[f32; 3]> {
         let Hit {
             t, b, primitive, ..
         } = *hit;
@@ -149,11 +150,12 @@ impl World<'_> {
             return None;
         }
         let [o, d] = [ray.origin, ray.direction].map(Vec3::splat);
-        let (there, point) = self.is_there(primitive, o, d, [t, b[0], b[1]]);
-        (!there).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
+        let (there, casts_shadow, point) = self.is_there(primitive, o, d, [t, b[0], b[1]]);
+        let stops = there && (casts_shadow || !shadow);
+        (!stops).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
     }
 
-    /// Whether a point of a shape with alpha masks is there; as for
+    /// Whether a point of a shape with alpha masks is there, and casts a shadow if so; as for
     /// [`Geometry::surface_point`](crate::geometry::Geometry::surface_point).
     fn is_there(
         &self,
@@ -161,7 +163,7 @@ impl World<'_> {
         origin: Vec3<f32>,
         direction: Vec3<f32>,
         hit: [f32; 3],
-    ) -> (bool, SurfacePoint<f32>) {
+    ) -> (bool, bool, SurfacePoint<f32>) {
         let wanted = Wanted {
             uv: true,
             tangent: false,
@@ -176,7 +178,12 @@ impl World<'_> {
             n: point.ng.lane(0),
         };
         let alpha = self.geometry.shape_of(primitive).0.alpha;
-        (self.alpha_masks.is_there(alpha, primitive, &place), point)
+        let masks = &self.alpha_masks;
+        (
+            masks.is_there(alpha, primitive, &place),
+            masks.casts_shadow(alpha, &place),
+            point,
+        )
     }
 
     /// Bits of the lanes whose point, sampled on the lane's light by `u`, is there to emit.

@@ -6,7 +6,7 @@ use super::mis::Partial;
 use super::paths::{Endpoints, Parameters, Rays, Side, Subpaths};
 use super::probe::{Arrived, Probe};
 use super::records::*;
-use super::samples::Label;
+use super::samples::ComponentSamples;
 use crate::geometry::Wanted;
 use crate::simd::{Lanes, UintLanes};
 use crate::surface::bump::{Perturbation, PerturbedFrame};
@@ -15,14 +15,14 @@ use glam::DVec3;
 
 impl World<'_> {
     /// The subpaths of `list` have hit surfaces: makes the hits their endpoints. Parameter rows of
-    /// their own go to the slot `slot`. Of mixtures `label` chooses components.
+    /// their own go to the slot `slot`. Of mixtures `component` chooses components.
     pub(super) fn arrive<L: Lanes>(
         &self,
         rays: &Rays,
         list: &[u32],
         (subpaths, dispersion): (&mut Subpaths, &mut Dispersion),
         (side, slot): (Side, usize),
-        label: Label,
+        component: ComponentSamples,
         probe: &mut impl Probe,
     ) {
         let at = (side, slot);
@@ -35,7 +35,7 @@ impl World<'_> {
         let endpoints = &mut subpaths.endpoints[side as usize];
         let parameters = &mut subpaths.parameters;
         if self.plan.mixtures {
-            self.choose_components(endpoints, parameters, at, label);
+            self.choose_components(endpoints, parameters, at, component);
         }
         // Texels have been asked for, and have had time to come.
         for &(path, material, uv) in &parameters.textured {
@@ -83,11 +83,11 @@ impl World<'_> {
         endpoints: &mut Endpoints,
         parameters: &mut Parameters,
         (side, slot): (Side, usize),
-        label: Label,
+        component: ComponentSamples,
     ) {
         let mixed = std::mem::take(&mut parameters.mixed);
         for &(path, material, uv) in &mixed {
-            let sample = label.sample(path);
+            let sample = component.sample(path);
             let place = self.place(endpoints, path, uv);
             let chosen = (self.materials).choose(material as usize, &place, sample.unwrap_or(0.0));
             let entry = self.materials.entries[chosen.material as usize];

@@ -13,7 +13,7 @@
 
 use super::World;
 use super::clock::Stage;
-use super::connect::{Joining, Techniques};
+use super::connect::{Joining, Weighing};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::kept::{Kept, KeptVertex};
@@ -21,7 +21,7 @@ use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::records::{Contribution, Splat};
 use super::samples::{Bounce, ConnectionSamples, Samples};
 pub use super::strategy::Strategy;
-use super::weigh::{Sink, TechniqueMask};
+use super::weigh::{Sink, StrategyMask};
 use crate::plan::{Layout, Vertices};
 use crate::simd::{Lanes, Row};
 
@@ -33,10 +33,13 @@ pub struct BidirectionalLayout {
     seen: Vec<Option<usize>>,
     /// Most surface vertices of a camera subpath, and of a light subpath.
     pub camera_vertices: usize,
+    /// Most surface vertices of a light subpath.
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
-    camera_labels: usize,
-    mask: TechniqueMask,
+    camera_components: usize,
+    mask: StrategyMask,
+    /// By strategy: the most of a contribution that is kept, if chains bring the rest.
+    kept: Vec<Option<f32>>,
     parts: bool,
     /// Where their primary samples are.
     pub at: Layout,
@@ -45,16 +48,27 @@ pub struct BidirectionalLayout {
 impl BidirectionalLayout {
     /// All strategies that can carry light, of all depths that the world is planned for.
     pub fn new(world: &World) -> Self {
-        Self::with(world, TechniqueMask::ALL, |_| true)
+        Self::with(world, StrategyMask::ALL, |_| true)
     }
 
     /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing
     /// competes: weights are 1. Light that reaches the camera from specular surfaces is out of
     /// reach.
     pub fn light_tracing(world: &World) -> Self {
-        Self::with(world, TechniqueMask::NONE, |strategy| {
+        Self::with(world, StrategyMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
+    }
+
+    /// The strategies of depths of which samples keep something, if `kept` is the most of a
+    /// contribution's mean channel that they keep at each depth: the rest is that of chains
+    /// ([`DepthPlan::kept`](crate::plan::DepthPlan::kept)). Infinity keeps all of it, 0 nothing.
+    pub fn sharing(world: &World, kept: &[f32]) -> Self {
+        let of = |strategy: Strategy| kept[strategy.depth() as usize];
+        let mut layout = Self::with(world, StrategyMask::ALL, |strategy| of(strategy) > 0.0);
+        let bounds = layout.strategies.iter().map(|strategy| of(*strategy));
+        layout.kept = bounds.map(|b| b.is_finite().then_some(b)).collect();
+        layout
     }
 
     /// Asks evaluations for [`Splats::parts`], too.
@@ -63,7 +77,7 @@ impl BidirectionalLayout {
         self
     }
 
-    fn with(world: &World, mask: TechniqueMask, runs: impl Fn(Strategy) -> bool) -> Self {
+    fn with(world: &World, mask: StrategyMask, runs: impl Fn(Strategy) -> bool) -> Self {
         let plan = &world.plan;
         let mut strategies = Vec::new();
         let mut seen = Vec::new();
@@ -87,12 +101,12 @@ impl BidirectionalLayout {
         let camera_vertices = most(1, &|_| true);
         let light_vertices = most(0, &|_| true);
         let joined = most(1, &|strategy| strategy.s > 0);
-        let camera_labels = joined.max(camera_vertices.saturating_sub(1));
+        let camera_components = joined.max(camera_vertices.saturating_sub(1));
 
         let by_choice = usize::from(world.camera.connects_by_choice());
         let vertices = Vertices {
             camera: camera_vertices,
-            camera_labels,
+            camera_components,
             light: light_vertices,
             direct: most(1, &|strategy| strategy.s == 1),
             seen: by_choice * most(0, &|strategy| strategy.t == 1),
@@ -101,8 +115,9 @@ impl BidirectionalLayout {
             seen,
             camera_vertices,
             light_vertices,
-            camera_labels,
+            camera_components,
             mask,
+            kept: vec![None; strategies.len()],
             parts: false,
             at: Layout::bidirectional(plan, vertices),
             strategies,
@@ -112,6 +127,14 @@ impl BidirectionalLayout {
     /// The strategies that run, by depth, then by light vertices.
     pub fn strategies(&self) -> &[Strategy] {
         &self.strategies
+    }
+
+    /// Rays of a path that is not cut short, with the strategies of depths that are chosen alone.
+    pub fn rays(&self, chosen: impl Fn(u32) -> bool) -> f64 {
+        let chosen = || (self.strategies.iter()).filter(|strategy| chosen(strategy.depth()));
+        let most = |side: usize| chosen().map(|s| s.surfaces()[side]).max().unwrap_or(0);
+        let joined = chosen().filter(|strategy| strategy.s > 0).count();
+        (most(0) + most(1) + joined) as f64
     }
 
     /// Rows of the sample matrix.
@@ -243,14 +266,14 @@ impl World<'_> {
                 lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
-            let label = Some(Bounce::at(
-                layout.at.light_label + wave * layout.at.strides.label,
+            let component = Some(Bounce::at(
+                layout.at.light_component + wave * layout.at.strides.component,
             ));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Light, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
@@ -332,28 +355,39 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             // Lights that are seen directly are seen by no other strategy.
             let mask = if wave == 0 {
-                TechniqueMask::NONE
+                StrategyMask::NONE
             } else {
                 layout.mask
             };
             if let Some(index) = seen {
                 let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
-                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                let sink = sink(
+                    self,
+                    layout,
+                    (&mut paths.splats, &paths.dispersion),
+                    (None, index),
+                );
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
-            let label = (wave < layout.camera_labels)
-                .then(|| Bounce::at(layout.at.camera_label + wave * layout.at.strides.label));
+            let component = (wave < layout.camera_components).then(|| {
+                Bounce::at(layout.at.camera_component + wave * layout.at.strides.component)
+            });
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Camera, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             if let Some(index) = seen {
                 let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
-                let sink = sink(self, &mut paths.splats, &paths.dispersion, (None, index));
+                let sink = sink(
+                    self,
+                    layout,
+                    (&mut paths.splats, &paths.dispersion),
+                    (None, index),
+                );
                 let (list, lit) = (&lists.emission, &mut lists.scratch);
                 self.emission::<L>(from, list, lit, (mask, 1.0), sink, &mut ());
             }
@@ -421,17 +455,22 @@ impl World<'_> {
             params: &paths.subpaths.parameters.rows,
             rays: &mut paths.rays,
             connections: &mut paths.connections,
-            sink: sink(self, &mut paths.splats, &paths.dispersion, (place, index)),
+            sink: sink(
+                self,
+                layout,
+                (&mut paths.splats, &paths.dispersion),
+                (place, index),
+            ),
             clock: &mut paths.clock,
         };
-        let techniques = Techniques {
+        let weighing = Weighing {
             mask: layout.mask,
             // Every strategy runs once a path.
             factors: &[1.0; 2],
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L, _>(joining, samples, lists, at, techniques, &mut ());
+        self.join::<L, _>(joining, samples, lists, at, weighing, &mut ());
     }
 }
 
@@ -439,8 +478,8 @@ impl World<'_> {
 /// part of its index if that is asked for.
 fn sink<'a>(
     world: &World,
-    splats: &'a mut Splats,
-    dispersion: &'a Dispersion,
+    layout: &BidirectionalLayout,
+    (splats, dispersion): (&'a mut Splats, &'a Dispersion),
     (light, index): (Option<usize>, usize),
 ) -> Sink<'a> {
     Sink {
@@ -450,6 +489,7 @@ fn sink<'a>(
         },
         part: splats.parts.get_mut(index).map(|part| &mut part[..]),
         dispersion: world.plan.dispersion.then_some(dispersion),
+        kept: layout.kept[index],
     }
 }
 

@@ -33,6 +33,7 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// Every stage, in the order of a step.
     pub const ALL: [Stage; 11] = [
         Stage::Mutate,
         Stage::Generate,
@@ -47,6 +48,7 @@ impl Stage {
         Stage::Splat,
     ];
 
+    /// As figures have it.
     pub fn name(self) -> &'static str {
         match self {
             Stage::Mutate => "mutate",
@@ -67,6 +69,7 @@ impl Stage {
 /// What one stage has taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spent {
+    /// Time, on one thread.
     pub seconds: f64,
     /// Paths (or rays) that went through.
     pub items: u64,
@@ -75,6 +78,7 @@ pub struct Spent {
 }
 
 impl Spent {
+    /// Adds what was measured elsewhere.
     pub fn merge(&mut self, o: &Self) {
         self.seconds += o.seconds;
         self.items += o.items;
@@ -87,6 +91,7 @@ impl Spent {
 pub struct Clock {
     /// Of the latest lap; `None` if nothing is measured.
     last: Option<Instant>,
+    /// By stage; all 0 if nothing is measured.
     pub spent: [Spent; Stage::ALL.len()],
 }
 
@@ -130,6 +135,7 @@ impl Clock {
         self.lap(stage);
     }
 
+    /// Adds what other clocks have measured, as on other threads.
     pub fn merge(&mut self, o: &Self) {
         for (a, b) in self.spent.iter_mut().zip(&o.spent) {
             a.merge(b);

@@ -4,13 +4,12 @@
 use super::World;
 use super::clock::{Clock, Stage};
 use super::list::List;
-use super::mis;
 use super::paths::{Connections, Endpoint, Endpoints, Lists, Paths, Rays, Side};
 use super::probe::Probe;
 use super::records::*;
 use super::samples::{ConnectionSamples, Samples};
 use super::sides;
-use super::weigh::{self, Sink, TechniqueMask};
+use super::weigh::{self, Sink, StrategyMask};
 use crate::simd::{Lanes, Mask, Row, Vec3};
 use crate::surface::{Bsdf, Kind};
 
@@ -28,8 +27,8 @@ pub(super) struct Joining<'a> {
 
 /// How connections are weighed.
 #[derive(Clone, Copy)]
-pub(super) struct Techniques<'a> {
-    pub mask: TechniqueMask,
+pub(super) struct Weighing<'a> {
+    pub mask: StrategyMask,
     /// Of strategies, by light vertices: one over the probability that a path chooses it.
     pub factors: &'a [f32],
     /// Light vertices of every path.
@@ -45,7 +44,7 @@ impl World<'_> {
         samples: &Samples,
         lists: &mut Lists,
         at: ConnectionSamples,
-        (mask, factors): (TechniqueMask, &[f32]),
+        (mask, factors): (StrategyMask, &[f32]),
         probe: &mut impl Probe,
     ) {
         if self.plan.dispersion {
@@ -68,15 +67,16 @@ impl World<'_> {
                 splats: &mut paths.splats.camera,
                 part: None,
                 dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+                kept: None,
             },
             clock: &mut paths.clock,
         };
-        let techniques = Techniques {
+        let weighing = Weighing {
             mask,
             factors,
             s: &paths.s,
         };
-        self.join::<L, _>(joining, samples, lists, at, techniques, probe);
+        self.join::<L, _>(joining, samples, lists, at, weighing, probe);
     }
 
     /// The same, where it is known already which of the paths have met what disperses light, their
@@ -87,7 +87,7 @@ impl World<'_> {
         samples: &Samples,
         lists: &mut Lists,
         at: ConnectionSamples,
-        techniques: Techniques,
+        weighing: Weighing,
         probe: &mut P,
     ) {
         let Joining {
@@ -126,7 +126,7 @@ impl World<'_> {
         // Contributions first: no ray for what carries nothing.
         let live = &mut lists.trace;
         live.clear();
-        let Techniques { mask, factors, s } = techniques;
+        let Weighing { mask, factors, s } = weighing;
         weigh::direct::<L>(connections, direct, (mask, factors[1]), &sink, live, probe);
         // Where `t = 1`, no strategy has more light vertices.
         let most = factors[factors.len() - 1];
@@ -191,7 +191,7 @@ impl World<'_> {
             let light = &light[..chunk.len()];
             let seen = self.lights.sample_direct(&self.geometry, light, place.p, u);
             let w = seen.to_light;
-            RayLanes::between(place.leave(ng, w), seen.target).store(rays, chunk);
+            RayLanes::between(place.leave(ng, w), seen.end).store(rays, chunk);
             LinkLanes {
                 w,
                 distance2: L::one(),
@@ -378,7 +378,7 @@ impl World<'_> {
         let cos = match side {
             Side::Camera => wi.dot(frame.ns).abs(),
             Side::Light => {
-                mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+                sides::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
             }
         };
         EndpointValueLanes {

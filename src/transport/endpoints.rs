@@ -10,8 +10,11 @@ use crate::trace::offset;
 /// The endpoints of one side's subpaths.
 #[derive(Default)]
 pub struct Endpoints {
+    /// Where they are; one entry a path, as in all tables.
     pub place: Vec<EndpointPlace>,
+    /// Normals, and BSDF parameters.
     pub frame: Vec<EndpointFrame>,
+    /// Throughput, and the primitive hit.
     pub energy: Vec<EndpointEnergy>,
     /// BSDF kernel.
     pub kind: Vec<Kind>,
@@ -34,12 +37,16 @@ impl Endpoints {
 
 /// `N` endpoints.
 pub struct Endpoint<L: Lanes> {
+    /// Where they are.
     pub place: EndpointPlaceLanes<L>,
+    /// Normals, and BSDF parameters.
     pub frame: EndpointFrameLanes<L>,
+    /// Throughput, and the primitive hit.
     pub energy: EndpointEnergyLanes<L>,
 }
 
 impl Endpoints {
+    /// Those of the paths in `list`, 1 to `N`; missing lanes repeat the last.
     #[inline(always)]
     pub fn load<L: Lanes>(&self, list: &[u32]) -> Endpoint<L> {
         Endpoint {
@@ -51,6 +58,7 @@ impl Endpoints {
 }
 
 impl<L: Lanes> Endpoint<L> {
+    /// What shading is done with.
     #[inline(always)]
     pub fn normals(&self) -> Normals<L> {
         Normals {

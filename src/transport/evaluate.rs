@@ -5,14 +5,15 @@ use super::clock::Stage;
 use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
 use super::records::Splat;
-use super::samples::{Bounce, ConnectionSamples, Label, Samples};
-use super::weigh::{Sink, TechniqueMask};
+use super::samples::{Bounce, ComponentSamples, ConnectionSamples, Samples};
+use super::weigh::{Sink, StrategyMask};
 use crate::plan::{DepthPlan, Layout, Plan};
 use crate::simd::Lanes;
 
 /// Primary samples of path-traced paths.
 #[derive(Clone, Copy, Debug)]
 pub struct UnidirectionalLayout {
+    /// Scattering events of the longest paths.
     pub max_depth: u32,
     at: Layout,
 }
@@ -51,10 +52,10 @@ impl UnidirectionalLayout {
 
     /// The sample that chooses a component at a vertex with `depth` scattering events before it;
     /// the last one does not scatter.
-    fn label(&self, depth: u32) -> Option<Bounce> {
+    fn component(&self, depth: u32) -> Option<Bounce> {
         let at = &self.at;
         (depth < self.max_depth)
-            .then(|| Bounce::at(at.camera_label + depth as usize * at.strides.label))
+            .then(|| Bounce::at(at.camera_component + depth as usize * at.strides.component))
     }
 }
 
@@ -128,16 +129,16 @@ impl World<'_> {
             self.advance_camera::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
             self.advance_light::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
         }
-        let techniques = (TechniqueMask::ALL, factors[0]);
-        self.meet::<L>(paths, &mut lists, techniques, probe);
-        self.escape::<L>(paths, &lists, techniques, probe);
+        let weighing = (StrategyMask::ALL, factors[0]);
+        self.meet::<L>(paths, &mut lists, weighing, probe);
+        self.escape::<L>(paths, &lists, weighing, probe);
         paths.clock.lap(Stage::Mis);
         let connection = ConnectionSamples {
             choice: at.connection_choice,
             point: at.connection,
         };
-        let techniques = (TechniqueMask::ALL, factors);
-        self.connect::<L>(paths, samples, &mut lists, connection, techniques, probe);
+        let weighing = (StrategyMask::ALL, factors);
+        self.connect::<L>(paths, samples, &mut lists, connection, weighing, probe);
         paths.lists = lists;
         settle(&mut paths.splats.camera);
     }
@@ -196,11 +197,13 @@ impl World<'_> {
         paths.clock.lap(Stage::Sort);
         // In the last wave only paths of `s = 0` are left. Their vertex on the light does not
         // scatter.
-        let label = (wave < depth.depth).then(|| {
-            Bounce::at(depth.layout.camera_label + wave as usize * depth.layout.strides.label)
+        let component = (wave < depth.depth).then(|| {
+            Bounce::at(
+                depth.layout.camera_component + wave as usize * depth.layout.strides.component,
+            )
         });
         let at = (Side::Camera, 0);
-        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, component), probe);
         self.weigh_components(&mut paths.subpaths, Side::Camera);
         lists.camera.clear();
         for &path in &*lists.scratch {
@@ -241,14 +244,14 @@ impl World<'_> {
             }
         }
         paths.clock.lap(Stage::Sort);
-        let label = Bounce {
-            first: depth.layout.light_label,
+        let component = Bounce {
+            first: depth.layout.light_component,
             per_bounce: 1,
             wave,
         };
-        let label = Some(label);
+        let component = Some(component);
         let at = (Side::Light, 0);
-        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, label), probe);
+        self.arrive_on::<L>(paths, &lists.scratch, at, (samples, component), probe);
         self.weigh_components(&mut paths.subpaths, Side::Light);
         lists.light.clear();
         if wave + 1 < depth.depth {
@@ -284,7 +287,7 @@ impl World<'_> {
         paths: &mut Paths,
     ) {
         paths.resize(n);
-        let mask = TechniqueMask::UNIDIRECTIONAL;
+        let mask = StrategyMask::UNIDIRECTIONAL;
         self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
@@ -310,9 +313,9 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             self.escape::<L>(paths, &lists, (mask, 1.0), &mut ());
             paths.clock.lap(Stage::Mis);
-            let label = layout.label(depth);
+            let component = layout.component(depth);
             let at = (Side::Camera, 0);
-            self.arrive_on::<L>(paths, &lists.emission, at, (samples, label), &mut ());
+            self.arrive_on::<L>(paths, &lists.emission, at, (samples, component), &mut ());
             self.meet::<L>(paths, &mut lists, (mask, 1.0), &mut ());
             // What a surface emits is no matter of what it is made of.
             self.weigh_components(&mut paths.subpaths, Side::Camera);
@@ -328,8 +331,8 @@ impl World<'_> {
                 lists.direct.push_if(path, joins & self.plan.connectable);
             }
             let (bounce, connection) = layout.at(depth);
-            let techniques = (mask, &[1.0; 2][..]);
-            self.connect::<L>(paths, samples, &mut lists, connection, techniques, &mut ());
+            let weighing = (mask, &[1.0; 2][..]);
+            self.connect::<L>(paths, samples, &mut lists, connection, weighing, &mut ());
             self.scatter_queues::<L, ()>(paths, samples, &mut lists, Side::Camera, bounce, &mut ());
         }
         paths.lists = lists;
@@ -342,16 +345,16 @@ impl World<'_> {
         paths: &mut Paths,
         list: &[u32],
         at: (Side, usize),
-        (samples, label): (&Samples, Option<Bounce>),
+        (samples, component): (&Samples, Option<Bounce>),
         probe: &mut impl Probe,
     ) {
-        let label = Label {
+        let component = ComponentSamples {
             samples,
-            at: label,
+            at: component,
             t: &paths.t,
         };
         let to = (&mut paths.subpaths, &mut paths.dispersion);
-        self.arrive::<L>(&paths.rays, list, to, at, label, probe);
+        self.arrive::<L>(&paths.rays, list, to, at, component, probe);
         paths.clock.finish(Stage::Surface, list.len(), L::N);
     }
 
@@ -360,7 +363,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         lists: &mut Lists,
-        techniques: (TechniqueMask, f32),
+        weighing: (StrategyMask, f32),
         probe: &mut impl Probe,
     ) {
         let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
@@ -368,9 +371,10 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
         let (list, lit) = (&lists.emission, &mut lists.scratch);
-        self.emission::<L>(from, list, lit, techniques, sink, probe);
+        self.emission::<L>(from, list, lit, weighing, sink, probe);
     }
 
     /// Camera subpaths in `lists.escaped` have left the scene.
@@ -378,7 +382,7 @@ impl World<'_> {
         &self,
         paths: &mut Paths,
         lists: &Lists,
-        techniques: (TechniqueMask, f32),
+        weighing: (StrategyMask, f32),
         probe: &mut impl Probe,
     ) {
         let from = (&paths.rays.ray[..], &paths.subpaths.flight[..]);
@@ -386,8 +390,9 @@ impl World<'_> {
             splats: &mut paths.splats.camera,
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
+            kept: None,
         };
-        self.environment::<L>(from, &lists.escaped, techniques, sink, probe);
+        self.environment::<L>(from, &lists.escaped, weighing, sink, probe);
     }
 }
 

@@ -14,12 +14,14 @@
 //! Ratios only ever multiply quantities of one path, and saturate: a weight ends at 0 or 1, not at
 //! NaN.
 
-use crate::simd::{Lanes, Mask, Vec3};
+use crate::simd::Lanes;
 
 /// The running sums of a subpath endpoint.
 #[derive(Clone, Copy, Debug)]
 pub struct Partial<L> {
+    /// `dVCM` of the module.
     pub d_vcm: L,
+    /// `dVC` of the module.
     pub d_vc: L,
 }
 
@@ -119,21 +121,4 @@ pub fn weight_connect<L: Lanes>(camera: &Joint<L>, light: &Joint<L>, inv_distanc
 fn weight<L: Lanes>(others: L) -> L {
     let w = L::one() / (L::one() + others);
     w.or_zero(others.ge(L::zero()))
-}
-
-/// Veach's correction for shading normals on light subpaths: the cosine factor at a vertex is
-/// `|wi . ng| |wo . ns| / |wo . ng|` instead of `|wi . ns|` (Veach 1997, section 5.3; `wo` towards
-/// the light). 0 where undefined.
-#[inline(always)]
-pub fn adjoint_cosine<L: Lanes>(wi_ng: L, wo_ns: L, wo_ng: L) -> L {
-    let den = wo_ng.abs();
-    (wi_ng.abs() * wo_ns.abs() / den).or_zero(den.gt(L::zero()))
-}
-
-/// True where `wo` and `wi` lie on sides of the true surface that agree with the sides of the
-/// shading surface: otherwise light would leak through, or a closed surface be seen from behind.
-#[inline(always)]
-pub fn sides_agree<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>, ng: Vec3<L>, ns: Vec3<L>) -> L::Mask {
-    let agree = |w: Vec3<L>| (w.dot(ng) * w.dot(ns)).gt(L::zero());
-    agree(wo).and(agree(wi))
 }

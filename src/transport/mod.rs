@@ -15,7 +15,8 @@
 //!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
 //!    vertex.
 //! 7. [`path_sampler`] names the ways of evaluation that chains can march over.
-//! 8. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
+//! 8. `share` divides contributions among independent samples and chains.
+//! 9. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -36,6 +37,7 @@ pub mod probe;
 pub mod records;
 pub mod samples;
 mod scatter;
+mod share;
 mod side;
 pub mod sides;
 mod sort;
@@ -61,12 +63,19 @@ use wavelength::Wavelengths;
 
 /// A scene prepared for transport.
 pub struct World<'a> {
+    /// Surface points.
     pub geometry: Geometry<'a>,
+    /// BSDFs and their parameter rows.
     pub materials: MaterialTable<'a>,
+    /// What is cut out of shapes.
     pub alpha_masks: AlphaMasks<'a>,
+    /// Emission.
     pub lights: LightTable,
+    /// Rays and importance.
     pub camera: Camera,
+    /// Closest hits and visibility.
     pub tracer: Tracer,
+    /// What of all this the scene calls for.
     pub plan: Plan,
     /// If some index of refraction depends on the wavelength.
     pub wavelengths: Option<Wavelengths>,

@@ -11,6 +11,7 @@ use super::evaluate::UnidirectionalLayout;
 use super::paths::Paths;
 use super::records::Splat;
 use super::samples::Samples;
+use super::share;
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
 
@@ -114,7 +115,10 @@ impl World<'_> {
     ) {
         match sampler {
             PathSampler::Multiplexed(plan) => {
-                self.evaluate_multiplexed::<L>(plan, samples, n, paths)
+                self.evaluate_multiplexed::<L>(plan, samples, n, paths);
+                if plan.kept > 0.0 {
+                    share::leave(plan, &mut paths.splats.camera[..n]);
+                }
             }
             PathSampler::Unidirectional(at) => {
                 self.evaluate_unidirectional::<L>(at, samples, n, paths)

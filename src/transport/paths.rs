@@ -18,7 +18,9 @@ use crate::transport::wavelength::Wavelength;
 /// Rays of a wave, and what they met.
 #[derive(Default)]
 pub struct Rays {
+    /// The latest ray of each path.
     pub ray: Vec<Ray>,
+    /// What it met.
     pub hit: Vec<Hit>,
     /// Whether visibility rays are blocked.
     pub blocked: Vec<u32>,
@@ -41,9 +43,12 @@ impl Rays {
 /// Subpaths: on their way, and where they are.
 #[derive(Default)]
 pub struct Subpaths {
+    /// What each path carries to its next vertex; one table for both sides, whose subpaths are
+    /// never on their way at once.
     pub flight: Vec<Flight>,
     /// By side.
     pub endpoints: [Endpoints; 2],
+    /// Of the BSDFs at the endpoints.
     pub parameters: Parameters,
 }
 
@@ -109,12 +114,15 @@ impl Parameters {
 /// Connections on their way.
 #[derive(Default)]
 pub struct Connections {
+    /// From the camera's endpoint to the far end.
     pub link: Vec<Link>,
     /// Their far ends, where those are no endpoints.
     pub light_end: Vec<LightEnd>,
+    /// As `light_end`, where `t = 1`.
     pub lens_end: Vec<LensEnd>,
     /// By side.
     pub value: [Vec<EndpointValue>; 2],
+    /// What waits for visibility.
     pub contribution: Vec<Contribution>,
 }
 
@@ -135,12 +143,17 @@ pub struct Splats {
 pub struct Paths {
     /// Paths in the batch.
     pub n: usize,
+    /// Of the wave that is being traced.
     pub rays: Rays,
+    /// How far both sides have come.
     pub subpaths: Subpaths,
+    /// What joins them.
     pub connections: Connections,
+    /// Results.
     pub splats: Splats,
-    /// Strategy `(s, t)` per path.
+    /// Light vertices of the strategy of each path; only of multiplexed paths.
     pub s: Vec<u32>,
+    /// Its camera vertices.
     pub t: Vec<u32>,
     /// Wavelengths.
     pub(super) dispersion: Dispersion,
@@ -153,18 +166,32 @@ pub struct Paths {
 
 /// Index lists, kept between batches for their memory.
 #[derive(Default)]
-pub struct Lists {
+pub(super) struct Lists {
+    /// Camera subpaths on their way: their rays belong to this wave.
     pub camera: List,
+    /// Light subpaths on their way.
     pub light: List,
+    /// The rays of a wave: those of `camera`, then those of `light`. In the end, the visibility
+    /// rays of connections that carry something.
     pub trace: List,
+    /// Paths whose endpoint has one kind of BSDF, by kind.
     pub queues: [List; Kind::ALL.len()],
+    /// Multiplexed paths of `s = 0` whose camera subpath has come to its last vertex. In the other
+    /// evaluators, subpaths that have hit something in this wave.
     pub emission: List,
+    /// Camera subpaths that have left the scene where `s = 0` ends them: environments light them.
     pub escaped: List,
+    /// Light subpaths that start in the next wave.
     pub starting: List,
+    /// Camera endpoints to be joined to a point on a light: `s = 1`.
     pub direct: List,
+    /// Light endpoints to be joined to the camera: `t = 1`.
     pub lens: List,
+    /// Endpoints of both sides to be joined to each other: `s >= 2`, `t >= 2`.
     pub general: List,
+    /// What a stage keeps to itself.
     pub scratch: List,
+    /// Of `direct`, `lens` and `general`, those whose link can carry light.
     pub joined: [List; 3],
     /// Paths there is room for.
     room: usize,
@@ -194,12 +221,14 @@ impl Lists {
         self.all().for_each(|list| list.reserve(n));
     }
 
+    /// Empties all of them.
     pub fn clear(&mut self) {
         self.all().for_each(List::clear);
     }
 }
 
 impl Paths {
+    /// No paths yet; the rows of the materials are copied.
     pub fn new(world: &World) -> Self {
         let rows = world.materials.rows.clone();
         let mut paths = Self::default();

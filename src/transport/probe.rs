@@ -125,10 +125,13 @@ pub enum Ended {
 
 /// Tables that say where subpaths have arrived.
 pub struct Arrived<'a> {
+    /// Whose subpaths.
     pub side: Side,
     /// By path, as all tables.
     pub hits: &'a [Hit],
+    /// Of that side.
     pub endpoints: &'a Endpoints,
+    /// Rows that the endpoints refer to.
     pub parameters: &'a Parameters,
 }
 

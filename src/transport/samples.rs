@@ -24,6 +24,7 @@ impl Samples {
         samples
     }
 
+    /// New shape, all zero.
     pub fn resize(&mut self, dimensions: usize, paths: usize) {
         self.columns = paths.next_multiple_of(8);
         // An odd number of cache lines: rows a power of two apart would share a few sets of the
@@ -33,6 +34,7 @@ impl Samples {
         self.data.resize(dimensions * self.stride, 0.0);
     }
 
+    /// Rows of the matrix.
     #[inline(always)]
     pub fn dimensions(&self) -> usize {
         self.data.len().checked_div(self.stride).unwrap_or(0)
@@ -44,6 +46,7 @@ impl Samples {
         &self.data[dimension * self.stride..][..self.columns]
     }
 
+    /// To write what [`Self::row`] reads.
     #[inline(always)]
     pub fn row_mut(&mut self, dimension: usize) -> &mut [f32] {
         &mut self.data[dimension * self.stride..][..self.columns]
@@ -129,7 +132,7 @@ impl Bounce {
 
 /// The primary samples that choose among the components of mixtures.
 #[derive(Clone, Copy)]
-pub(super) struct Label<'a> {
+pub(super) struct ComponentSamples<'a> {
     pub samples: &'a Samples,
     /// `None` where vertices do not scatter.
     pub at: Option<Bounce>,
@@ -137,7 +140,7 @@ pub(super) struct Label<'a> {
     pub t: &'a [u32],
 }
 
-impl Label<'_> {
+impl ComponentSamples<'_> {
     /// That of a path.
     pub fn sample(&self, path: u32) -> Option<f32> {
         let row = |at: Bounce| self.samples.row(at.dimension(self.t, path));

@@ -3,7 +3,6 @@
 use super::World;
 use super::clock::Stage;
 use super::list::List;
-use super::mis;
 use super::paths::{Endpoint, Endpoints, Lists, Paths, Side};
 use super::probe::{Probe, Scattered};
 use super::records::*;
@@ -62,7 +61,7 @@ impl World<'_> {
                 sides::sample::<B, L>(self.sides, &row, &end.normals(), place.wo, u, mode);
             let wi_ng = wi.dot(frame.ng);
             let cos_out = wi_ng.abs();
-            let mut beta = energy.beta.mul_elem(sample.weight);
+            let mut beta = energy.beta.mul_elem(sample.throughput);
             let mut adjoint = L::one();
             if side == Side::Light {
                 // Weight and density are made of the local cosine, which has to cancel: of a
@@ -71,7 +70,7 @@ impl World<'_> {
                 let shading = wi.dot(frame.ns).abs();
                 let cos = L::select(shading.eq(cos_out), shading, sample.wi.z.abs());
                 adjoint =
-                    mis::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
+                    sides::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
                         / cos;
                 adjoint = adjoint.or_zero(cos.gt(L::zero()));
                 beta = beta * adjoint;

@@ -6,7 +6,9 @@ use crate::surface::Mode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
 pub enum Side {
+    /// From the lens.
     Camera = 0,
+    /// From a light.
     Light = 1,
 }
 

@@ -19,7 +19,6 @@
 //! themselves, and solid angles stay what they are, so that the density of a direction is that of
 //! its twin.
 
-use super::mis::sides_agree;
 use crate::geometry::shading_frame;
 use crate::scene::Sides;
 use crate::simd::{Frame, Lanes, Mask, Vec3};
@@ -27,8 +26,11 @@ use crate::surface::{Bsdf, BsdfSample, BsdfValue, Mode};
 
 /// The normals at a vertex, and its tangent.
 pub struct Normals<L: Lanes> {
+    /// Geometric, unit, towards the front.
     pub ng: Vec3<L>,
+    /// For shading, unit.
     pub ns: Vec3<L>,
+    /// First axis of the shading frame, of any length; 0 where it does not matter.
     pub tangent: Vec3<L>,
 }
 
@@ -54,6 +56,23 @@ impl<L: Lanes> Pair<L> {
         let truly = (self.world[0].dot(ng) * self.world[1].dot(ng)).gt(L::zero());
         shading.and_not(truly).or(truly.and_not(shading))
     }
+}
+
+/// Veach's correction for shading normals on light subpaths: the cosine factor at a vertex is
+/// `|wi . ng| |wo . ns| / |wo . ng|` instead of `|wi . ns|` (Veach 1997, section 5.3; `wo` towards
+/// the light). 0 where undefined.
+#[inline(always)]
+pub fn adjoint_cosine<L: Lanes>(wi_ng: L, wo_ns: L, wo_ng: L) -> L {
+    let den = wo_ng.abs();
+    (wi_ng.abs() * wo_ns.abs() / den).or_zero(den.gt(L::zero()))
+}
+
+/// True where `wo` and `wi` lie on sides of the true surface that agree with the sides of the
+/// shading surface: otherwise light would leak through, or a closed surface be seen from behind.
+#[inline(always)]
+pub fn sides_agree<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>, ng: Vec3<L>, ns: Vec3<L>) -> L::Mask {
+    let agree = |w: Vec3<L>| (w.dot(ng) * w.dot(ns)).gt(L::zero());
+    agree(wo).and(agree(wi))
 }
 
 /// The value of a BSDF for two directions of the world; `f` is 0 where nothing goes from one to the
@@ -91,8 +110,11 @@ pub fn eval<B: Bsdf, L: Lanes>(
 
 /// A sampled direction, in the world, and whether there is one.
 pub struct Sampled<L: Lanes> {
+    /// Unit.
     pub wi: Vec3<L>,
+    /// What the BSDF says of it; its own direction is in the shading frame.
     pub sample: BsdfSample<L>,
+    /// Without it the path ends.
     pub valid: L::Mask,
 }
 
@@ -125,7 +147,7 @@ pub fn sample<B: Bsdf, L: Lanes>(
                 wi = Vec3::select(disputed, frame.to_world(other.wi).normalize(), wi);
                 sample = BsdfSample {
                     wi: Vec3::select(disputed, other.wi, sample.wi),
-                    weight: Vec3::select(disputed, other.weight, sample.weight),
+                    throughput: Vec3::select(disputed, other.throughput, sample.throughput),
                     pdf: L::select(disputed, other.pdf, sample.pdf),
                     pdf_reverse: L::select(disputed, other.pdf_reverse, sample.pdf_reverse),
                 };
@@ -188,12 +210,12 @@ fn exchanged<B: Bsdf, L: Lanes>(
     let ng = frame.to_local(ng);
     let wi = twin(sample.wi, ng);
     let value = across::<B, L>(row, ng, [wo, wi], mode);
-    let w = sample.weight;
+    let w = sample.throughput;
     let sampled = w.x.max(w.y).max(w.z).gt(L::zero());
     let valid = value.pdf.gt(L::zero()).and(sampled);
     BsdfSample {
         wi,
-        weight: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
+        throughput: (value.f * (wi.z.abs() / value.pdf)).or_zero(valid),
         pdf: value.pdf,
         pdf_reverse: value.pdf_reverse,
     }
@@ -253,10 +275,10 @@ mod tests {
                 for i in 0..n {
                     let u = evenly(i);
                     let s = sample::<B, f32>(sides, row, normals, wo, u, mode);
-                    if s.valid && s.sample.weight.y > 0.0 {
+                    if s.valid && s.sample.throughput.y > 0.0 {
                         let v = eval::<B, f32>(sides, row, normals, [wo, s.wi], mode);
                         let cos = s.wi.dot(normals.ns).abs();
-                        energy[0] += f64::from(s.sample.weight.y) / f64::from(n);
+                        energy[0] += f64::from(s.sample.throughput.y) / f64::from(n);
                         let world = [wo, s.wi];
                         let frame = shading_frame(normals.ns, normals.tangent);
                         let local = world.map(|w| frame.to_local(w));
@@ -272,7 +294,7 @@ mod tests {
                             v.pdf
                         );
                         assert!(near(s.sample.pdf_reverse, v.pdf_reverse), "{what}");
-                        let (f, w) = (v.f.y * cos / v.pdf, s.sample.weight.y);
+                        let (f, w) = (v.f.y * cos / v.pdf, s.sample.throughput.y);
                         assert!(near(f, w), "{what}: {f} {w}");
                     }
                     // Uniform over the sphere.
@@ -349,7 +371,7 @@ mod tests {
                     assert!(s.valid);
                     let side = s.wi.dot(normals.ng) * wo.dot(normals.ng);
                     assert!(side >= 0.0, "through the surface");
-                    sum += s.sample.weight.y / 2000.0;
+                    sum += s.sample.throughput.y / 2000.0;
                 }
                 assert!((sum - 0.7).abs() < 1e-3, "{sum}");
             }

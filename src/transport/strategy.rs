@@ -3,7 +3,9 @@
 /// A way to make a path: so many vertices from a light, and from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Strategy {
+    /// Vertices of the light subpath, that on the light included.
     pub s: u32,
+    /// Vertices of the camera subpath, that on the lens included.
     pub t: u32,
 }
 

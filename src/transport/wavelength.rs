@@ -82,6 +82,7 @@ impl Default for Wavelengths {
 }
 
 impl Wavelengths {
+    /// With the curves of the module, which are the same for all scenes.
     pub fn new() -> Self {
         let response = responses();
         let density: Vec<f64> = (response.iter())

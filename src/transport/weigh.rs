@@ -11,21 +11,24 @@ use super::mis::{self, Partial};
 use super::paths::{Connections, Endpoints};
 use super::probe::{Ended, Probe};
 use super::records::*;
+use super::share;
 use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, Vec3};
 
-/// Which techniques run: densities of others enter a weight times these, 0 for those that do not.
+/// Which strategies run: densities of the others enter a weight times these, 1 for those that do
+/// and 0 for those that do not.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TechniqueMask {
-    /// Points sampled on lights (`s = 1`), where a light was hit by chance.
+pub(super) struct StrategyMask {
+    /// Of points sampled on lights (`s = 1`), in the weight of a light hit by chance.
     pub direct: f32,
-    /// Light subpaths.
+    /// Of all strategies with more light vertices.
     pub light: f32,
-    /// Camera subpaths, where a light subpath is joined to the camera.
+    /// Of all strategies with fewer light vertices, in the weight of a light subpath that is
+    /// joined to the camera.
     pub camera: f32,
 }
 
-impl TechniqueMask {
+impl StrategyMask {
     pub const ALL: Self = Self {
         direct: 1.0,
         light: 1.0,
@@ -50,6 +53,8 @@ pub(super) struct Sink<'a> {
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
     pub dispersion: Option<&'a Dispersion>,
+    /// The most of a contribution that is kept, if chains bring the rest.
+    pub kept: Option<f32>,
 }
 
 impl Sink<'_> {
@@ -62,7 +67,7 @@ impl Sink<'_> {
         rgb: Vec3<L>,
         unweighted: impl FnOnce() -> Vec3<L>,
     ) -> Vec3<L> {
-        let rgb = self.coloured(list, rgb);
+        let rgb = self.shared(self.coloured(list, rgb));
         for (i, &path) in list.iter().enumerate() {
             let v = rgb.lane(i);
             let out = &mut self.splats[path as usize].rgb;
@@ -116,6 +121,15 @@ impl Sink<'_> {
             None => rgb,
         }
     }
+
+    /// What is kept of contributions.
+    #[inline(always)]
+    fn shared<L: Lanes>(&self, rgb: Vec3<L>) -> Vec3<L> {
+        match self.kept {
+            Some(bound) => share::keep(rgb, bound),
+            None => rgb,
+        }
+    }
 }
 
 impl World<'_> {
@@ -127,7 +141,7 @@ impl World<'_> {
         (endpoints, hits): (&Endpoints, &[Hit]),
         list: &[u32],
         lit: &mut List,
-        (mask, factor): (TechniqueMask, f32),
+        (mask, factor): (StrategyMask, f32),
         mut sink: Sink,
         probe: &mut impl Probe,
     ) {
@@ -168,7 +182,7 @@ impl World<'_> {
         &self,
         (rays, flights): (&[Ray], &[Flight]),
         list: &[u32],
-        (mask, factor): (TechniqueMask, f32),
+        (mask, factor): (StrategyMask, f32),
         mut sink: Sink,
         probe: &mut impl Probe,
     ) {
@@ -199,7 +213,7 @@ impl World<'_> {
 pub(super) fn direct<L: Lanes>(
     connections: &mut Connections,
     list: &[u32],
-    (mask, factor): (TechniqueMask, f32),
+    (mask, factor): (StrategyMask, f32),
     sink: &Sink,
     live: &mut List,
     probe: &mut impl Probe,
@@ -230,7 +244,7 @@ pub(super) fn direct<L: Lanes>(
 pub(super) fn lens<L: Lanes>(
     connections: &mut Connections,
     list: &[u32],
-    (mask, factor): (TechniqueMask, f32),
+    (mask, factor): (StrategyMask, f32),
     sink: &Sink,
     live: &mut List,
     probe: &mut impl Probe,
@@ -284,7 +298,7 @@ fn keep<L: Lanes>(
     sink: &Sink,
     live: &mut List,
 ) -> Vec3<L> {
-    let rgb = sink.coloured(list, rgb);
+    let rgb = sink.shared(sink.coloured(list, rgb));
     let zero = L::zero();
     let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
     let mut all = Vec3::zero();

@@ -10,6 +10,8 @@ use phalanx::film::output::{read_exr, read_pfm};
 use phalanx::formats::Picture;
 use tempfile::TempDir;
 
+#[path = "cli/display.rs"]
+mod display;
 #[cfg(unix)]
 #[path = "cli/kills.rs"]
 mod kills;
@@ -166,7 +168,7 @@ fn figures_are_a_json_object() {
     let folder = Folder::new();
     folder
         .run(&format!(
-            "render {TINY} --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
+            "render {TINY} --integrator mmlt --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
         ))
         .succeeds();
     let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
@@ -299,11 +301,51 @@ fn primary_sample_space_has_a_host() {
 }
 
 #[test]
+fn the_integrator_chooses_unless_told() {
+    let folder = Folder::new();
+    let name = |scene: &str, flags: &str| {
+        let ran = folder.run(&format!("render {scene} {TINY} {flags} --stats s.json"));
+        let said = ran.succeeds().stderr();
+        let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        (json["integrator"].as_str().unwrap().to_owned(), said, json)
+    };
+    let (integrator, said, json) = name("", "");
+    assert_eq!(integrator, "auto");
+    assert!(
+        said.lines().last().unwrap().contains("; samples for depth"),
+        "{said}"
+    );
+    assert!(json["shares"]["gain"].as_f64().unwrap() >= 1.0);
+    let (_, said, _) = name("", "--spp 3");
+    assert!(
+        said.contains("warning: --spp means nothing to this integrator"),
+        "{said}"
+    );
+    let world = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n";
+    for (kind, expected) in [
+        ("", "auto"),
+        ("mlt", "auto"),
+        ("path", "pt"),
+        ("bdpt", "bdpt"),
+    ] {
+        let directive = match kind {
+            "" => String::new(),
+            kind => format!("Integrator \"{kind}\"\n"),
+        };
+        folder.write("a.pbrt", &(directive + world));
+        assert_eq!(name("a.pbrt", "").0, expected, "{kind}");
+    }
+}
+
+#[test]
 fn exr_files_carry_settings_and_figures() {
     use exr::prelude::AttributeValue;
     let folder = Folder::new();
     folder
-        .run(&format!("render {TINY} --seed 7 -o a.exr --sigma 0.02"))
+        .run(&format!(
+            "render {TINY} --integrator mmlt --seed 7 -o a.exr --sigma 0.02"
+        ))
         .succeeds();
     let meta = exr::meta::MetaData::read_from_file(folder.path().join("a.exr"), true).unwrap();
     let all = &meta.headers[0].own_attributes.other;
@@ -319,7 +361,7 @@ fn exr_files_carry_settings_and_figures() {
 #[test]
 fn equal_renders_are_equal_files() {
     let folder = Folder::new();
-    for integrator in ["mmlt", "bdpt"] {
+    for integrator in ["auto", "mmlt", "bdpt"] {
         let files = ["--threads 1 --lanes 1", "--threads 2 --lanes 8"].map(|how| {
             let flags = format!("--integrator {integrator} --error-layers -o a.exr -o a.png");
             folder
@@ -400,7 +442,7 @@ fn time_ends_a_render_and_takes_the_place_of_its_budget() {
 
 #[test]
 fn a_render_ends_when_it_is_accurate_enough_and_says_so() {
-    for integrator in ["mmlt", "pt", "lt", "bdpt"] {
+    for integrator in ["auto", "mmlt", "pt", "lt", "bdpt"] {
         let folder = Folder::new();
         let ran = folder
             .run(&format!(
@@ -728,7 +770,7 @@ mod signals {
     fn during_the_bootstrap_a_noisy_picture_is_written() {
         let folder = Folder::new();
         let child = folder
-            .command("render --resolution 64x64 --bootstrap 200000000 --mutations 1000000 -o a.exr --stats s.json")
+            .command("render --integrator mmlt --resolution 64x64 --bootstrap 200000000 --mutations 1000000 -o a.exr --stats s.json")
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
@@ -744,7 +786,7 @@ mod signals {
             "{stderr}"
         );
         assert!(bright(&folder.exr("a.exr")));
-        assert_eq!(folder.files(), ["a.exr", "s.json"]);
+        assert_eq!(folder.files(), ["a.exr", "a.png", "s.json"]);
     }
 
     #[test]

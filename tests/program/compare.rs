@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use phalanx::film::output::{self, read_exr, read_pfm};
 use phalanx::formats::Picture;
+use phalanx::formats::tone::Display;
 use phalanx::metrics::{Comparison, Flip, Map, flip};
 use phalanx::pbrt::image::{Encoding, read_image};
 use serde_json::Value;
@@ -86,7 +87,7 @@ fn picture(size: [u32; 2], value: impl Fn(usize) -> [f32; 3]) -> Picture {
 }
 
 fn write(folder: &Path, name: &str, picture: &Picture) {
-    output::write(&folder.join(name), picture, &[], 0.0).unwrap();
+    output::write(&folder.join(name), picture, &[], &Display::LINEAR).unwrap();
 }
 
 #[test]

@@ -113,11 +113,17 @@ fn needs_are_what_is_taken() {
     fs::write(folder.path().join("mesh.pbrt"), MESH).unwrap();
     // With a limit that the scene alone does not reach.
     for (flags, limit) in [
-        ("mesh.pbrt --resolution 16x16 --bootstrap 1000", 100),
-        ("--resolution 1500x1500 --bootstrap 1000 --max-depth 8", 20),
+        (
+            "mesh.pbrt --integrator mmlt --resolution 16x16 --bootstrap 1000",
+            100,
+        ),
+        (
+            "--integrator mmlt --resolution 1500x1500 --bootstrap 1000 --max-depth 8",
+            20,
+        ),
         ("--resolution 1500x1500 --integrator pt --spp 2", 20),
         (
-            "--resolution 16x16 --chains 60000 --mutations 3000 --max-depth 20",
+            "--integrator mmlt --resolution 16x16 --chains 60000 --mutations 3000 --max-depth 20",
             20,
         ),
     ] {

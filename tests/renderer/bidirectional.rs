@@ -40,7 +40,7 @@ fn multiplexed(
     };
     let plan = &world.plan;
     let k = depth.depth as usize;
-    let label = usize::from(plan.mixtures);
+    let component = usize::from(plan.mixtures);
     let choice = usize::from(plan.light_choice);
     copy(to.raster, layout.at.raster, 2);
     copy(to.lens, layout.at.lens, if plan.lens { 2 } else { 0 });
@@ -50,7 +50,11 @@ fn multiplexed(
         usize::from(plan.dispersion),
     );
     copy(to.camera_bounce, layout.at.camera_bounce, k * to.per_bounce);
-    copy(to.camera_label, layout.at.camera_label, k * label);
+    copy(
+        to.camera_component,
+        layout.at.camera_component,
+        k * component,
+    );
     if strategy.s >= 2 {
         copy(to.light_choice, layout.at.light_choice, choice);
         copy(to.emission, layout.at.emission, 4);
@@ -59,7 +63,7 @@ fn multiplexed(
             layout.at.light_bounce,
             (k - 1) * to.per_bounce,
         );
-        copy(to.light_label, layout.at.light_label, k * label);
+        copy(to.light_component, layout.at.light_component, k * component);
     }
     if strategy.s == 1 {
         let from =

@@ -3,6 +3,7 @@
 use crate::support;
 
 use phalanx::film::output::{Picture, write};
+use phalanx::formats::tone::Display;
 use phalanx::pbrt::load_str;
 use phalanx::scene::Scene;
 use std::f64::consts::PI;
@@ -21,7 +22,7 @@ fn image(dir: &Path, name: &str, width: u32, texels: &[[f32; 3]]) {
         full: [width, height],
         pixels: texels.to_vec(),
     };
-    write(&dir.join(name), &picture, &[], 0.0).unwrap();
+    write(&dir.join(name), &picture, &[], &Display::LINEAR).unwrap();
 }
 
 /// A folder with a ramp that rises by 1 from u = 1/4 to u = 3/4, one along v, an even grey, and
@@ -130,6 +131,25 @@ fn a_ramp_tilts_the_plane() {
     // v.
     check(false, true, "ramp-u.pfm", 0.2, [-0.4, 0.0, 1.0]);
     check(true, true, "ramp-v.pfm", 1.0, [0.0, -0.5, 1.0]);
+}
+
+/// Tangents of vertices along y and 4 long, a little off the plane, which does not count: v4
+/// measures heights by them, v3 takes their direction only.
+#[test]
+fn a_ramp_tilts_the_plane_along_given_tangents() {
+    let dir = folder();
+    for (v4, name, vector, scale, n) in [
+        (false, "bumpmap", "vector", 0.2, [0.0, -0.4, 1.0]),
+        (true, "displacement", "vector3", 0.6, [0.0, -0.3, 1.0]),
+    ] {
+        let height = height("ramp-u.pfm", scale);
+        let bump = format!("\"texture {name}\" \"h\"");
+        let tangents = format!("\"{vector} S\" [0 4 .5 0 4 .5 0 4 .5 0 4 .5]\n");
+        for normals in [false, true] {
+            let mesh = plane(v4, normals) + &tangents;
+            expect_normal(dir.path(), v4, &height, &bump, &mesh, n);
+        }
+    }
 }
 
 #[test]

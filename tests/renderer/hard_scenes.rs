@@ -15,6 +15,7 @@
 use crate::support;
 
 use phalanx::film::output::write;
+use phalanx::formats::tone::Display;
 use phalanx::formats::{Picture, pfm};
 use phalanx::integrate::Settings;
 use phalanx::pbrt::load;
@@ -126,8 +127,14 @@ fn make_references() {
         let mean = picture(SIZE.0, SIZE.1, runs.mean());
         let errors = picture(SIZE.0 / BLOCK, SIZE.1 / BLOCK, errors);
         std::fs::create_dir_all(file("")).unwrap();
-        write(&file(&format!("{name}.pfm")), &mean, &[], 0.0).unwrap();
-        write(&file(&format!("{name}.se8.pfm")), &errors, &[], 0.0).unwrap();
+        write(&file(&format!("{name}.pfm")), &mean, &[], &Display::LINEAR).unwrap();
+        write(
+            &file(&format!("{name}.se8.pfm")),
+            &errors,
+            &[],
+            &Display::LINEAR,
+        )
+        .unwrap();
         let whole = runs.whole(1);
         println!(
             "{name}: mean {:.5} +- {:.2} %, {:.0} s",

@@ -411,7 +411,7 @@ fn area_lights_show_their_image() {
         let light = [random.below(2) as u32];
         let u = [random.uniform(), random.uniform()];
         let seen = lights.sample_direct::<f32>(&geometry, &light, Vec3::splat(p), u);
-        let at = wide(seen.target.lane(0));
+        let at = wide(seen.end.lane(0));
         let want = shown(&texels, 7, at[0] / 0.8 + 0.5, at[2] / 0.6 + 0.5);
         let got = wide(seen.radiance.lane(0));
         for c in 0..3 {
@@ -424,7 +424,7 @@ fn area_lights_show_their_image() {
         let chance = lights.emitted::<f32>(
             &geometry,
             &light,
-            seen.target,
+            seen.end,
             -cos as f32,
             [u[1] * root, 1.0 - root],
         );
@@ -443,7 +443,7 @@ fn area_lights_show_their_image() {
         let p = narrow(scale(random.direction(), 3.0));
         let u = [random.uniform(), random.uniform()];
         let seen = lights.sample_direct::<f32>(&geometry, &[0], Vec3::splat(p), u);
-        let w = unit(wide(seen.target.lane(0)));
+        let w = unit(wide(seen.end.lane(0)));
         let v = 1.0 - w[2].acos() / PI;
         let u = w[1].atan2(w[0]).rem_euclid(TAU) / TAU;
         if u.min(1.0 - u) < 1e-4 || 1.0 - w[2].abs() < 1e-3 {
@@ -455,7 +455,7 @@ fn area_lights_show_their_image() {
         for c in 0..3 {
             assert!((got[c] - want[c]).abs() < 2e-2, "{w:?}: {got:?} {want:?}");
         }
-        let chance = lights.emitted::<f32>(&geometry, &[0], seen.target, 1.0, [0.0; 2]);
+        let chance = lights.emitted::<f32>(&geometry, &[0], seen.end, 1.0, [0.0; 2]);
         for c in 0..3 {
             let off = f64::from(chance.radiance.lane(0)[c]) - want[c];
             assert!(off.abs() < 2e-2, "{w:?}: {off}");

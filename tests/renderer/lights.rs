@@ -68,7 +68,7 @@ fn sampled_points_have_the_density_that_chance_reports() {
                     let ray = [Ray::endless(p, d)];
                     let mut hit = [Hit::default()];
                     Evaluator::ONE.trace(&world.tracer, Coherence::Unknown, &ray, &[0], &mut hit);
-                    let target = wide(seen.target.lane(0));
+                    let target = wide(seen.end.lane(0));
                     let distance = length(sub(target, wide(p)));
                     let t = f64::from(hit[0].t);
                     let prim = hit[0].primitive;
@@ -516,11 +516,7 @@ fn lights_and_cameras_agree_in_both_widths() {
                     [u[0][i], u[1][i]],
                 );
                 let bits = |v: [f32; 3]| v.map(f32::to_bits);
-                assert_eq!(
-                    bits(one.target.lane(0)),
-                    bits(direct.target.lane(i)),
-                    "{name}"
-                );
+                assert_eq!(bits(one.end.lane(0)), bits(direct.end.lane(i)), "{name}");
                 let pdf8 = phalanx::simd::Lanes::lane(direct.pdf, i);
                 assert_eq!(one.pdf.to_bits(), pdf8.to_bits(), "{name}");
                 let one = (world.lights).sample_emission::<f32>(

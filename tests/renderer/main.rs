@@ -8,6 +8,7 @@
 mod accuracy;
 mod alpha_masks;
 mod analytic;
+mod auto;
 mod bdpt;
 mod bidirectional;
 mod bsdf;
@@ -40,6 +41,8 @@ mod replay;
 mod rng;
 mod rough_dielectric;
 mod scenes_hard;
+mod shapes;
 mod strategies;
 mod support;
+mod tangents;
 mod textures;

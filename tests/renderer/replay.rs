@@ -15,11 +15,12 @@ use phalanx::chain::evaluator::Evaluator;
 use phalanx::chain::mutate::{Kernel, Mutation};
 use phalanx::chain::strategy_choice::learned;
 use phalanx::chain::tune::Tune;
+use phalanx::formats::tone::Display;
 use phalanx::integrate::{Settings, Silent, StrategyChoice, render};
 use phalanx::pbrt::{load, load_str};
 use phalanx::replay::Recorder;
 use phalanx::replay::compare::{contribution, relative};
-use phalanx::scene::Scene;
+use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Paths, Splat, World};
 use serde_json::Value;
@@ -69,7 +70,7 @@ fn walks_are_what_the_renderer_evaluates() {
 /// [`scenes`] lack.
 fn odd_scene(dir: &Path) -> Scene {
     let sky = scenes::sky(8, 8);
-    phalanx::film::output::write(&dir.join("sky.pfm"), &sky, &[], 0.0).unwrap();
+    phalanx::film::output::write(&dir.join("sky.pfm"), &sky, &[], &Display::LINEAR).unwrap();
     let text = r#"
         LookAt 0 1 4  0 0 0  0 1 0
         Camera "perspective" "float fov" 40
@@ -168,8 +169,7 @@ fn any_numbers_give_a_report() {
 }
 
 /// Cornell box, small, at depths that carry light.
-const SMALL: &str =
-    "--bootstrap 2000 --chains 64 --mutations 20 --resolution 40x40 --max-depth 4 --seed 7";
+const SMALL: &str = "--bootstrap 2000 --chains 64 --mutations 20 --resolution 40x40 --max-depth 4 --seed 7 --integrator mmlt";
 
 #[track_caller]
 fn json(folder: &Path, arguments: &str) -> Value {
@@ -191,6 +191,7 @@ fn a_chain_does_again_what_it_did() {
     let mut scene = load(&file).unwrap();
     scene.set_resolution(40, 40).unwrap();
     let settings = Settings {
+        integrator: IntegratorKind::Mmlt,
         seed: 7,
         chains: 64,
         bootstrap: 2000,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::values::Tuned;
+use super::values::{Exposure, Tuned};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::scene::Film;
 
@@ -44,12 +44,34 @@ pub(super) fn tuned(text: &str, most: f64) -> Result<Tuned, String> {
     }
 }
 
-pub(in crate::cli) fn exposure(text: &str) -> Result<f32, String> {
-    number_in(text, -100.0, 100.0).map(|v| v as f32)
+pub(in crate::cli) fn exposure(text: &str) -> Result<Exposure, String> {
+    match text.trim() {
+        "auto" => Ok(Exposure::Auto),
+        text => match number_in(text, -100.0, 100.0) {
+            Ok(stops) => Ok(Exposure::Stops(stops as f32)),
+            Err(e) => Err(format!("{e}, nor auto")),
+        },
+    }
 }
 
+/// Seconds, or a number with a unit: `90`, `90s`, `1.5m`, `2h`, `1d`.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let time = Duration::from_secs_f64(number_in(text, 0.0, MAX_SECONDS)?);
+    const UNITS: [(&str, f64); 5] = [
+        ("ms", 1e-3),
+        ("s", 1.0),
+        ("m", 60.0),
+        ("h", 3600.0),
+        ("d", 86400.0),
+    ];
+    let split =
+        (UNITS.iter()).find_map(|(name, unit)| Some((text.trim().strip_suffix(name)?, unit)));
+    let (count, unit) = split.unwrap_or((text, &1.0));
+    let value = number(count).map_err(|e| format!("{e}; expected seconds, or 90s, 5m, 1h"))?;
+    let value = value * unit;
+    if !(0.0..=MAX_SECONDS).contains(&value) {
+        return Err(format!("{text} is not in 0..={MAX_SECONDS} s"));
+    }
+    let time = Duration::from_secs_f64(value);
     if time.is_zero() {
         // Or less than a nanosecond.
         return Err("it must be more than 0".into());
@@ -129,8 +151,35 @@ mod tests {
         }
         assert_eq!(probability("auto"), Ok(Tuned::Auto));
         assert_eq!(sigma("0.5"), Ok(Tuned::Is(0.5)));
-        for bad in ["nan", "inf", "0", "-1", "1e300", "1e-300"] {
+        for bad in [
+            "nan",
+            "inf",
+            "0",
+            "-1",
+            "1e300",
+            "1e-300",
+            "s",
+            "5 furlongs",
+            "1h30",
+            "1e9h",
+            "-5m",
+        ] {
             assert!(seconds(bad).is_err(), "{bad}");
+        }
+        for (text, expected) in [
+            ("90", 90.0),
+            ("90s", 90.0),
+            (" 2 m", 120.0),
+            ("1.5h", 5400.0),
+            ("1d", 86400.0),
+            ("250ms", 0.25),
+            ("1e2s", 100.0),
+        ] {
+            assert_eq!(
+                seconds(text),
+                Ok(Duration::from_secs_f64(expected)),
+                "{text}"
+            );
         }
         assert_eq!(size("8GiB"), Ok(8 << 30));
         assert_eq!(size("1.5 MB"), Ok(1_500_000));
@@ -157,7 +206,11 @@ mod tests {
             });
             prop_assert!(within(tuned(probability(&text)), 0.0, 1.0));
             prop_assert!(within(tuned(sigma(&text)), 0.0, 1e6));
-            prop_assert!(within(exposure(&text), -100.0, 100.0));
+            let stops = exposure(&text).map(|e| match e {
+                Exposure::Auto => 0.0,
+                Exposure::Stops(stops) => stops,
+            });
+            prop_assert!(within(stops, -100.0, 100.0));
             let in_range = |t: Duration| !t.is_zero() && t.as_secs_f64() <= MAX_SECONDS;
             prop_assert!(seconds(&text).map_or(true, in_range));
             prop_assert!(target_error(&text).map_or(true, |e| e > 0.0 && e.is_finite()));

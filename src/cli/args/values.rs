@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
 use crate::chain::mutate::Mutation;
+use crate::formats::tone::Tonemap;
 use crate::integrate::{Settings, StrategyChoice};
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, PathSamplerKind};
@@ -105,6 +106,52 @@ impl fmt::Display for Tuned {
             Tuned::Auto => write!(f, "auto"),
             Tuned::Is(value) => write!(f, "{value}"),
         }
+    }
+}
+
+/// How much brighter a picture is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// By its own brightness.
+    Auto,
+    /// By so many factors of two.
+    Stops(f32),
+}
+
+/// How accurate a picture shall be, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// 20 % of relative error
+    Draft,
+    /// 5 %
+    Good,
+    /// 1 %
+    Final,
+}
+
+impl Quality {
+    /// The relative error.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Draft => 0.2,
+            Self::Good => 0.05,
+            Self::Final => 0.01,
+        }
+    }
+}
+
+impl ValueEnum for Tonemap {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self {
+            Self::Shoulder => "As it is up to 80 % of white, then ever more slowly towards it",
+            Self::Linear => "As it is, cut off at white",
+            Self::Filmic => "An S-shaped curve: dark and bright parts lose contrast",
+        };
+        Some(PossibleValue::new(self.name()).help(help))
     }
 }
 

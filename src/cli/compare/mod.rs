@@ -4,7 +4,7 @@
 pub mod args;
 mod canvas;
 mod draw;
-mod pictures;
+pub mod pictures;
 mod text;
 
 use std::path::Path;
@@ -18,6 +18,7 @@ use super::messages::Messages;
 use super::{Failure, outputs, units};
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
+use crate::formats::tone::Display;
 use crate::metrics::{Comparison, Figures, Flip, NotFinite, Tile};
 
 pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -162,8 +163,10 @@ fn write_map(
         name: name.into(),
         value: AttributeValue::Text(text),
     });
-    outputs::save_picture(path, |path| output::write(path, &picture, &attributes, 0.0))
-        .map_err(Failure::Io)
+    outputs::save_picture(path, |path| {
+        output::write(path, &picture, &attributes, &Display::LINEAR)
+    })
+    .map_err(Failure::Io)
 }
 
 /// What does not hold of what was asked for, and by how much.

@@ -72,7 +72,7 @@ pub fn suitable_flip([a, b]: &[Input; 2]) -> Flip {
     }
 }
 
-fn read_one(path: &Path) -> Result<Input, Failure> {
+pub fn read_one(path: &Path) -> Result<Input, Failure> {
     let name = path.display().to_string();
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     let extension = extension.as_ref().and_then(|e| e.to_str());

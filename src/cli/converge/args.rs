@@ -291,7 +291,7 @@ fn any(_: IntegratorKind) -> bool {
 
 /// Those that choose among the strategies of a depth.
 fn multiplexed(kind: IntegratorKind) -> bool {
-    kind == IntegratorKind::Mmlt
+    matches!(kind, IntegratorKind::Auto | IntegratorKind::Mmlt)
 }
 
 /// Those that mutate paths.

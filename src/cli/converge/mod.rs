@@ -24,6 +24,7 @@ use crate::converge::report;
 use crate::converge::run::{self, Options, ReferenceSource, Study, Subject};
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
+use crate::formats::tone::Display;
 use crate::integrate::{RenderError, Settings};
 use crate::scene::Scene;
 
@@ -319,7 +320,7 @@ fn write_report(
         let stems = report::stems(names);
         for ((subject, scene), stem) in subjects.iter().zip(&study.scenes).zip(stems) {
             let (picture, attributes) = reference_file(subject, scene);
-            let write = |path: &Path| output::write(path, &picture, &attributes, 0.0);
+            let write = |path: &Path| output::write(path, &picture, &attributes, &Display::LINEAR);
             done(outputs::save(&reference_path(folder, &stem), write));
         }
     }

@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args, value_parser};
 
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::cli::args::{ChainArgs, PictureArgs};
+use crate::scene::IntegratorKind;
 
 /// Evaluate one path again, step by step, in single and in double precision
 ///
@@ -73,6 +74,10 @@ pub struct ReplayArgs {
 
     #[command(flatten)]
     pub picture: PictureArgs,
+
+    /// Integrator of the render, auto or mmlt [default: the scene's, else mmlt]
+    #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
+    pub integrator: Option<IntegratorKind>,
 
     #[command(flatten)]
     pub chains: ChainArgs,

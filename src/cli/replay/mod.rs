@@ -27,8 +27,10 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let mut input = input::load(args.scene.as_deref(), &MemoryLimit::new(None), messages)?;
     args.picture.apply(&mut input.scene)?;
     let scene = &input.scene;
+    let asked = args.integrator.unwrap_or(scene.integrator.kind);
+    let chained = matches!(asked, IntegratorKind::Auto | IntegratorKind::Mmlt);
     let mut settings = Settings {
-        integrator: IntegratorKind::Mmlt,
+        integrator: if chained { asked } else { IntegratorKind::Mmlt },
         ..Settings::of(scene)
     };
     args.chains.apply(&mut settings);
@@ -45,10 +47,13 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
         check_count(&numbers, plan).map_err(Failure::Input)?;
         document.path = Some(Recorder::new(scene, &world).report(plan, &numbers));
     } else {
-        let asked = scene.integrator.kind;
-        if asked != IntegratorKind::Mmlt {
+        if !chained {
+            let who = match args.integrator {
+                Some(_) => "the flag",
+                None => "the scene",
+            };
             messages.note(format_args!(
-                "the scene asks for {}; these are chains of --integrator mmlt",
+                "{who} asks for {}; these are chains of --integrator mmlt",
                 asked.title()
             ));
         }

@@ -15,7 +15,9 @@ use std::time::{Duration, Instant};
 pub struct Tiles {
     /// Pixels along a side.
     pub size: u32,
+    /// Tiles from left to right.
     pub columns: usize,
+    /// Tiles from top to bottom.
     pub rows: usize,
     /// `columns * rows`, row by row from the top left.
     pub mean: Vec<f64>,

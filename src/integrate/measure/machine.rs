@@ -9,7 +9,9 @@ pub struct Machine {
     pub cpu: Option<String>,
     /// Hardware threads this process may use.
     pub cores: usize,
+    /// Such as `x86_64`.
     pub arch: &'static str,
+    /// Such as `linux`.
     pub os: &'static str,
     /// Vector instructions that this binary is built with.
     pub target_features: Vec<&'static str>,

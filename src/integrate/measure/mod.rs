@@ -47,8 +47,10 @@ const HALF: Half = Half {
 /// Why there is nothing to measure.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasureError {
+    /// A render could not start either.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// Nothing in the scene carries light to the camera; why.
     #[error("{0}")]
     Dark(String),
 }
@@ -149,7 +151,7 @@ pub fn measure(
 
 fn method(world: &World, settings: &Settings) -> Result<Method, RenderError> {
     match settings.integrator {
-        IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
+        IntegratorKind::Auto | IntegratorKind::Mmlt => Ok(mmlt::method(&world.plan)),
         IntegratorKind::Pssmlt(sampler) => Ok(pssmlt::method(world, settings.max_depth, sampler)),
         other => Err(RenderError::Settings(format!(
             "{} mutates nothing: mutations of mmlt or pssmlt can be measured",

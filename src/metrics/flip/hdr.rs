@@ -6,8 +6,11 @@ use super::ldr;
 /// Exposures in stops, evenly from `start` to `stop`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
+    /// The first, in stops.
     pub start: f32,
+    /// The last, in stops; at least `start`.
     pub stop: f32,
+    /// At least 2.
     pub count: usize,
 }
 

@@ -334,7 +334,7 @@ mod tests {
         };
         for file in ["a.exr", "a.pfm"] {
             let path = folder.path().join(file);
-            output::write(&path, &picture, &[], 0.0).unwrap();
+            output::write(&path, &picture, &[], &crate::formats::tone::Display::LINEAR).unwrap();
             let image = read_image(&path, Encoding::Srgb).unwrap();
             assert_eq!(image.texels, vec![[0.5, 2.0, 1e4], [0.0, 0.0, 0.25]]);
         }

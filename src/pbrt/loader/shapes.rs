@@ -107,7 +107,10 @@ impl Loader {
             material = self.bare_material(pane.into())?;
         }
         let textures = self.tables.textures();
-        let textured = |alpha: Alpha| alpha.value.uses_uv(textures);
+        let textured = |alpha: Alpha| {
+            let mut values = [Some(alpha.value), alpha.shadow].into_iter().flatten();
+            values.any(|value| value.uses_uv(textures))
+        };
         let needs_uv = self.needs_uv[material as usize]
             || alpha.is_some_and(textured)
             || light.as_ref().is_some_and(|l| l.image.is_some());

@@ -1,4 +1,5 @@
-//! Shapes that become triangle meshes at load: disks, bilinear patches, Loop subdivision surfaces.
+//! Shapes that become triangle meshes at load: disks, surfaces of revolution, curves, height
+//! fields, NURBS, bilinear patches, Loop subdivision surfaces.
 //!
 //! All in object space. The front of a triangle is where its vertices run counter-clockwise.
 //!
@@ -13,11 +14,17 @@
 //! and no calls through a table, which is what makes them fast.
 
 mod bilinear;
+mod curve;
 mod disk;
+mod grid;
+mod quadric;
 mod subdivision;
 
 pub use bilinear::{append_patches, bilinear_mesh, bilinear_mesh_within};
+pub use curve::{Basis, CurvePiece, curve};
 pub use disk::{disk, whole_disk};
+pub use grid::{Knots, height_field, nurbs};
+pub use quadric::Quadric;
 pub use subdivision::loop_subdivide;
 
 /// Takes memory, in bytes, or says that there is none.

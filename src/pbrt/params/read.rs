@@ -232,59 +232,72 @@ impl ParamSet {
                     .and_then(|()| room.add(super::STRING_BYTES + token.raw().len() as u64)),
             };
             grown.map_err(no_room)?;
-            match &mut values {
-                Values::Numbers(list) if list.len() < MAX_VALUES => {
-                    list.push(match token.number() {
-                        Ok(x) => x,
-                        Err(e) => return Err(self.amend(&token, name, e)),
-                    })
-                }
-                Values::Numbers(_) => {
-                    return fail(
-                        pos,
-                        format_args!("parameter \"{name}\" has too many values"),
-                    );
-                }
-                Values::Strings(list) if token.kind == TokenKind::Quoted => {
-                    list.push(token.text().into_owned())
-                }
-                Values::Strings(_) => {
-                    return fail(
-                        &token.pos(),
-                        format_args!(
-                            "parameter \"{name}\": expected a string in quotes, found {}",
-                            token.shown()
-                        ),
-                    );
-                }
-                Values::Bools(list) => list.push(match token.raw() {
-                    "true" => true,
-                    "false" => false,
-                    _ if self.dialect == Dialect::V3 && token.kind == TokenKind::Quoted => {
-                        let site = Site::new(token.pos(), &self.site.label);
-                        let what = format!(
-                            "parameter \"{name}\": {} is neither true nor false; false is used",
-                            token.shown()
-                        );
-                        self.notes.borrow_mut().push((site, what));
-                        false
-                    }
-                    _ => {
-                        return fail(
-                            &token.pos(),
-                            format_args!(
-                                "parameter \"{name}\": expected true or false, found {}",
-                                token.shown()
-                            ),
-                        );
-                    }
-                }),
-            }
+            self.push_value(&mut values, &token, pos, name)?;
             if !bracketed {
                 break;
             }
         }
         Ok((values, mistaken))
+    }
+
+    /// Appends the value that a token is; `pos` is where the parameter stands.
+    fn push_value(
+        &self,
+        values: &mut Values,
+        token: &Token,
+        pos: &Pos,
+        name: &str,
+    ) -> Result<(), SceneError> {
+        let fail = |pos: &Pos, what: fmt::Arguments<'_>| {
+            Err(Site::new(pos.clone(), &self.site.label).error(what))
+        };
+        match values {
+            Values::Numbers(list) if list.len() < MAX_VALUES => list.push(match token.number() {
+                Ok(x) => x,
+                Err(e) => return Err(self.amend(token, name, e)),
+            }),
+            Values::Numbers(_) => {
+                return fail(
+                    pos,
+                    format_args!("parameter \"{name}\" has too many values"),
+                );
+            }
+            Values::Strings(list) if token.kind == TokenKind::Quoted => {
+                list.push(token.text().into_owned())
+            }
+            Values::Strings(_) => {
+                return fail(
+                    &token.pos(),
+                    format_args!(
+                        "parameter \"{name}\": expected a string in quotes, found {}",
+                        token.shown()
+                    ),
+                );
+            }
+            Values::Bools(list) => list.push(match token.raw() {
+                "true" => true,
+                "false" => false,
+                _ if self.dialect == Dialect::V3 && token.kind == TokenKind::Quoted => {
+                    let site = Site::new(token.pos(), &self.site.label);
+                    let what = format!(
+                        "parameter \"{name}\": {} is neither true nor false; false is used",
+                        token.shown()
+                    );
+                    self.notes.borrow_mut().push((site, what));
+                    false
+                }
+                _ => {
+                    return fail(
+                        &token.pos(),
+                        format_args!(
+                            "parameter \"{name}\": expected true or false, found {}",
+                            token.shown()
+                        ),
+                    );
+                }
+            }),
+        }
+        Ok(())
     }
 
     /// A token's own message, with the directive and the parameter put in front.

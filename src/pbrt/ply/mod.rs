@@ -20,7 +20,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
-use ply_rs_bw::ply::PropertyType;
+use ply_rs_bw::ply::{Header, PropertyType};
 
 use self::body::{Lines, each};
 use self::elements::{Face, Skipped, Vertex};
@@ -101,15 +101,14 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, u64), String> {
     Ok((Box::new(reader), bytes))
 }
 
-fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh, String> {
-    let (header, lines) = read_header(&mut source)?;
-    check_counts(&header, bytes)?;
-    let mut reader = Lines {
-        source,
-        line: String::new(),
-        number: lines,
-    };
+/// What vertices have beside positions.
+struct Fields {
+    normals: bool,
+    uvs: bool,
+}
 
+/// Looks whether the file has all that a mesh must have.
+fn fields_of(header: &Header) -> Result<Fields, String> {
     let properties = |name: &str| header.elements.get(name).map(|e| &e.properties);
     let vertex = properties("vertex").ok_or("no element \"vertex\"")?;
     let has = |slots: std::ops::Range<usize>| {
@@ -135,10 +134,25 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh,
             return Err(format!("the file has no elements \"{name}\""));
         }
     }
+    Ok(Fields {
+        normals: has(3..6),
+        uvs: has(6..8),
+    })
+}
 
+fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh, String> {
+    let (header, lines) = read_header(&mut source)?;
+    check_counts(&header, bytes)?;
+    let mut reader = Lines {
+        source,
+        line: String::new(),
+        number: lines,
+    };
+
+    let has = fields_of(&header)?;
     let mut mesh = MeshData {
-        normals: has(3..6).then(Vec::new),
-        uvs: has(6..8).then(Vec::new),
+        normals: has.normals.then(Vec::new),
+        uvs: has.uvs.then(Vec::new),
         ..Default::default()
     };
     let mut quads = Vec::new();
@@ -183,6 +197,21 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh,
     // The check sum of a gzip file is compared at its end only.
     reader.source.fill_buf().map_err(|e| e.to_string())?;
 
+    check_indices(&mesh, &quads)?;
+    if skipped > 0 {
+        mesh.warnings.push(format!(
+            "{skipped} faces with fewer than 3 vertices dropped"
+        ));
+    }
+    if fans > 0 {
+        mesh.warnings.push(format!(
+            "{fans} faces with more than 4 vertices made into triangles; pbrt leaves them out"
+        ));
+    }
+    Ok(PlyMesh { mesh, quads })
+}
+
+fn check_indices(mesh: &MeshData, quads: &[[u32; 4]]) -> Result<(), String> {
     let vertices = mesh.positions.len();
     if let Some(bad) = mesh
         .triangles
@@ -196,15 +225,5 @@ fn read(mut source: Box<dyn BufRead>, bytes: u64, room: Room) -> Result<PlyMesh,
             *bad as i32
         ));
     }
-    if skipped > 0 {
-        mesh.warnings.push(format!(
-            "{skipped} faces with fewer than 3 vertices dropped"
-        ));
-    }
-    if fans > 0 {
-        mesh.warnings.push(format!(
-            "{fans} faces with more than 4 vertices made into triangles; pbrt leaves them out"
-        ));
-    }
-    Ok(PlyMesh { mesh, quads })
+    Ok(())
 }

@@ -152,23 +152,41 @@ fn clamped_values_are_told() {
     }
 }
 
-/// `S` turns highlights that are longer one way, and bumps; on anything else it changes nothing.
+/// `S` turns highlights that are longer one way, and bumps; on anything else it changes nothing,
+/// and is not kept.
 #[test]
-fn tangents_are_told_of_where_they_matter() {
+fn tangents_are_kept_where_they_matter() {
     let mesh = format!("{V3_TRIANGLE} \"vector S\" [1 1 0 1 1 0 1 1 0]");
-    for (material, warnings) in [
+    for (material, kept) in [
         ("Material \"matte\"", 0),
         ("Material \"metal\" \"float roughness\" .1", 0),
         (
             "Material \"metal\" \"float uroughness\" .1 \"float vroughness\" .3",
-            1,
+            3,
         ),
         (
             "Texture \"c\" \"float\" \"checkerboard\" Material \"matte\" \"texture bumpmap\" \"c\"",
-            1,
+            3,
         ),
     ] {
         let s = v3(&format!("{material} {mesh}"));
-        assert_eq!(s.warnings.len(), warnings, "{material}: {:?}", s.warnings);
+        assert_eq!(s.tangents.len(), kept, "{material}");
+        assert_eq!(s.warnings, [""; 0], "{material}");
     }
+    let metal = "Material \"metal\" \"float uroughness\" .1 \"float vroughness\" .3";
+    // An instance that swaps x and y, and meshes without tangents before and after.
+    let s = v3(&format!(
+        "ObjectBegin \"o\" {metal} {mesh} ObjectEnd {V3_TRIANGLE}
+         Transform [0 1 0 0  1 0 0 0  0 0 1 0  0 0 0 1] ObjectInstance \"o\" {V3_TRIANGLE}"
+    ));
+    assert_eq!((s.vertices.len(), s.tangents.len()), (9, 6));
+    assert_eq!(s.tangents[2], [0.0; 3]);
+    let [x, y, z] = s.tangents[3];
+    assert!(x > 0.0 && (x, z) == (y, 0.0), "{:?}", s.tangents);
+    let wrong = v3(&format!("{metal} {V3_TRIANGLE} \"vector S\" [1 1 0 1 1 0]"));
+    assert!(
+        wrong.warnings[0].contains("2 \"S\" for 3 vertices"),
+        "{:?}",
+        wrong.warnings
+    );
 }

@@ -23,6 +23,30 @@ fn cut_outs() {
     assert_eq!(s.shapes.len(), 2);
     assert_eq!(s.shapes[1].alpha, NONE);
     assert_eq!(s.alphas[0].test, AlphaTest::NotZero);
+    assert!(s.alphas.iter().all(|a| a.shadow.is_none()) && s.warnings.is_empty());
+    // Shadows of their own, of what is there otherwise.
+    let s = v3(&format!(
+        "{checks}\n{V3_TRIANGLE} \"texture shadowalpha\" \"c\"\n{V3_TRIANGLE} \"float shadowalpha\" 0\n\
+         {V3_TRIANGLE} \"texture alpha\" \"c\" \"float shadowalpha\" 0\n{V3_TRIANGLE} \"float shadowalpha\" 2"
+    ));
+    let shadows: Vec<_> = s.alphas.iter().map(|a| (a.value, a.shadow)).collect();
+    let (here, none) = (Param::Constant([1.0; 3]), Param::Constant([0.0; 3]));
+    let texture = Param::Texture(0);
+    assert_eq!(
+        shadows,
+        [
+            (here, Some(texture)),
+            (here, Some(none)),
+            (texture, Some(none))
+        ]
+    );
+    assert_eq!(s.shapes[3].alpha, NONE);
+    assert_eq!(s.vertices[s.triangles[0].v[2] as usize].uv, [1.0, 1.0]);
+    assert!(
+        s.warnings.len() == 3 && s.warnings[0].contains("\"shadowalpha\": shadows other than"),
+        "{:?}",
+        s.warnings
+    );
     // Only meshes have it in v3.
     let s = v3("Shape \"sphere\" \"float alpha\" 0");
     assert_eq!((s.spheres.len(), s.warnings.len()), (1, 1));

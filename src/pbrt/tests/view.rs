@@ -151,7 +151,7 @@ fn integrators() {
     let s = header("Film \"rgb\" Integrator \"sppm\"");
     assert_eq!(
         (s.integrator.kind, s.warnings.len()),
-        (IntegratorKind::Mmlt, 1)
+        (IntegratorKind::Auto, 1)
     );
 }
 

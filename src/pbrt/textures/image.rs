@@ -1,5 +1,7 @@
 //! `imagemap` textures.
 
+use std::path::Path;
+
 use super::mapping::{Ctm, mapping};
 use super::{Channels, Class, Tables};
 use crate::pbrt::dialect::Dialect;
@@ -26,7 +28,36 @@ pub fn image_map(
     let path = set.dir.join(filename);
     let mapping = mapping(set, ctm)?;
     let scale = set.float_or("scale", 1.0)? as f32;
-    let wrap = match set.string("wrap")?.unwrap_or("repeat") {
+    let wrap = wrap(set)?;
+    let (encoding, invert) = encoding(set, report)?;
+    if set.dialect == Dialect::V3 && !path.exists() {
+        set.note(format_args!(
+            "there is no file {}; it is grey, as in pbrt-v3",
+            path.display()
+        ));
+        return Ok(Param::Constant([scale * stand_in(&path, encoding); 3]));
+    }
+    let channels = match (class, set.dialect) {
+        (Class::Color, _) => Channels::Rgb,
+        (Class::Float, Dialect::V3) => Channels::Luminance,
+        (Class::Float, Dialect::V4) => Channels::Mean,
+    };
+    let image = tables
+        .image(path, encoding, channels)
+        .map_err(|e| set.error(e))?;
+    let texture = mapping.map(|mapping| Texture::Image {
+        image,
+        mapping,
+        wrap,
+        scale,
+        invert,
+    });
+    tables.push(texture, set)
+}
+
+/// What is beyond the borders of an image.
+fn wrap(set: &ParamSet) -> Result<Wrap, SceneError> {
+    Ok(match set.string("wrap")?.unwrap_or("repeat") {
         "repeat" => Wrap::Repeat,
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
@@ -42,8 +73,12 @@ pub fn image_map(
                 "wrap mode \"{other}\" is unknown; use repeat, black, clamp or octahedralsphere"
             )));
         }
-    };
-    let (encoding, invert) = match set.dialect {
+    })
+}
+
+/// How the file's numbers are meant, and whether each is taken from 1.
+fn encoding(set: &ParamSet, report: &mut Report) -> Result<(Encoding, bool), SceneError> {
+    Ok(match set.dialect {
         Dialect::V3 => {
             note_filtering(set, &["trilinear", "maxanisotropy"], report);
             let encoding = match (set.has("gamma"), set.bool_or("gamma", true)?) {
@@ -80,36 +115,17 @@ pub fn image_map(
             };
             (encoding, set.bool_or("invert", false)?)
         }
+    })
+}
+
+/// pbrt-v3's grey in place of an image that is not there, as its reader would decode it.
+fn stand_in(path: &Path, encoding: Encoding) -> f32 {
+    let png_or_tga = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("png" | "tga"));
+    let decoded = match encoding {
+        Encoding::Auto => path.extension().is_some_and(png_or_tga),
+        other => other == Encoding::Srgb,
     };
-    if set.dialect == Dialect::V3 && !path.exists() {
-        set.note(format_args!(
-            "there is no file {}; it is grey, as in pbrt-v3",
-            path.display()
-        ));
-        let png_or_tga = |e: &std::ffi::OsStr| matches!(e.to_str(), Some("png" | "tga"));
-        let decoded = match encoding {
-            Encoding::Auto => path.extension().is_some_and(png_or_tga),
-            other => other == Encoding::Srgb,
-        };
-        let grey = if decoded { GREY_DECODED } else { 0.5 };
-        return Ok(Param::Constant([scale * grey; 3]));
-    }
-    let channels = match (class, set.dialect) {
-        (Class::Color, _) => Channels::Rgb,
-        (Class::Float, Dialect::V3) => Channels::Luminance,
-        (Class::Float, Dialect::V4) => Channels::Mean,
-    };
-    let image = tables
-        .image(path, encoding, channels)
-        .map_err(|e| set.error(e))?;
-    let texture = mapping.map(|mapping| Texture::Image {
-        image,
-        mapping,
-        wrap,
-        scale,
-        invert,
-    });
-    tables.push(texture, set)
+    if decoded { GREY_DECODED } else { 0.5 }
 }
 
 pub fn note_filtering(set: &ParamSet, names: &[&str], report: &mut Report) {

@@ -27,7 +27,65 @@ pub(in crate::pbrt) fn camera(
     film: &Film,
     report: &mut Report,
 ) -> Result<WorldCamera, SceneError> {
-    let mut projection = match kind {
+    let mut projection = projection_of(kind, set)?;
+    let placed = inverse(ctm).and_then(|t| similarity(&t)).ok_or_else(|| {
+        set.error("its transform shears or stretches space; use rotations, translations, mirrors and uniform scales")
+    })?;
+    set.accept(&["shutteropen", "shutterclose"]);
+    if let Projection::Sphere(_) = projection {
+        note_useless(set, report);
+        set.finish(report);
+        return Ok(WorldCamera {
+            placed,
+            projection,
+            screen: [-1.0, 1.0, -1.0, 1.0],
+            lens_radius: 0.0,
+            focal_distance: 1.0,
+        });
+    }
+    let window = window(set, film)?;
+    let lens_radius = set.float_in("lensradius", 0.0, 0.0, f64::INFINITY)?;
+    let focal_distance = set.float_or("focaldistance", 1e6)?;
+    if lens_radius > 0.0 && focal_distance <= 0.0 {
+        return Err(set.error(format_args!(
+            "focal distance {focal_distance} is not positive"
+        )));
+    }
+    let window_scale = match projection {
+        Projection::Perspective => half_view(set)?,
+        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave
+        // its disk for points of the window in the plane in focus. That is a perspective
+        // camera, whose window lies at distance 1.
+        Projection::Orthographic if lens_radius > 0.0 => {
+            report.warn_at(
+                &set.site,
+                "with a lens, its rays start at the lens and not at the film, as in pbrt: a perspective view of its window in the plane in focus",
+            );
+            projection = Projection::Perspective;
+            1.0 / focal_distance
+        }
+        Projection::Orthographic | Projection::Sphere(_) => placed.scale,
+    };
+    let screen = window.map(|x| x * window_scale);
+    if screen[0] == screen[1]
+        || screen[2] == screen[3]
+        || !screen.iter().all(|x| (*x as f32).is_finite())
+    {
+        return Err(set.error("its screen window is empty"));
+    }
+    set.finish(report);
+    Ok(WorldCamera {
+        placed,
+        projection,
+        screen,
+        lens_radius: lens_radius * placed.scale,
+        focal_distance: focal_distance * placed.scale,
+    })
+}
+
+/// What a kind of camera projects by; its lens may change that.
+fn projection_of(kind: &str, set: &ParamSet) -> Result<Projection, SceneError> {
+    Ok(match kind {
         "perspective" => Projection::Perspective,
         "orthographic" => Projection::Orthographic,
         "environment" => Projection::Sphere(SphereMap::Equirectangular),
@@ -50,41 +108,34 @@ pub(in crate::pbrt) fn camera(
                 "this camera is unknown; use perspective, orthographic, spherical or environment",
             ));
         }
-    };
-    let placed = inverse(ctm).and_then(|t| similarity(&t)).ok_or_else(|| {
-        set.error("its transform shears or stretches space; use rotations, translations, mirrors and uniform scales")
-    })?;
-    set.accept(&["shutteropen", "shutterclose"]);
-    if let Projection::Sphere(_) = projection {
-        for name in [
-            "lensradius",
-            "focaldistance",
-            "frameaspectratio",
-            "screenwindow",
-        ] {
-            if let Some(param) = set.find(name) {
-                report.warn_at(
-                    &set.site_of(param),
-                    format_args!("\"{name}\" has no effect on a camera that sees every direction"),
-                );
-            }
+    })
+}
+
+/// What a camera that sees every direction has no use for.
+fn note_useless(set: &ParamSet, report: &mut Report) {
+    for name in [
+        "lensradius",
+        "focaldistance",
+        "frameaspectratio",
+        "screenwindow",
+    ] {
+        if let Some(param) = set.find(name) {
+            report.warn_at(
+                &set.site_of(param),
+                format_args!("\"{name}\" has no effect on a camera that sees every direction"),
+            );
         }
-        set.finish(report);
-        return Ok(WorldCamera {
-            placed,
-            projection,
-            screen: [-1.0, 1.0, -1.0, 1.0],
-            lens_radius: 0.0,
-            focal_distance: 1.0,
-        });
     }
+}
+
+/// `[x0, x1, y0, y1]` as the file has it: [-1, 1] along the shorter side, unless it says otherwise.
+fn window(set: &ParamSet, film: &Film) -> Result<[f64; 4], SceneError> {
     let aspect = set.float_in(
         "frameaspectratio",
         f64::from(film.width) / f64::from(film.height),
         1e-6,
         1e6,
     )?;
-    // [-1, 1] along the shorter side.
     let mut screen = if aspect > 1.0 {
         [-aspect, aspect, -1.0, 1.0]
     } else {
@@ -96,56 +147,23 @@ pub(in crate::pbrt) fn camera(
             _ => set.note("\"screenwindow\" is ignored: it needs 4 values, x0 x1 y0 y1"),
         }
     }
-    let lens_radius = set.float_in("lensradius", 0.0, 0.0, f64::INFINITY)?;
-    let focal_distance = set.float_or("focaldistance", 1e6)?;
-    if lens_radius > 0.0 && focal_distance <= 0.0 {
+    Ok(screen)
+}
+
+/// The tangent of half the field of view.
+fn half_view(set: &ParamSet) -> Result<f64, SceneError> {
+    let mut fov = set.float_or("fov", 90.0)?;
+    if set.dialect == Dialect::V3
+        && let Some(half) = set.float("halffov")?
+    {
+        fov = 2.0 * half;
+    }
+    if !(fov > 0.0 && fov < 180.0) {
         return Err(set.error(format_args!(
-            "focal distance {focal_distance} is not positive"
+            "field of view {fov} is not between 0 and 180 degrees"
         )));
     }
-    let window_scale = match projection {
-        Projection::Perspective => {
-            let mut fov = set.float_or("fov", 90.0)?;
-            if set.dialect == Dialect::V3
-                && let Some(half) = set.float("halffov")?
-            {
-                fov = 2.0 * half;
-            }
-            if !(fov > 0.0 && fov < 180.0) {
-                return Err(set.error(format_args!(
-                    "field of view {fov} is not between 0 and 180 degrees"
-                )));
-            }
-            (fov.to_radians() / 2.0).tan()
-        }
-        // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave
-        // its disk for points of the window in the plane in focus. That is a perspective
-        // camera, whose window lies at distance 1.
-        Projection::Orthographic if lens_radius > 0.0 => {
-            report.warn_at(
-                &set.site,
-                "with a lens, its rays start at the lens and not at the film, as in pbrt: a perspective view of its window in the plane in focus",
-            );
-            projection = Projection::Perspective;
-            1.0 / focal_distance
-        }
-        Projection::Orthographic | Projection::Sphere(_) => placed.scale,
-    };
-    let screen = screen.map(|x| x * window_scale);
-    if screen[0] == screen[1]
-        || screen[2] == screen[3]
-        || !screen.iter().all(|x| (*x as f32).is_finite())
-    {
-        return Err(set.error("its screen window is empty"));
-    }
-    set.finish(report);
-    Ok(WorldCamera {
-        placed,
-        projection,
-        screen,
-        lens_radius: lens_radius * placed.scale,
-        focal_distance: focal_distance * placed.scale,
-    })
+    Ok((fov.to_radians() / 2.0).tan())
 }
 
 /// The camera without a `Camera` directive: pbrt's default at the origin, looking along `+z`.

@@ -14,6 +14,7 @@ use crate::surface::Kind;
 pub struct Taken {
     /// Its normals there.
     pub ng: V,
+    /// Unit shading normal.
     pub ns: V,
     /// Unit, where it came from.
     pub wo: V,
@@ -29,11 +30,7 @@ pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Tak
     let row = v.row.map(f64::from);
     let (x, y, z) = (wo[0], wo[1], wo[2]);
     let up = [x, y, z.abs()];
-    let glossy = || {
-        let h = visible_normal(up, row[6], row[7], u);
-        sub(scale(h, 2.0 * dot(up, h)), up)
-    };
-    let mirrored = |w: V, h: V| sub(scale(h, 2.0 * dot(w, h)), w);
+    let glossy = || mirrored(up, visible_normal(up, row[6], row[7], u));
     // On the side of `wo`.
     let with_side = |w: V| [w[0], w[1], w[2] * 1f64.copysign(z)];
     // The side that the sample in `f32` went to.
@@ -49,19 +46,11 @@ pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Tak
         }
         Kind::Mirror | Kind::SmoothConductor | Kind::Coat | Kind::CoatedMirror => [-x, -y, z],
         Kind::RoughConductor => with_side(glossy()),
-        Kind::Plastic => {
-            let black = |at: usize| row[at..at + 3].iter().all(|c| *c <= 0.0);
-            let diffuse = match (black(0), black(3)) {
-                (true, _) => 0.0,
-                (false, true) => 1.0,
-                (false, false) => 0.5,
-            };
-            with_side(if u[2] < diffuse {
-                warp::hemisphere(u[0], u[1])
-            } else {
-                glossy()
-            })
-        }
+        Kind::Plastic => with_side(if u[2] < plastic_diffuse_share(&row) {
+            warp::hemisphere(u[0], u[1])
+        } else {
+            glossy()
+        }),
         Kind::Substrate => with_side(if u[2] < 0.5 {
             warp::hemisphere(u[0], u[1])
         } else {
@@ -76,21 +65,7 @@ pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Tak
             })
         }
         Kind::CoatedConductor | Kind::CoatedConductorBase => {
-            let [metal, diffuse, _] = coated::conductor_shares(v.kind, &row, up);
-            with_side(if u[2] < metal {
-                let eta = row[3];
-                let (x, y) = (x / eta, y / eta);
-                let p = [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()];
-                let (ax, ay) = coated::sampled_alphas(v.kind, &row, up[2], p[2]);
-                let q = mirrored(p, visible_normal(p, ax, ay, u));
-                let (x, y) = (q[0] * eta, q[1] * eta);
-                [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()]
-            } else if u[2] < metal + diffuse {
-                warp::hemisphere(u[0], u[1])
-            } else {
-                let (ax, ay) = unpacked_alphas(row[4]);
-                mirrored(up, visible_normal(up, ax, ay, u))
-            })
+            with_side(coated_conductor(v.kind, &row, up, u))
         }
         Kind::DiffuseTransmission => {
             let w = with_side(warp::hemisphere(u[0], u[1]));
@@ -98,31 +73,13 @@ pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Tak
         }
         Kind::ThinDielectric if reflected() => [-x, -y, z],
         Kind::ThinDielectric => [-x, -y, -z],
-        Kind::RoughDielectric => {
-            let (ax, ay) = unpacked_alphas(row[7]);
-            let h = visible_normal(up, ax, ay, u);
-            let c = dot(up, h);
-            with_side(if reflected() {
-                sub(scale(h, 2.0 * c), up)
-            } else {
-                // Walter et al. 2007, equation 40.
-                let eta = if z > 0.0 { 1.0 / row[6] } else { row[6] };
-                let root = (1.0 + eta * eta * (c * c - 1.0)).max(0.0).sqrt();
-                sub(scale(h, eta * c - root), scale(up, eta))
-            })
-        }
+        Kind::RoughDielectric => with_side(rough_dielectric(&row, wo, u, reflected())),
+        Kind::SmoothDielectric if reflected() => [-x, -y, z],
         Kind::SmoothDielectric => {
-            if reflected() {
-                [-x, -y, z]
-            } else {
-                let eta = if z > 0.0 { row[6] } else { 1.0 / row[6] };
-                let sin2 = (x * x + y * y) / (eta * eta);
-                [
-                    -x / eta,
-                    -y / eta,
-                    -(1.0 - sin2).max(0.0).sqrt().copysign(z),
-                ]
-            }
+            let eta = if z > 0.0 { row[6] } else { 1.0 / row[6] };
+            let sin2 = (x * x + y * y) / (eta * eta);
+            let cos = (1.0 - sin2).max(0.0).sqrt();
+            [-x / eta, -y / eta, -cos.copysign(z)]
         }
         // What the kernel said, of kinds without a formula here; unreachable while all have one.
         #[allow(unreachable_patterns)]
@@ -144,6 +101,56 @@ pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Tak
         }
     }
     w
+}
+
+/// `w` mirrored at `h`.
+fn mirrored(w: V, h: V) -> V {
+    sub(scale(h, 2.0 * dot(w, h)), w)
+}
+
+/// How often plastic samples its Lambertian lobe.
+fn plastic_diffuse_share(row: &[f64; 8]) -> f64 {
+    let black = |at: usize| row[at..at + 3].iter().all(|c| *c <= 0.0);
+    match (black(0), black(3)) {
+        (true, _) => 0.0,
+        (false, true) => 1.0,
+        (false, false) => 0.5,
+    }
+}
+
+/// In the upper hemisphere, as `up` is.
+fn coated_conductor(kind: Kind, row: &[f64; 8], up: V, u: [f64; 3]) -> V {
+    let [metal, diffuse, _] = coated::conductor_shares(kind, row, up);
+    if u[2] < metal {
+        let eta = row[3];
+        let (x, y) = (up[0] / eta, up[1] / eta);
+        let p = [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()];
+        let (ax, ay) = coated::sampled_alphas(kind, row, up[2], p[2]);
+        let q = mirrored(p, visible_normal(p, ax, ay, u));
+        let (x, y) = (q[0] * eta, q[1] * eta);
+        [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()]
+    } else if u[2] < metal + diffuse {
+        warp::hemisphere(u[0], u[1])
+    } else {
+        let (ax, ay) = unpacked_alphas(row[4]);
+        mirrored(up, visible_normal(up, ax, ay, u))
+    }
+}
+
+/// In the upper hemisphere if it is reflected.
+fn rough_dielectric(row: &[f64; 8], wo: V, u: [f64; 3], reflected: bool) -> V {
+    let up = [wo[0], wo[1], wo[2].abs()];
+    let (ax, ay) = unpacked_alphas(row[7]);
+    let h = visible_normal(up, ax, ay, u);
+    let c = dot(up, h);
+    if reflected {
+        sub(scale(h, 2.0 * c), up)
+    } else {
+        // Walter et al. 2007, equation 40.
+        let eta = if wo[2] > 0.0 { 1.0 / row[6] } else { row[6] };
+        let root = (1.0 + eta * eta * (c * c - 1.0)).max(0.0).sqrt();
+        sub(scale(h, eta * c - root), scale(up, eta))
+    }
 }
 
 /// A visible normal of the Trowbridge-Reitz distribution (Heitz 2018, listing 1).

@@ -129,6 +129,8 @@ pub fn across(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> V {
     }
 }
 
+/// Value and densities for two unit directions in the shading frame, both away from the surface.
+/// `row` are the BSDF's parameters; a BSDF without formulas here is evaluated by its kernel.
 pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
     let dark = Value {
         f: [0.0; 3],
@@ -181,45 +183,55 @@ pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
                 pdf_reverse: ggx_pdf(wi, wo, ax, ay),
             }
         }
-        Kind::Plastic => {
-            let (ax, ay) = (row[6], row[7]);
-            let (diffuse, specular) = (rgb(0), rgb(3));
-            let c = dot(wo, h).clamp(0.0, 1.0);
-            let glossy = ggx_brdf(wo, wi, ax, ay) * dielectric(c, plastic_index(front)).0;
-            let p = match (diffuse == [0.0; 3], specular == [0.0; 3]) {
-                (_, true) if diffuse != [0.0; 3] => 1.0,
-                (true, _) => 0.0,
-                _ => 0.5,
-            };
-            Value {
-                f: std::array::from_fn(|i| diffuse[i] / PI + specular[i] * glossy),
-                pdf: p * wi[2] / PI + (1.0 - p) * ggx_pdf(wo, wi, ax, ay),
-                pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
-            }
-        }
-        Kind::Substrate => {
-            let (ax, ay) = (row[6], row[7]);
-            let (rd, rs) = (rgb(0), rgb(3));
-            let under = |w: V| 1.0 - (1.0 - w[2] / 2.0).powi(5);
-            // Equal but for rounding.
-            let c = 0.5 * (dot(wo, h) + dot(wi, h));
-            let black = row[..6].iter().all(|x| *x <= 0.0);
-            let f = |i: usize| {
-                let base = 28.0 / (23.0 * PI) * rd[i] * (1.0 - rs[i]) * under(wi) * under(wo);
-                let schlick = rs[i] + (1.0 - c).powi(5) * (1.0 - rs[i]);
-                base + schlick * ggx_d(h, ax, ay) / (4.0 * c * wi[2].max(wo[2]))
-            };
-            Value {
-                f: std::array::from_fn(|i| if black { 0.0 } else { f(i) }),
-                pdf: 0.5 * (wi[2] / PI + ggx_pdf(wo, wi, ax, ay)),
-                pdf_reverse: 0.5 * (wo[2] / PI + ggx_pdf(wi, wo, ax, ay)),
-            }
-        }
+        Kind::Plastic => plastic(row, wo, wi, front),
+        Kind::Substrate => substrate(row, wo, wi),
         Kind::CoatedDiffuse
         | Kind::CoatedDiffuseBase
         | Kind::CoatedConductor
         | Kind::CoatedConductorBase => coated::eval(kind, row, wo, wi),
         _ => dark,
+    }
+}
+
+/// In the upper hemisphere; from the front its Fresnel term is another.
+fn plastic(row: &[f64; 8], wo: V, wi: V, front: bool) -> Value {
+    let h = unit(add(wo, wi));
+    let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
+    let (ax, ay) = (row[6], row[7]);
+    let (diffuse, specular) = (rgb(0), rgb(3));
+    let c = dot(wo, h).clamp(0.0, 1.0);
+    let glossy = ggx_brdf(wo, wi, ax, ay) * dielectric(c, plastic_index(front)).0;
+    let p = match (diffuse == [0.0; 3], specular == [0.0; 3]) {
+        (_, true) if diffuse != [0.0; 3] => 1.0,
+        (true, _) => 0.0,
+        _ => 0.5,
+    };
+    Value {
+        f: std::array::from_fn(|i| diffuse[i] / PI + specular[i] * glossy),
+        pdf: p * wi[2] / PI + (1.0 - p) * ggx_pdf(wo, wi, ax, ay),
+        pdf_reverse: p * wo[2] / PI + (1.0 - p) * ggx_pdf(wi, wo, ax, ay),
+    }
+}
+
+/// In the upper hemisphere.
+fn substrate(row: &[f64; 8], wo: V, wi: V) -> Value {
+    let h = unit(add(wo, wi));
+    let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
+    let (ax, ay) = (row[6], row[7]);
+    let (rd, rs) = (rgb(0), rgb(3));
+    let under = |w: V| 1.0 - (1.0 - w[2] / 2.0).powi(5);
+    // Equal but for rounding.
+    let c = 0.5 * (dot(wo, h) + dot(wi, h));
+    let black = row[..6].iter().all(|x| *x <= 0.0);
+    let f = |i: usize| {
+        let base = 28.0 / (23.0 * PI) * rd[i] * (1.0 - rs[i]) * under(wi) * under(wo);
+        let schlick = rs[i] + (1.0 - c).powi(5) * (1.0 - rs[i]);
+        base + schlick * ggx_d(h, ax, ay) / (4.0 * c * wi[2].max(wo[2]))
+    };
+    Value {
+        f: std::array::from_fn(|i| if black { 0.0 } else { f(i) }),
+        pdf: 0.5 * (wi[2] / PI + ggx_pdf(wo, wi, ax, ay)),
+        pdf_reverse: 0.5 * (wo[2] / PI + ggx_pdf(wi, wo, ax, ay)),
     }
 }
 
@@ -252,7 +264,7 @@ pub fn delta_of_kernel(kind: Kind, row: &[f64; 8], wo: V, up: bool) -> (V, f64, 
     let lobes = ends.map(|u| kind.sample(&row, Vec3::new(x, y, z), [0.5, 0.5, u], Mode::Radiance));
     let lobe = lobes.iter().find(|lobe| (lobe.wi.z > 0.0) == up);
     lobe.map_or(([0.0; 3], 1.0, 1.0), |lobe| {
-        let weight = lobe.weight.lane(0).map(f64::from);
+        let weight = lobe.throughput.lane(0).map(f64::from);
         (weight, lobe.pdf.into(), lobe.pdf_reverse.into())
     })
 }

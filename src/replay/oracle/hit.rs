@@ -45,7 +45,17 @@ impl Oracle<'_> {
         let (du1, dv1) = (uv1[0] - uv0[0], uv1[1] - uv0[1]);
         let (du2, dv2) = (uv2[0] - uv0[0], uv2[1] - uv0[1]);
         let det = du1 * dv2 - dv1 * du2;
-        let tangent = if self.tangents && det != 0.0 {
+        let mut along = [0.0; 3];
+        for (i, weight) in indices.iter().zip(weights) {
+            let given = self.scene.tangents.get(*i as usize);
+            along = add(
+                along,
+                scale(wide(given.copied().unwrap_or_default()), weight),
+            );
+        }
+        let tangent = if self.tangents && dot(along, along) > 0.0 {
+            along
+        } else if self.tangents && det != 0.0 {
             scale(sub(scale(e1, dv2), scale(e2, dv1)), 1f64.copysign(det))
         } else {
             [0.0; 3]

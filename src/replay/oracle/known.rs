@@ -27,6 +27,7 @@ pub struct Oracle<'a> {
 }
 
 impl<'a> Oracle<'a> {
+    /// For paths of `scene`, of which `world` was made.
     pub fn new(scene: &'a Scene, world: &'a World<'a>) -> Self {
         Self {
             scene,

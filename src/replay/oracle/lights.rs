@@ -19,6 +19,7 @@ pub struct EndPoint {
     /// Density of choosing it: over area, discrete, or over solid angle. Choice of the light
     /// included.
     pub pdf: f64,
+    /// No ray can meet it.
     pub is_delta: bool,
 }
 

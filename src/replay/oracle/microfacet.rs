@@ -5,8 +5,11 @@ use std::f64::consts::PI;
 
 /// `f(wo, wi)`, density of `wi` given `wo`, and the reverse; delta BSDFs are 0.
 pub struct Value {
+    /// BSDF, 1/sr, by channel; without the cosine.
     pub f: V,
+    /// Density of `wi` given `wo`, over solid angle.
     pub pdf: f64,
+    /// Density of `wo` given `wi`, over solid angle.
     pub pdf_reverse: f64,
 }
 
@@ -68,6 +71,7 @@ pub fn ggx_d(h: V, ax: f64, ay: f64) -> f64 {
     1.0 / (PI * ax * ay * h[2].powi(4) * (1.0 + tan).powi(2))
 }
 
+/// Smith's Lambda of a direction in the shading frame.
 pub fn ggx_lambda(w: V, ax: f64, ay: f64) -> f64 {
     let tan2 = ((w[0] * ax).powi(2) + (w[1] * ay).powi(2)) / (w[2] * w[2]);
     ((1.0 + tan2).sqrt() - 1.0) / 2.0
@@ -81,6 +85,8 @@ pub fn ggx_pdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
     visible / (4.0 * dot(wo, h))
 }
 
+/// `D G / (4 cos_o cos_i)`, with the height-correlated `G` (Heitz 2014, equation 99); without
+/// Fresnel's term.
 pub fn ggx_brdf(wo: V, wi: V, ax: f64, ay: f64) -> f64 {
     let h = unit(add(wo, wi));
     let g = 1.0 / (1.0 + ggx_lambda(wo, ax, ay) + ggx_lambda(wi, ax, ay));

@@ -8,6 +8,7 @@ use crate::surface::bump::Perturbation;
 /// A vertex on a surface; internal space.
 #[derive(Clone, Debug)]
 pub struct PathVertex {
+    /// Position.
     pub p: V,
     /// Distance along the normal within which the true surface lies.
     pub error: f64,
@@ -19,6 +20,7 @@ pub struct PathVertex {
     pub surface: [f32; 2],
     /// Along increasing `u`, of any length; zero where no BSDF asks for it.
     pub tangent: V,
+    /// Kernel of its BSDF; of a mixture, of the component that was chosen.
     pub kind: Kind,
     /// Parameters of the BSDF.
     pub row: [f32; 8],
@@ -41,19 +43,28 @@ pub struct PathVertex {
 /// Where a path meets its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum End {
+    /// On an area light.
     Area {
+        /// Index into the scene's lights.
         light: u32,
+        /// Position, internal space.
         p: V,
     },
+    /// At a light without area.
     Point {
+        /// Index into the scene's lights.
         light: u32,
     },
+    /// At infinity, in the light's only direction.
     Distant {
+        /// Index into the scene's lights.
         light: u32,
     },
     /// Unit direction from the scene to the sky.
     Sky {
+        /// Index into the scene's lights.
         light: u32,
+        /// Unit.
         direction: V,
     },
 }
@@ -79,6 +90,7 @@ pub struct Path {
     pub camera: V,
     /// `x1 ..= xk`.
     pub surface: Vec<PathVertex>,
+    /// On the light.
     pub end: End,
     /// What its light is multiplied by: 1, or the colour of its wavelength if it was dispersed.
     pub colour: V,

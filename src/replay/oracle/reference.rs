@@ -19,6 +19,7 @@
 //! Products are kept as logarithms: those of a path of hundreds of vertices are beyond `f64`.
 
 use super::known::Oracle;
+use super::lights::EndPoint;
 use super::path::{Path, PathVertex};
 use super::vector::*;
 use super::{bsdf, coated, panorama};
@@ -47,12 +48,13 @@ pub struct Reference {
 pub struct Joint {
     /// `f |cos ns|` towards the light, radiance mode; the weight of a delta lobe.
     pub f_cos: V,
-    /// Density over solid angle of `wi` given `wo`, and of `wo` given `wi`; of a delta lobe 1, and
-    /// their ratio.
+    /// Density over solid angle of `wi` given `wo`; of a delta lobe 1.
     pub forth: f64,
+    /// Density over solid angle of `wo` given `wi`; of a delta lobe the ratio of the two.
     pub back: f64,
-    /// Absolute cosines against the geometric normal, towards the camera and towards the light.
+    /// Absolute cosine against the geometric normal, towards the camera.
     pub cos_in: f64,
+    /// The same towards the light.
     pub cos_out: f64,
 }
 
@@ -140,27 +142,7 @@ impl Oracle<'_> {
         let k = path.surface.len();
         let x = &path.surface;
         let end = self.end(&path.end);
-        let mut towards: Vec<V> = Vec::with_capacity(k + 1);
-        let mut inv_d2: Vec<f64> = Vec::with_capacity(k + 1);
-        let mut from = path.camera;
-        for to in x.iter().map(|v| Some(v.p)).chain([end.position]) {
-            match to {
-                Some(p) => {
-                    let v = sub(p, from);
-                    towards.push(unit(v));
-                    inv_d2.push(1.0 / dot(v, v));
-                    from = p;
-                }
-                None => {
-                    towards.push(end.direction);
-                    inv_d2.push(1.0);
-                }
-            }
-        }
-        if self.scene.camera.projection == Projection::Orthographic {
-            towards[0] = self.axis();
-            inv_d2[0] = 1.0;
-        }
+        let (towards, inv_d2) = self.segments(path, &end);
         let joints: Vec<Joint> = (0..k)
             .map(|j| joint(self.sides, &x[j], scale(towards[j], -1.0), towards[j + 1]))
             .collect();
@@ -201,24 +183,10 @@ impl Oracle<'_> {
             let direction = joints.get(j + 1).map_or(emission_pdf, |next| next.back);
             back.push((direction * joints[j].cos_out * inv_d2[j + 1]).ln());
         }
-        let delta = |j: usize| x[j].kind.is_delta();
         let log_density = (0..=k as u32 + 1)
-            .map(|s| {
-                let t = k + 2 - s as usize;
-                // Vertices x_{t-1} and x_t are joined; x_0 and the light can always be.
-                let joined = s >= 1 && (t >= 2 && delta(t - 2) || s >= 2 && delta(t - 1));
-                if !strategies.contains(&s) || joined || s == 0 && end.is_delta {
-                    return f64::NEG_INFINITY;
-                }
-                let mut p: f64 = forth[..t - 1].iter().sum();
-                if s >= 1 {
-                    p += end.pdf.ln();
-                }
-                if s >= 2 {
-                    p += back[t - 1..].iter().sum::<f64>();
-                }
-                // A product with 0 in it is 0, whatever else is infinite.
-                if p.is_nan() { f64::NEG_INFINITY } else { p }
+            .map(|s| match strategies.contains(&s) {
+                true => log_density(x, &end, s, &forth, &back),
+                false => f64::NEG_INFINITY,
             })
             .collect();
         let emission = match end.normal {
@@ -234,6 +202,34 @@ impl Oracle<'_> {
                 .map(|f| if f.is_nan() { f64::NEG_INFINITY } else { f }),
             log_density,
         }
+    }
+
+    /// Unit directions from the camera to the light, segment by segment, and one over the squares
+    /// of their lengths; 1 where distances do not change densities.
+    fn segments(&self, path: &Path, end: &EndPoint) -> (Vec<V>, Vec<f64>) {
+        let k = path.surface.len();
+        let mut towards: Vec<V> = Vec::with_capacity(k + 1);
+        let mut inv_d2: Vec<f64> = Vec::with_capacity(k + 1);
+        let mut from = path.camera;
+        for to in path.surface.iter().map(|v| Some(v.p)).chain([end.position]) {
+            match to {
+                Some(p) => {
+                    let v = sub(p, from);
+                    towards.push(unit(v));
+                    inv_d2.push(1.0 / dot(v, v));
+                    from = p;
+                }
+                None => {
+                    towards.push(end.direction);
+                    inv_d2.push(1.0);
+                }
+            }
+        }
+        if self.scene.camera.projection == Projection::Orthographic {
+            towards[0] = self.axis();
+            inv_d2[0] = 1.0;
+        }
+        (towards, inv_d2)
     }
 
     fn axis(&self) -> V {
@@ -261,6 +257,28 @@ impl Oracle<'_> {
             1.0 / (area * dot(direction, self.axis()).powi(3))
         }
     }
+}
+
+/// Logarithm of the density of a path with surface vertices `x` under the strategy of `s` light
+/// vertices, from those of its vertices as a camera subpath (`forth`) and as a light subpath
+/// (`back`) make them.
+fn log_density(x: &[PathVertex], end: &EndPoint, s: u32, forth: &[f64], back: &[f64]) -> f64 {
+    let delta = |j: usize| x[j].kind.is_delta();
+    let t = x.len() + 2 - s as usize;
+    // Vertices x_{t-1} and x_t are joined; x_0 and the light can always be.
+    let joined = s >= 1 && (t >= 2 && delta(t - 2) || s >= 2 && delta(t - 1));
+    if joined || s == 0 && end.is_delta {
+        return f64::NEG_INFINITY;
+    }
+    let mut p: f64 = forth[..t - 1].iter().sum();
+    if s >= 1 {
+        p += end.pdf.ln();
+    }
+    if s >= 2 {
+        p += back[t - 1..].iter().sum::<f64>();
+    }
+    // A product with 0 in it is 0, whatever else is infinite.
+    if p.is_nan() { f64::NEG_INFINITY } else { p }
 }
 
 fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {

@@ -9,8 +9,11 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// What escaping rays see of one light, or what one at a point sends.
 pub enum Sky {
+    /// The same radiance from everywhere.
     Constant(V),
+    /// An image over all directions.
     Image(Map),
+    /// An image that a point projects.
     Frustum(Frustum),
 }
 

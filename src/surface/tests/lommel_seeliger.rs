@@ -23,7 +23,7 @@ impl Bsdf for LommelSeeliger {
         let value = Self::eval(row, wo, wi, mode);
         BsdfSample {
             wi,
-            weight: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
+            throughput: (value.f * L::splat(PI)).or_zero(value.pdf.gt(L::zero())),
             pdf: value.pdf,
             pdf_reverse: value.pdf_reverse,
         }

@@ -60,6 +60,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
     };
     Scene {
         vertices: vertices.collect(),
+        tangents: vec![],
         triangles: indices.collect(),
         spheres,
         shapes: vec![shape(0), shape(1)],

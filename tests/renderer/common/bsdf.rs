@@ -68,7 +68,7 @@ impl Kernels {
             out.extend((0..wo.len()).map(|i| {
                 (
                     s.wi.lane(i),
-                    s.weight.lane(i),
+                    s.throughput.lane(i),
                     s.pdf.lane(i),
                     s.pdf_reverse.lane(i),
                 )

@@ -16,7 +16,7 @@ use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::simd::{Lanes, f32x8};
 use phalanx::surface::microfacet::pack_alphas;
 use phalanx::surface::{Kind, Mode, fresnel};
-use phalanx::transport::mis::adjoint_cosine;
+use phalanx::transport::sides::adjoint_cosine;
 
 const EPSILON: f64 = f32::EPSILON as f64;
 

@@ -283,7 +283,7 @@ fn odd_films() {
 
 // --- Bright ---
 
-const ALL: [IntegratorKind; 6] = IntegratorKind::ALL;
+const ALL: [IntegratorKind; 7] = IntegratorKind::ALL;
 
 /// All that a render says of its picture, in units of the light.
 fn figures(i: f64, kind: IntegratorKind) -> Vec<f64> {

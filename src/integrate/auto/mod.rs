@@ -1,0 +1,298 @@
+//! The integrator that chooses: bidirectional path tracing, multiplexed Metropolis light transport,
+//! or both together, whichever leaves the smallest error for the same work.
+//!
+//! 1. A pilot ([`pilot`]) makes some samples. Where they alone are clearly best, nothing else is
+//!    tried.
+//! 2. Else every depth gets the beginning of its bootstrap, and some chains are on trial
+//!    ([`crate::chain::trial`]).
+//! 3. [`evidence`] is what both have seen; [`model`] chooses, for each depth, how much of its
+//!    light samples keep and how much is left to chains.
+//! 4. Both march side by side ([`super::chains`] with [`super::sampled`] beside it), in proportion
+//!    from the first round on: a render that is stopped has all of its light.
+//!
+//! The pilot's samples do not count for the picture: what they have seen decides about weights, and
+//! would not be independent of them. The budget is that of mutations per pixel: a sample takes the
+//! place of as many mutations as trace as many rays.
+
+mod evidence;
+mod model;
+mod pilot;
+mod start;
+
+use self::evidence::Chains;
+use self::model::{Choice, Costs};
+use self::pilot::Pilot;
+use self::start::{finish_bootstrap, method_of};
+use super::bootstraps::fresh;
+use super::chains::{self, Ready, mutations, ready};
+use super::method::Method;
+use super::sampled::{self, Sampling};
+use super::shares::{Share, Shares};
+use super::{EndedBy, Render, Run, Settings};
+use crate::chain::bootstrap::{Bootstrap, CHUNK};
+use crate::chain::trial::Trial;
+use crate::simd::Lanes;
+use crate::simd::rng::Purpose;
+use crate::transport::PathSampler;
+use crate::transport::bidirectional::BidirectionalLayout;
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Most samples of the pilot, and fewest.
+const SAMPLES: [f64; 2] = [2048.0, 32768.0];
+/// Most bootstrap paths of a depth before anything is decided, and fewest.
+const PATHS: [f64; 2] = [1024.0, 16384.0];
+/// Most chains of a depth on trial, and fewest.
+const CHAINS: [f64; 2] = [16.0, 128.0];
+/// Part of all mutations that the pilot's samples come to, and its paths and chains of a depth; a
+/// part of the time.
+const PART: f64 = 0.02;
+const TIME: f64 = 0.05;
+/// Rays of a mutation, roughly, for the size of a pilot.
+const RAYS: f64 = 4.0;
+
+/// What a pilot has come to.
+pub(super) struct Decision {
+    choice: Choice,
+    /// Of all depths, begun; none if chains are of no use.
+    bootstraps: Vec<Bootstrap>,
+    /// Light of each depth, and rays that the pilot has traced.
+    light: Vec<f64>,
+    rays: u64,
+    /// Error of samples alone over that of the choice, and that of chains for all but depth 0.
+    gain: f64,
+    /// Squared error of what is chosen that is expected of the samples and chains per pixel that a
+    /// thousand rays make: relative to the picture.
+    expected: f64,
+}
+
+pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+    let start = Instant::now();
+    let decision = Decision::new::<L>(run);
+    let effort = Effort::of(run, &decision);
+    let kept = decision.kept();
+    let layout = BidirectionalLayout::sharing(run.world, &kept);
+    let method = sampled::Method {
+        name: "auto",
+        purpose: Purpose::Bidirectional,
+        dimensions: layout.total(),
+        splats: layout.splats() > 0,
+        evaluate: &|samples, n, paths| {
+            (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
+        },
+        collect: &|_, _| {},
+    };
+    let shares = decision.shares();
+    let pilot_rays = decision.rays;
+    let mut render = if decision.choice.has_chains() {
+        let chains = method_of(&decision, run, &kept);
+        let ready = finish_bootstrap::<L>(run, &chains, decision, effort.mutations, start);
+        let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
+        let has_samples = !layout.strategies().is_empty();
+        let beside = has_samples.then_some(&mut sampling);
+        chains::together::<L>(run, &chains, ready, effort.mutations, beside)
+    } else {
+        let settings = Settings {
+            samples_per_pixel: effort.samples,
+            ..run.settings.clone()
+        };
+        let run = Run {
+            settings: &settings,
+            ..*run
+        };
+        let bootstrap_seconds = start.elapsed().as_secs_f64();
+        let mut render = sampled::render::<L>(&run, &method).render;
+        render.stats.bootstrap_seconds = bootstrap_seconds;
+        render
+    };
+    render.stats.rays += pilot_rays;
+    render.stats.shares = Some(shares);
+    render
+}
+
+/// Who would bring what.
+pub(super) fn shares<L: Lanes>(run: &Run) -> Shares {
+    Decision::new::<L>(run).shares()
+}
+
+/// The chains that a render has, with their bootstrap and the mutations they make in all; `None`
+/// if samples bring all light.
+pub(super) fn chains_of<L: Lanes>(run: &Run) -> Option<(Method, Ready, f64)> {
+    let start = Instant::now();
+    let decision = Decision::new::<L>(run);
+    let effort = Effort::of(run, &decision);
+    decision.choice.has_chains().then(|| {
+        let method = method_of(&decision, run, &decision.kept());
+        let ready = finish_bootstrap::<L>(run, &method, decision, effort.mutations, start);
+        (method, ready, effort.mutations)
+    })
+}
+
+/// How much of what.
+struct Effort {
+    /// Per pixel.
+    samples: u64,
+    /// In all.
+    mutations: f64,
+}
+
+/// Fewest passes of samples that chains have beside them: errors are told from two halves.
+const PASSES: f64 = 4.0;
+
+impl Effort {
+    fn of(run: &Run, decision: &Decision) -> Self {
+        let choice = &decision.choice;
+        let depths = || decision.light.iter().enumerate();
+        let light: f64 = decision.light.iter().sum();
+        let rays: f64 = depths().map(|(k, b)| b * (k + 1) as f64).sum();
+        let usual = if light > 0.0 { rays / light } else { RAYS };
+        let rays = run.settings.mutations_per_pixel as f64 * usual;
+        let [of_sample, of_mutation] = choice.rays;
+        let samples = rays * choice.part() / of_sample.max(1.0);
+        let samples = match choice.has_chains() {
+            true => samples.max(PASSES.min(0.5 * rays / of_sample)),
+            false => samples,
+        };
+        let samples = samples.round().clamp(1.0, f64::from(u32::MAX));
+        let left = (rays - samples * of_sample).max(0.1 * rays);
+        let area = mutations(run, 1);
+        Self {
+            samples: samples as u64,
+            mutations: (left / of_mutation * area).ceil(),
+        }
+    }
+}
+
+impl Decision {
+    /// What a pilot decides.
+    pub fn new<L: Lanes>(run: &Run) -> Self {
+        let world = run.world;
+        let depths = world.plan.depths.len();
+        let layout = BidirectionalLayout::new(world).with_parts();
+        let wanted = mutations(run, run.settings.mutations_per_pixel);
+        let within = |[least, most]: [f64; 2], n: f64| n.clamp(least, most);
+        let cost = layout.rays(|_| true);
+        let count = within(SAMPLES, PART * wanted * RAYS / cost) as u32;
+        let late = || {
+            let limit = run.settings.time.map(|limit| limit.mul_f64(TIME));
+            let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
+            ready(run).or(late.then_some(EndedBy::Time))
+        };
+        let pilot = Pilot::run::<L>(run, &layout, count, &late);
+        let samples = pilot.samples;
+        let of_sample = pilot.rays as f64 / f64::from(samples.max(1));
+        let costs = Costs {
+            sample: &|on| of_sample * layout.rays(|k| on[k as usize]) / cost,
+            shared: world.lights.infinite.len() < 2,
+            chains: &|k| k > 0 && !world.plan.depths[k].strategies.is_empty(),
+        };
+        let region = world.camera.region;
+        let region = [region.x0, region.y0, region.width, region.height].map(f64::from);
+        let gather = |chains: &[Chains]| {
+            evidence::gather(region, samples, &pilot.contributions, chains, depths)
+        };
+        let mut seen = gather(&[]);
+        let mut choice = model::choose(&seen, samples, &costs);
+        let mut bootstraps = Vec::new();
+        let mut rays = pilot.rays;
+        let known = |k: usize| !(costs.chains)(k) || seen[k].samples.len() >= ENOUGH;
+        if (choice.has_chains() || !(0..depths).all(known)) && ready(run).is_none() {
+            let paths = within(PATHS, PART * wanted) as u64;
+            let paths = paths.min(run.settings.bootstrap).next_multiple_of(CHUNK);
+            let chains = within(CHAINS, PART * wanted / 128.0) as usize;
+            let (begun, chains, traced) = try_chains::<L>(run, paths, chains, wanted);
+            rays += traced;
+            seen = gather(&chains);
+            choice = model::choose(&seen, samples, &costs);
+            bootstraps = begun;
+        }
+        let alone = model::alone(&seen, samples, &costs);
+        Self {
+            gain: if choice.error() > 0.0 {
+                alone.error() / choice.error()
+            } else {
+                1.0
+            },
+            expected: choice.error() / 1000.0,
+            light: seen.iter().map(|d| d.light).collect(),
+            choice,
+            bootstraps,
+            rays,
+        }
+    }
+
+    /// By depth: the most that samples keep.
+    fn kept(&self) -> Vec<f32> {
+        self.choice.kept.iter().map(|d| *d as f32).collect()
+    }
+
+    fn shares(&self) -> Shares {
+        let depths = self.light.iter().zip(&self.choice.kept).enumerate();
+        Shares {
+            gain: self.gain,
+            rays: self.choice.part(),
+            expected: self.expected,
+            depths: depths
+                .filter(|(_, (light, _))| **light > 0.0)
+                .map(|(depth, (light, kept))| Share {
+                    depth: depth as u32,
+                    light: *light,
+                    kept: kept.is_finite().then_some(*kept),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Contributions of a depth that make it known.
+const ENOUGH: usize = 16;
+
+/// Begins the bootstrap of every depth, and has chains on trial; the rays of the latter.
+fn try_chains<L: Lanes>(
+    run: &Run,
+    paths: u64,
+    chains: usize,
+    wanted: f64,
+) -> (Vec<Bootstrap>, Vec<Chains>, u64) {
+    let settings = run.settings;
+    let samplers: Vec<PathSampler> = run
+        .world
+        .plan
+        .depths
+        .iter()
+        .map(PathSampler::from)
+        .collect();
+    let mut all = fresh(&samplers, settings.bootstrap);
+    let cancelled = || ready(run).is_some();
+    let trial = Trial {
+        seed: settings.seed,
+        kernel: settings.kernel(),
+        iterations: (wanted / settings.chains as f64).min(1e9) as u32,
+        chains,
+    };
+    let tried: Vec<(Chains, u64)> = (all.par_iter_mut().zip(&samplers))
+        .map(|(bootstrap, sampler)| {
+            bootstrap.extend::<L>(run.world, sampler, settings.seed, paths, &cancelled);
+            bootstrap.settle();
+            let light = bootstrap.estimate.mean();
+            let strategies = sampler.strategies().len() as f64;
+            let deep = sampler.depth() > Some(0);
+            let (traces, rays) = match light > 0.0 && deep {
+                true => trial.run::<L>(run.world, sampler, bootstrap),
+                false => Default::default(),
+            };
+            let chains = Chains {
+                light,
+                strategies,
+                traces,
+            };
+            (chains, rays)
+        })
+        .collect();
+    let rays = tried.iter().map(|(_, rays)| rays).sum();
+    (
+        all,
+        tried.into_iter().map(|(chains, _)| chains).collect(),
+        rays,
+    )
+}

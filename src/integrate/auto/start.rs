@@ -1,0 +1,98 @@
+//! The chains of a decision: their samplers, and a bootstrap that is as long as they need.
+//!
+//! Chains that start from one path are copies of each other until a large step sets them free: what
+//! the bootstrap found by luck is then in the picture as often as there are copies. Paths are added
+//! until each depth has found as many different ones as it has chains, or until that takes a part
+//! of the whole budget. Seeds are different paths by their effective number, `(sum T)^2 / sum T^2`
+//! of their targets `T`: a path with half of the light is not worth a thousand.
+
+use super::Decision;
+use crate::chain::bootstrap::Bootstrap;
+use crate::integrate::bootstraps::complete;
+use crate::integrate::chains::{Ready, ready};
+use crate::integrate::method::Method;
+use crate::integrate::{Phase, Run, Settings};
+use crate::plan::DepthPlan;
+use crate::simd::Lanes;
+use crate::transport::PathSampler;
+use std::time::Instant;
+
+/// Most of the budget that bootstrap paths may take beyond those asked for.
+const PART: f64 = 0.15;
+
+/// The samplers of depths of which something is left to chains.
+pub(super) fn method_of(decision: &Decision, run: &Run, kept: &[f32]) -> Method {
+    let depths = run.world.plan.depths.iter();
+    let left = depths.filter(|plan| decision.choice.kept[plan.depth as usize].is_finite());
+    let sampler = |plan: &DepthPlan| {
+        PathSampler::Multiplexed(DepthPlan {
+            kept: kept[plan.depth as usize],
+            ..plan.clone()
+        })
+    };
+    Method {
+        name: "auto",
+        samplers: left.map(sampler).collect(),
+        combined: false,
+    }
+}
+
+/// Completes the bootstraps of depths that have chains, which make so many mutations in all.
+pub(super) fn finish_bootstrap<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    decision: Decision,
+    mutations: f64,
+    start: Instant,
+) -> Ready {
+    let plans: Vec<&DepthPlan> = method.samplers.iter().filter_map(|s| s.plan()).collect();
+    let whole: Vec<PathSampler> = (plans.iter())
+        .map(|plan| PathSampler::from(&run.world.plan.depths[plan.depth as usize]))
+        .collect();
+    let mut begun = decision.bootstraps.into_iter().enumerate();
+    let all = (plans.iter())
+        .filter_map(|plan| begun.find(|(k, _)| *k == plan.depth as usize))
+        .map(|(_, bootstrap)| bootstrap)
+        .collect();
+    let progress = |done, total| run.observer.progress(Phase::Bootstrap, done, total);
+    let ended = || ready(run);
+    let mut all = complete::<L>(run.world, &whole, run.settings, all, &ended, progress);
+    let most = (PART * mutations / whole.len().max(1) as f64) as u64;
+    while all.ended_by.is_none() && is_poor(run, &all.samplers) {
+        let len = all.samplers.iter().map(Bootstrap::len).max().unwrap_or(0);
+        let until = (2 * len).min(most.min(MOST));
+        // The next round takes as long as all before.
+        let limit = run.settings.time.map(|limit| limit.mul_f64(0.5 * PART));
+        if until <= len || limit.is_some_and(|limit| run.start.elapsed() > limit) {
+            break;
+        }
+        let settings = Settings {
+            bootstrap: until,
+            ..run.settings.clone()
+        };
+        all.samplers.iter_mut().for_each(|b| b.want(until));
+        let begun = all.samplers;
+        all = complete::<L>(run.world, &whole, &settings, begun, &ended, progress);
+    }
+    for (bootstrap, plan) in all.samplers.iter_mut().zip(&plans) {
+        if plan.kept > 0.0 {
+            let kept = plan.kept * plan.strategies.len() as f32;
+            bootstrap.leave(|target| target / (target + kept));
+            bootstrap.settle();
+        }
+    }
+    Ready::new(run, all, start)
+}
+
+/// Bootstrap paths of a depth that memory has room for, four bytes each.
+const MOST: u64 = 1 << 24;
+
+/// Some depth has more chains than different paths that they start from.
+fn is_poor(run: &Run, all: &[Bootstrap]) -> bool {
+    let light: f64 = all.iter().map(|b| b.estimate.mean()).sum();
+    all.iter().any(|b| {
+        let found = b.estimate.bootstrap;
+        let chains = run.settings.chains as f64 * found.mean() / light;
+        found.sum > 0.0 && found.sum.powi(2) < chains * found.sum_squares
+    })
+}
