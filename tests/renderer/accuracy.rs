@@ -122,7 +122,7 @@ const OVER_BDPT: IntegratorKind = IntegratorKind::Pssmlt(PathSamplerKind::Bdpt);
 const CASES: [(&str, &str, IntegratorKind, u64, u64); 8] = [
     ("easy", EASY, IntegratorKind::Mmlt, 64, 20_000),
     ("caustic", CAUSTIC, IntegratorKind::Mmlt, 128, 20_000),
-    ("slit", SLIT, IntegratorKind::Mmlt, 256, 200_000),
+    ("slit", SLIT, IntegratorKind::Mmlt, 200, 60_000),
     ("easy", EASY, IntegratorKind::Pt, 32, 1),
     ("easy", EASY, IntegratorKind::Bdpt, 16, 1),
     ("easy", EASY, IntegratorKind::Lt, 16, 1),
