@@ -7,7 +7,7 @@ use phalanx::scene::IntegratorKind;
 use std::f64::consts::PI;
 use support::{BOTH, Runs, expect_integrators_agree, head, run, scene, settings};
 
-const SEEDS: u64 = 16;
+const SEEDS: u64 = 8;
 
 /// Vessels around the origin whose fronts are inside.
 fn vessels() -> [(&'static str, String); 5] {
@@ -68,7 +68,7 @@ fn vessels_are_furnaces() {
             + "WorldEnd\n";
         let scene = scene(&text);
         for kind in BOTH {
-            let runs = Runs::new(&scene, &settings(&scene, kind, 32), SEEDS);
+            let runs = Runs::new(&scene, &settings(&scene, kind, 16), SEEDS);
             runs.whole(0).expect(truth, &format!("{name} {kind:?}"));
             for region in runs.grid(2, 2) {
                 region.expect(truth, &format!("{name} {kind:?}"));
@@ -136,7 +136,7 @@ fn outlines_are_those_of_the_surfaces() {
             + &shapes
             + "WorldEnd\n";
         let scene = scene(&text);
-        let runs = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS);
+        let runs = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 128), SEEDS);
         runs.whole(0).expect(area / 16.0, &shapes);
     }
 }
@@ -188,7 +188,7 @@ fn integrators_agree_on_lamps_of_all_shapes() {
         + "AreaLightSource \"diffuse\" \"rgb L\" [2 2 3]\n"
         + &collection()
         + "WorldEnd\n";
-    expect_integrators_agree(&scene(&text), 64, 12, [3, 2], "lamps of all shapes");
+    expect_integrators_agree(&scene(&text), 64, 8, [3, 2], "lamps of all shapes");
 }
 
 /// v3: a sheet that is seen and casts no shadow, under a sun, over a floor.
