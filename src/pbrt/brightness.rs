@@ -11,10 +11,11 @@ const BRIGHT: i32 = 104;
 /// Scales all light down if some of it is so bright, and the picture up again, by a power of two.
 pub(super) fn dim(scene: &mut Scene) {
     let brightest = brightest(scene);
-    let beyond = brightest.log2().floor() as i32 - BRIGHT;
-    if !(brightest.is_finite() && brightest > 0.0 && beyond > 0) {
+    // Also where there is no light at all.
+    if !(brightest.is_finite() && brightest > f64::from(BRIGHT).exp2()) {
         return;
     }
+    let beyond = brightest.log2().floor() as i32 - BRIGHT;
     let factor = (-f64::from(beyond)).exp2() as f32;
     let dimmed = |l: &mut Rgb| *l = l.map(|c| c * factor);
     for light in &mut scene.lights {
