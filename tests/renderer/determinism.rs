@@ -25,7 +25,13 @@ fn everything() -> Scene {
             .map(|i| [0.1 * i as f32, 0.5, 3.0 / (i + 1) as f32])
             .collect(),
     };
-    write(&dir.path().join("sky.pfm"), &sky, &[], 0.0).unwrap();
+    write(
+        &dir.path().join("sky.pfm"),
+        &sky,
+        &[],
+        &phalanx::formats::tone::Display::LINEAR,
+    )
+    .unwrap();
     let text = r#"
 LookAt 0 2 7  0 0.8 0  0 1 0
 Camera "perspective" "float fov" [45] "float lensradius" [0.1] "float focaldistance" [7]

@@ -121,7 +121,13 @@ fn a_glass_ball_under_a_coarse_map_is_what_the_rules_of_pbrt_say() {
                 .map(|i| [texel(i % columns as usize, i / columns as usize, of_v3) as f32; 3])
                 .collect(),
         };
-        write(&dir.path().join("a.pfm"), &picture, &[], 0.0).expect("a written image");
+        write(
+            &dir.path().join("a.pfm"),
+            &picture,
+            &[],
+            &phalanx::formats::tone::Display::LINEAR,
+        )
+        .expect("a written image");
         let (film, map, glass) = match of_v3 {
             true => ("image", "mapname", "\"glass\" \"float eta\" 1.5"),
             false => ("rgb", "filename", "\"dielectric\" \"float eta\" 1.5"),

@@ -27,7 +27,13 @@ fn folder(width: u32, texels: &[[f32; 3]]) -> tempfile::TempDir {
         full: [width, height],
         pixels: texels.to_vec(),
     };
-    write(&dir.path().join("a.pfm"), &picture, &[], 0.0).expect("a written image");
+    write(
+        &dir.path().join("a.pfm"),
+        &picture,
+        &[],
+        &phalanx::formats::tone::Display::LINEAR,
+    )
+    .expect("a written image");
     dir
 }
 

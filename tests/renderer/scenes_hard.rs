@@ -72,7 +72,13 @@ fn infinite_image() {
         full: [16, 8],
         pixels: pixels.collect(),
     };
-    write(&dir.path().join("sky.pfm"), &sky, &[], 0.0).unwrap();
+    write(
+        &dir.path().join("sky.pfm"),
+        &sky,
+        &[],
+        &phalanx::formats::tone::Display::LINEAR,
+    )
+    .unwrap();
     let light = "AttributeBegin\nRotate -70 1 0 0\nRotate 40 0 0 1\nLightSource \"infinite\" \"string mapname\" \"sky.pfm\"\nAttributeEnd\n";
     let text = head(24, 18, 4, CAMERA) + light + STAGE;
     let scene = load_str(&text, "sky.pbrt", dir.path()).unwrap();

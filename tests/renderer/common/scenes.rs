@@ -272,7 +272,13 @@ pub fn write_all(dir: &Path) -> Vec<PathBuf> {
 fn write_images(dir: &Path) {
     for (name, width, height) in [("sky", 16, 8), ("square", 12, 12), ("slide", 7, 5)] {
         let path = dir.join(format!("{name}.pfm"));
-        write(&path, &sky(width, height), &[], 0.0).expect("a written image");
+        write(
+            &path,
+            &sky(width, height),
+            &[],
+            &phalanx::formats::tone::Display::LINEAR,
+        )
+        .expect("a written image");
     }
 }
 

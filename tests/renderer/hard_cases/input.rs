@@ -133,7 +133,13 @@ fn damaged_files_are_refused() {
         pixels: vec![[0.5, 0.2, 0.8]; 20],
     };
     for name in ["whole.png", "whole.exr", "whole.pfm"] {
-        write(&dir.join(name), &picture, &[], 0.0).unwrap();
+        write(
+            &dir.join(name),
+            &picture,
+            &[],
+            &phalanx::formats::tone::Display::LINEAR,
+        )
+        .unwrap();
     }
     let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n".to_vec();
     hdr.extend([10, 20, 30, 128].repeat(4));

@@ -176,7 +176,13 @@ impl Runs {
             };
             let file = name.replace([' ', ','], "-");
             let path = Path::new(&dir).join(format!("{file}.png"));
-            write(&path, &picture, &[], 0.0).unwrap();
+            write(
+                &path,
+                &picture,
+                &[],
+                &phalanx::formats::tone::Display::LINEAR,
+            )
+            .unwrap();
         }
     }
 }
