@@ -23,6 +23,7 @@
 pub mod alpha_mask;
 mod arrive;
 pub mod bidirectional;
+mod bidirectional_layout;
 pub mod clock;
 mod connect;
 mod dispersion;
