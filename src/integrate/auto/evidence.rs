@@ -49,6 +49,8 @@ pub(super) struct State {
     pub value: f64,
     /// What a squared error at its place counts for.
     pub weight: f64,
+    /// The same beside the light that others have brought there.
+    pub alone: f64,
     /// Integrated autocorrelation of its chain.
     pub memory: f64,
 }
@@ -110,11 +112,18 @@ impl Map {
         self.radiance[i] += light / (self.side * self.side);
     }
 
-    /// Light in the cell of a place. What has brought it counts, too: the edge of a lamp would
-    /// else be taken for luck.
-    fn at(&self, raster: [f32; 2]) -> f64 {
-        self.radiance[self.index(raster)]
+    /// Light in the cell of a place, less what is to be left out of it.
+    fn at(&self, raster: [f32; 2], without: f64) -> f64 {
+        let others = self.radiance[self.index(raster)] - without / (self.side * self.side);
+        others.max(0.0)
     }
+}
+
+/// States of a chain in the cell of one of them.
+fn companions(map: &Map, trace: &Trace, raster: [f32; 2]) -> f64 {
+    let cell = map.index(raster);
+    let same = trace.states.iter().filter(|(at, _)| map.index(*at) == cell);
+    same.count() as f64
 }
 
 /// What a pilot of so many samples over a region `[x0, y0, width, height]` knows of each depth.
@@ -142,7 +151,7 @@ pub(super) fn gather(
     }
     let mean = map.radiance.iter().sum::<f64>() * map.side * map.side / area;
     let dark = (DARK * mean).powi(2).max(f64::MIN_POSITIVE);
-    let weight = |raster: [f32; 2]| 1.0 / (map.at(raster).powi(2) + dark);
+    let weight = |raster: [f32; 2], without: f64| 1.0 / (map.at(raster, without).powi(2) + dark);
     let mut all = vec![Depth::default(); depths];
     for (k, depth) in all.iter_mut().enumerate() {
         let tried = chains.get(k).map_or(0.0, |c| c.rays);
@@ -157,16 +166,20 @@ pub(super) fn gather(
             sample: c.sample,
             placed: c.placed,
             value,
-            weight: weight(c.raster),
+            // What has brought the light counts, too: an edge would else be taken for luck.
+            weight: weight(c.raster, 0.0),
         });
     }
     for (depth, chains) in all.iter_mut().zip(chains) {
         let states: usize = chains.traces.iter().map(|t| t.states.len()).sum();
+        let own = half * chains.light * area / states.max(1) as f64;
         depth.light = chains.light;
         let of = |t: &Trace, (raster, target): &([f32; 2], f32)| State {
             part: 1.0 / states.max(1) as f64,
             value: f64::from(*target) / chains.strategies.max(1.0),
-            weight: weight(*raster),
+            weight: weight(*raster, 0.0),
+            // A chain that is alone in a dark place leaves a spot there.
+            alone: weight(*raster, own * companions(&map, t, *raster)),
             memory: t.memory,
         };
         depth.states = (chains.traces.iter())
@@ -190,6 +203,7 @@ impl Depth {
             part: s.value / all,
             value: s.value,
             weight: s.weight,
+            alone: s.weight,
             memory: SUPPOSED,
         };
         self.states = self.samples.iter().map(state).collect();

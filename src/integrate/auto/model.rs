@@ -80,7 +80,7 @@ const UNSEEN: f64 = 2.0;
 /// Constants that are tried, over the mean radiance: powers of four.
 const CONSTANTS: std::ops::RangeInclusive<i32> = -3..=4;
 /// What else is better by less is not worth the chains' start.
-const WORTH: f64 = 0.9;
+const WORTH: f64 = 0.85;
 
 /// The best constants.
 pub(super) fn choose(depths: &[Depth], samples: u32, costs: &Costs) -> Choice {
@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
         sums.missed = (SURE * by_chains - all).max(0.0);
         if d.is_finite() {
             sums.left = over(&|s| 1.0 - u(s));
-            sums.error = UNSEEN * over(&|s| s.weight * s.memory * (1.0 - u(s)));
+            sums.error = UNSEEN * over(&|s| s.alone * s.memory * (1.0 - u(s)));
         }
         self.sums[depth] = sums;
         self.kept[depth] = d;
@@ -287,6 +287,7 @@ mod tests {
                 part: 1.0,
                 value: y,
                 weight,
+                alone: weight,
                 memory,
             }],
         }
