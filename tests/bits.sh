@@ -36,6 +36,7 @@ for scene in "$root"/scenes/*.pbrt "$root"/tests/reference/*.pbrt; do
         render "$scene" pssmlt-pt "$lanes" --integrator pssmlt --host pt --mutations 8
         render "$scene" pssmlt-bdpt "$lanes" --integrator pssmlt --host bdpt --mutations 8
         render "$scene" mmlt "$lanes" --integrator mmlt --mutations 8
+        render "$scene" auto "$lanes" --integrator auto --mutations 8
         render "$scene" mmlt-auto "$lanes" --integrator mmlt --mutations 8 --sigma auto --large-step auto
     done
 done

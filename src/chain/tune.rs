@@ -79,7 +79,7 @@ const GAIN: f64 = 4.0;
 const SLOWDOWN: f64 = 8.0;
 
 /// Steps between which coincidences are counted.
-pub(super) const STEPS: u32 = 128;
+pub const STEPS: u32 = 128;
 /// Probabilities that are compared are multiples of this, between these: large steps are never left
 /// out, for what small ones cannot reach, nor small ones, for what the bootstrap has not seen.
 const GRID: f32 = 1.0 / 64.0;

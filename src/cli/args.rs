@@ -92,9 +92,9 @@ pub struct RenderArgs {
 
     /// Algorithm [default: the scene's; auto where it names none, mlt or sppm]
     ///
-    /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave as
-    /// error for the same work. Each path depth then goes to samples, to chains, or is shared by
-    /// both; the last line and --stats say who brings what.
+    /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave
+    /// as error for the same work. Each path depth then goes to samples, to chains, or is
+    /// shared by both; the last line and --stats say who brings what.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
@@ -289,9 +289,10 @@ pub struct ChainArgs {
     )]
     pub bootstrap: Option<u64>,
 
-    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (auto, mmlt, pssmlt)
+    /// Probability of a mutation that forgets the current path, 0 to 1; or auto (auto, mmlt,
+    /// pssmlt)
     ///
-    /// `auto` chooses it for each path depth (auto, mmlt) or for all of them (pssmlt) before the render
+    /// `auto` chooses it for each path depth (or for all of them: pssmlt) before the render
     /// starts, from what some chains do meanwhile: so that pixels get the most independent
     /// samples.
     #[arg(
@@ -311,7 +312,7 @@ pub struct ChainArgs {
     ///
     /// The standard deviation of gaussian ones, and half the width of cauchy ones (half of them
     /// move less); those of kelemen move by S / 10 to 1.6 S, by 1/1024 to 1/64 if S is 0.01.
-    /// `auto` tries out, for each path depth (auto, mmlt) or for all of them (pssmlt) and before the
+    /// `auto` tries out, for each path depth (or for all of them: pssmlt) and before the
     /// render starts, what has half of all small mutations accepted.
     #[arg(long, value_name = "S", value_parser = sigma, help_heading = "Algorithm")]
     pub sigma: Option<Tuned>,

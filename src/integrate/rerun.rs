@@ -66,7 +66,8 @@ fn chains_of(run: &Run) -> Option<(Method, Vec<Bootstrap>, f64)> {
 
 /// Makes the bootstrap and marches one chain to an iteration of it, exactly as
 /// [`render`](super::render) does with these settings (of `auto`, or of multiplexed
-/// Metropolis light transport if their integrator is another). `world` must be of `scene` and for `settings.max_depth`.
+/// Metropolis light transport if their integrator is another). `world` must be of `scene` and for
+/// `settings.max_depth`.
 ///
 /// # Errors
 /// Settings out of range, thread pools that cannot be had, and chains or iterations that the render

@@ -2,6 +2,9 @@
 
 use crate::chain::trial::Trace;
 
+/// Part of its rays that a mutation traces in the mean: many proposals end early.
+const LIVE: f64 = 0.7;
+
 /// A contribution of a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contribution {
@@ -22,6 +25,8 @@ pub(super) struct Chains {
     pub light: f64,
     /// Strategies of the depth, which a path chooses among uniformly.
     pub strategies: f64,
+    /// Rays of a mutation.
+    pub rays: f64,
     pub traces: Vec<Trace>,
 }
 
@@ -44,6 +49,8 @@ pub(super) struct State {
     pub value: f64,
     /// What a squared error at its place counts for.
     pub weight: f64,
+    /// The same beside the light that others have brought there.
+    pub alone: f64,
     /// Integrated autocorrelation of its chain.
     pub memory: f64,
 }
@@ -54,11 +61,13 @@ pub(super) struct Depth {
     pub samples: Vec<Seen>,
     /// Mean radiance.
     pub light: f64,
+    /// Rays of a mutation.
+    pub rays: f64,
     pub states: Vec<State>,
 }
 
 /// Samples of a cell of the map.
-const CELL: f64 = 16.0;
+const CELL: f64 = 32.0;
 /// Where the picture is dimmer than this part of its mean its errors count as if it were not. Not
 /// an absolute number: what is chosen does not depend on how bright the lights are.
 const DARK: f64 = 0.3;
@@ -103,12 +112,18 @@ impl Map {
         self.radiance[i] += light / (self.side * self.side);
     }
 
-    /// Light in the cell of a place, less what one has brought itself: it does not vouch for its
-    /// own place.
-    fn at(&self, raster: [f32; 2], own: f64) -> f64 {
-        let i = self.index(raster);
-        (self.radiance[i] - own / (self.side * self.side)).max(0.0)
+    /// Light in the cell of a place, less what is to be left out of it.
+    fn at(&self, raster: [f32; 2], without: f64) -> f64 {
+        let others = self.radiance[self.index(raster)] - without / (self.side * self.side);
+        others.max(0.0)
     }
+}
+
+/// States of a chain in the cell of one of them.
+fn companions(map: &Map, trace: &Trace, raster: [f32; 2]) -> f64 {
+    let cell = map.index(raster);
+    let same = trace.states.iter().filter(|(at, _)| map.index(*at) == cell);
+    same.count() as f64
 }
 
 /// What a pilot of so many samples over a region `[x0, y0, width, height]` knows of each depth.
@@ -136,8 +151,13 @@ pub(super) fn gather(
     }
     let mean = map.radiance.iter().sum::<f64>() * map.side * map.side / area;
     let dark = (DARK * mean).powi(2).max(f64::MIN_POSITIVE);
-    let weight = |raster: [f32; 2], own: f64| 1.0 / (map.at(raster, own).powi(2) + dark);
+    let weight = |raster: [f32; 2], without: f64| 1.0 / (map.at(raster, without).powi(2) + dark);
     let mut all = vec![Depth::default(); depths];
+    for (k, depth) in all.iter_mut().enumerate() {
+        let tried = chains.get(k).map_or(0.0, |c| c.rays);
+        let most = (k + 1) as f64;
+        depth.rays = if tried > 0.0 { tried } else { LIVE * most };
+    }
     for c in contributions {
         let depth = &mut all[c.depth as usize];
         let value = f64::from(c.value);
@@ -146,7 +166,8 @@ pub(super) fn gather(
             sample: c.sample,
             placed: c.placed,
             value,
-            weight: weight(c.raster, half * each * value),
+            // What has brought the light counts, too: an edge would else be taken for luck.
+            weight: weight(c.raster, 0.0),
         });
     }
     for (depth, chains) in all.iter_mut().zip(chains) {
@@ -156,7 +177,9 @@ pub(super) fn gather(
         let of = |t: &Trace, (raster, target): &([f32; 2], f32)| State {
             part: 1.0 / states.max(1) as f64,
             value: f64::from(*target) / chains.strategies.max(1.0),
-            weight: weight(*raster, own * companions(&map, t, *raster)),
+            weight: weight(*raster, 0.0),
+            // A chain that is alone in a dark place leaves a spot there.
+            alone: weight(*raster, own * companions(&map, t, *raster)),
             memory: t.memory,
         };
         depth.states = (chains.traces.iter())
@@ -167,13 +190,6 @@ pub(super) fn gather(
         all.iter_mut().for_each(Depth::suppose);
     }
     all
-}
-
-/// States of a chain in the cell of one of them.
-fn companions(map: &Map, trace: &Trace, raster: [f32; 2]) -> f64 {
-    let cell = map.index(raster);
-    let same = trace.states.iter().filter(|(at, _)| map.index(*at) == cell);
-    same.count() as f64
 }
 
 /// Memory of chains that nobody has tried: few have a shorter one.
@@ -187,6 +203,7 @@ impl Depth {
             part: s.value / all,
             value: s.value,
             weight: s.weight,
+            alone: s.weight,
             memory: SUPPOSED,
         };
         self.states = self.samples.iter().map(state).collect();

@@ -58,6 +58,8 @@ pub(super) struct Decision {
     bootstraps: Vec<Bootstrap>,
     /// Light of each depth, and rays that the pilot has traced.
     light: Vec<f64>,
+    /// Of a mutation of mmlt.
+    usual: f64,
     rays: u64,
     /// Error of samples alone over that of the choice, and that of chains for all but depth 0.
     gain: f64,
@@ -85,8 +87,9 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let shares = decision.shares();
     let pilot_rays = decision.rays;
     let mut render = if decision.choice.has_chains() {
-        let chains = method_of(&decision, run, &kept);
-        let ready = finish_bootstrap::<L>(run, &chains, decision, effort.mutations, start);
+        let chains = method_of(run, &kept);
+        let ready =
+            finish_bootstrap::<L>(run, &chains, decision.bootstraps, effort.mutations, start);
         let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
         let has_samples = !layout.strategies().is_empty();
         let beside = has_samples.then_some(&mut sampling);
@@ -122,8 +125,9 @@ pub(super) fn chains_of<L: Lanes>(run: &Run) -> Option<(Method, Ready, f64)> {
     let decision = Decision::new::<L>(run);
     let effort = Effort::of(run, &decision);
     decision.choice.has_chains().then(|| {
-        let method = method_of(&decision, run, &decision.kept());
-        let ready = finish_bootstrap::<L>(run, &method, decision, effort.mutations, start);
+        let method = method_of(run, &decision.kept());
+        let ready =
+            finish_bootstrap::<L>(run, &method, decision.bootstraps, effort.mutations, start);
         (method, ready, effort.mutations)
     })
 }
@@ -142,11 +146,10 @@ const PASSES: f64 = 4.0;
 impl Effort {
     fn of(run: &Run, decision: &Decision) -> Self {
         let choice = &decision.choice;
-        let depths = || decision.light.iter().enumerate();
-        let light: f64 = decision.light.iter().sum();
-        let rays: f64 = depths().map(|(k, b)| b * (k + 1) as f64).sum();
-        let usual = if light > 0.0 { rays / light } else { RAYS };
-        let rays = run.settings.mutations_per_pixel as f64 * usual;
+        let area = mutations(run, 1);
+        let rays = run.settings.mutations_per_pixel as f64 * decision.usual;
+        // The pilot is a part of it, but not of a budget so small that it would be most.
+        let rays = (rays - decision.rays as f64 / area).max(0.5 * rays);
         let [of_sample, of_mutation] = choice.rays;
         let samples = rays * choice.part() / of_sample.max(1.0);
         let samples = match choice.has_chains() {
@@ -155,7 +158,6 @@ impl Effort {
         };
         let samples = samples.round().clamp(1.0, f64::from(u32::MAX));
         let left = (rays - samples * of_sample).max(0.1 * rays);
-        let area = mutations(run, 1);
         Self {
             samples: samples as u64,
             mutations: (left / of_mutation * area).ceil(),
@@ -214,6 +216,7 @@ impl Decision {
                 1.0
             },
             expected: choice.error() / 1000.0,
+            usual: usual(&seen),
             light: seen.iter().map(|d| d.light).collect(),
             choice,
             bootstraps,
@@ -242,6 +245,13 @@ impl Decision {
                 .collect(),
         }
     }
+}
+
+/// Rays of a mutation where each depth has as many as it has light.
+fn usual(seen: &[evidence::Depth]) -> f64 {
+    let light: f64 = seen.iter().map(|d| d.light).sum();
+    let rays: f64 = seen.iter().map(|d| d.light * d.rays).sum();
+    if light > 0.0 { rays / light } else { RAYS }
 }
 
 /// Contributions of a depth that make it known.
@@ -281,9 +291,11 @@ fn try_chains<L: Lanes>(
                 true => trial.run::<L>(run.world, sampler, bootstrap),
                 false => Default::default(),
             };
+            let steps: usize = traces.len() * crate::chain::tune::STEPS as usize;
             let chains = Chains {
                 light,
                 strategies,
+                rays: rays as f64 / steps.max(1) as f64,
                 traces,
             };
             (chains, rays)

@@ -16,6 +16,8 @@
 //! best split of a given number of rays leaves `(sqrt(S s) + sqrt(C c))^2` over that number, which
 //! is what is minimised over the constants `d`.
 //!
+//! Depth 0 is for samples, and does not enter.
+//!
 //! A sample that brings a thousand times the mean is rarely among those of a pilot. Chains are, as
 //! often as it is bright: they tell the same `S` once more, as `b <w y u^2>` for each depth, and
 //! what samples have missed of that is added.
@@ -78,7 +80,7 @@ const UNSEEN: f64 = 2.0;
 /// Constants that are tried, over the mean radiance: powers of four.
 const CONSTANTS: std::ops::RangeInclusive<i32> = -3..=4;
 /// What else is better by less is not worth the chains' start.
-const WORTH: f64 = 0.9;
+const WORTH: f64 = 0.85;
 
 /// The best constants.
 pub(super) fn choose(depths: &[Depth], samples: u32, costs: &Costs) -> Choice {
@@ -195,7 +197,9 @@ impl<'a> Search<'a> {
         let (of, n) = (&self.depths[depth], f64::from(self.samples.max(1)));
         let mut sums = Sums::default();
         let mut all = 0.0;
-        for seen in &of.samples {
+        // What is seen directly is for samples whatever comes of the rest; the edges of a lamp
+        // would drown all else.
+        for seen in of.samples.iter().filter(|_| depth > 0) {
             let kept = part(d, seen.value) * seen.value;
             let square = seen.weight * kept * kept / n;
             all += square;
@@ -214,7 +218,7 @@ impl<'a> Search<'a> {
         sums.missed = (SURE * by_chains - all).max(0.0);
         if d.is_finite() {
             sums.left = over(&|s| 1.0 - u(s));
-            sums.error = UNSEEN * over(&|s| s.weight * s.memory * (1.0 - u(s)));
+            sums.error = UNSEEN * over(&|s| s.alone * s.memory * (1.0 - u(s)));
         }
         self.sums[depth] = sums;
         self.kept[depth] = d;
@@ -238,7 +242,7 @@ impl<'a> Search<'a> {
         // Half a square for each of half as many pairs.
         let placed = differences / f64::from(self.samples.max(1));
         let left = sum(|s| s.left);
-        let rays = (self.sums.iter().enumerate()).map(|(k, s)| s.left * (k + 1) as f64);
+        let rays = (self.sums.iter().zip(self.depths)).map(|(s, depth)| s.left * depth.rays);
         let mutation = if left > 0.0 {
             rays.sum::<f64>() / left
         } else {
@@ -255,7 +259,7 @@ impl<'a> Search<'a> {
 }
 
 /// Time of a ray of a mutation over that of one of a sample.
-const MUTATION: f64 = 1.0;
+const MUTATION: f64 = 0.9;
 
 #[cfg(test)]
 mod tests {
@@ -266,7 +270,7 @@ mod tests {
     /// have such a memory.
     fn depth(y: f64, p: f64, memory: f64, samples: u32) -> Depth {
         let every = (1.0 / p).round() as u32;
-        let weight = 1.0 / (y * p).powi(2);
+        let weight = 1.0;
         let found = (0..samples).filter(|i| i % every == 0);
         Depth {
             samples: found
@@ -278,10 +282,12 @@ mod tests {
                 })
                 .collect(),
             light: y * p,
+            rays: 2.0,
             states: vec![State {
                 part: 1.0,
                 value: y,
                 weight,
+                alone: weight,
                 memory,
             }],
         }

@@ -6,7 +6,6 @@
 //! of the whole budget. Seeds are different paths by their effective number, `(sum T)^2 / sum T^2`
 //! of their targets `T`: a path with half of the light is not worth a thousand.
 
-use super::Decision;
 use crate::chain::bootstrap::Bootstrap;
 use crate::integrate::bootstraps::complete;
 use crate::integrate::chains::{Ready, ready};
@@ -20,13 +19,14 @@ use std::time::Instant;
 /// Most of the budget that bootstrap paths may take beyond those asked for.
 const PART: f64 = 0.15;
 
-/// The samplers of depths of which something is left to chains.
-pub(super) fn method_of(decision: &Decision, run: &Run, kept: &[f32]) -> Method {
-    let depths = run.world.plan.depths.iter();
-    let left = depths.filter(|plan| decision.choice.kept[plan.depth as usize].is_finite());
-    let sampler = |plan: &DepthPlan| {
+/// The samplers of depths of which something is left to chains, with the most that samples keep at
+/// each.
+pub(super) fn method_of(run: &Run, kept: &[f32]) -> Method {
+    let depths = run.world.plan.depths.iter().zip(kept);
+    let left = depths.filter(|(_, kept)| kept.is_finite());
+    let sampler = |(plan, kept): (&DepthPlan, &f32)| {
         PathSampler::Multiplexed(DepthPlan {
-            kept: kept[plan.depth as usize],
+            kept: *kept,
             ..plan.clone()
         })
     };
@@ -38,10 +38,11 @@ pub(super) fn method_of(decision: &Decision, run: &Run, kept: &[f32]) -> Method 
 }
 
 /// Completes the bootstraps of depths that have chains, which make so many mutations in all.
+/// `begun` are those of all depths.
 pub(super) fn finish_bootstrap<L: Lanes>(
     run: &Run,
     method: &Method,
-    decision: Decision,
+    begun: Vec<Bootstrap>,
     mutations: f64,
     start: Instant,
 ) -> Ready {
@@ -49,7 +50,7 @@ pub(super) fn finish_bootstrap<L: Lanes>(
     let whole: Vec<PathSampler> = (plans.iter())
         .map(|plan| PathSampler::from(&run.world.plan.depths[plan.depth as usize]))
         .collect();
-    let mut begun = decision.bootstraps.into_iter().enumerate();
+    let mut begun = begun.into_iter().enumerate();
     let all = (plans.iter())
         .filter_map(|plan| begun.find(|(k, _)| *k == plan.depth as usize))
         .map(|(_, bootstrap)| bootstrap)
