@@ -80,8 +80,9 @@ impl Quadric {
         let profile = self.profile(needs_uv);
         let phi_max = phi_max.min(TAU);
         let sound = |p: &Point| p.p.is_finite() && p.n.is_finite() && p.v.is_finite();
-        // Written so that NaN fails it.
-        if profile.len() < 2 || !(phi_max > 0.0) || !profile.iter().all(sound) {
+        // Not a number turns nothing.
+        let turns = phi_max > 0.0;
+        if profile.len() < 2 || !turns || !profile.iter().all(sound) {
             mesh.warnings.push("the shape has no area".into());
             return mesh;
         }
