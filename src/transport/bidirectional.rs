@@ -14,14 +14,14 @@
 use super::World;
 pub use super::bidirectional_layout::BidirectionalLayout;
 use super::clock::Stage;
-use super::connect::{Joining, Techniques};
+use super::connect::{Joining, Weighing};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::kept::{Kept, KeptVertex};
 use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::samples::{Bounce, Samples};
 pub use super::strategy::Strategy;
-use super::weigh::{Sink, TechniqueMask};
+use super::weigh::{Sink, StrategyMask};
 use crate::simd::Lanes;
 
 impl World<'_> {
@@ -107,14 +107,14 @@ impl World<'_> {
                 lists.emission.push_if(path, !paths.rays.missed(path));
             }
             paths.clock.lap(Stage::Sort);
-            let label = Some(Bounce::at(
-                layout.at.light_label + wave * layout.at.strides.label,
+            let component = Some(Bounce::at(
+                layout.at.light_component + wave * layout.at.strides.component,
             ));
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Light, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             self.weigh_components(&mut paths.subpaths, Side::Light);
@@ -196,7 +196,7 @@ impl World<'_> {
             paths.clock.lap(Stage::Sort);
             // Lights that are seen directly are seen by no other strategy.
             let mask = if wave == 0 {
-                TechniqueMask::NONE
+                StrategyMask::NONE
             } else {
                 layout.mask
             };
@@ -211,13 +211,14 @@ impl World<'_> {
                 self.environment::<L>(from, &lists.escaped, (mask, 1.0), sink, &mut ());
             }
             paths.clock.lap(Stage::Mis);
-            let label = (wave < layout.camera_labels)
-                .then(|| Bounce::at(layout.at.camera_label + wave * layout.at.strides.label));
+            let component = (wave < layout.camera_components).then(|| {
+                Bounce::at(layout.at.camera_component + wave * layout.at.strides.component)
+            });
             self.arrive_on::<L>(
                 paths,
                 &lists.emission,
                 (Side::Camera, wave),
-                (samples, label),
+                (samples, component),
                 &mut (),
             );
             if let Some(index) = seen {
@@ -303,14 +304,14 @@ impl World<'_> {
             ),
             clock: &mut paths.clock,
         };
-        let techniques = Techniques {
+        let weighing = Weighing {
             mask: layout.mask,
             // Every strategy runs once a path.
             factors: &[1.0; 2],
             s: &paths.s,
         };
         let at = layout.connection(strategy);
-        self.join::<L, _>(joining, samples, lists, at, techniques, &mut ());
+        self.join::<L, _>(joining, samples, lists, at, weighing, &mut ());
     }
 }
 

@@ -1,13 +1,12 @@
-//! Which bidirectional strategies run, and where their primary samples are.
+//! Which strategies a sample of bidirectional path tracing has, and where their primary samples
+//! are.
 
 use super::World;
 use super::paths::Endpoints;
-#[cfg(doc)]
-use super::paths::Splats;
 use super::records::{Contribution, Splat};
 use super::samples::ConnectionSamples;
 use super::strategy::Strategy;
-use super::weigh::TechniqueMask;
+use super::weigh::StrategyMask;
 use crate::plan::{Layout, Vertices};
 use crate::simd::Row;
 
@@ -19,10 +18,11 @@ pub struct BidirectionalLayout {
     pub(super) seen: Vec<Option<usize>>,
     /// Most surface vertices of a camera subpath, and of a light subpath.
     pub camera_vertices: usize,
+    /// Most surface vertices of a light subpath.
     pub light_vertices: usize,
     /// Camera vertices that scatter or are joined.
-    pub(super) camera_labels: usize,
-    pub(super) mask: TechniqueMask,
+    pub(super) camera_components: usize,
+    pub(super) mask: StrategyMask,
     /// By strategy: the most of a contribution that is kept, if chains bring the rest.
     pub(super) kept: Vec<Option<f32>>,
     pub(super) parts: bool,
@@ -33,14 +33,14 @@ pub struct BidirectionalLayout {
 impl BidirectionalLayout {
     /// All strategies that can carry light, of all depths that the world is planned for.
     pub fn new(world: &World) -> Self {
-        Self::with(world, TechniqueMask::ALL, |_| true)
+        Self::with(world, StrategyMask::ALL, |_| true)
     }
 
     /// Light subpaths joined to the camera alone, and lights that the camera sees directly. Nothing
     /// competes: weights are 1. Light that reaches the camera from specular surfaces is out of
     /// reach.
     pub fn light_tracing(world: &World) -> Self {
-        Self::with(world, TechniqueMask::NONE, |strategy| {
+        Self::with(world, StrategyMask::NONE, |strategy| {
             strategy.t == 1 || strategy.depth() == 0
         })
     }
@@ -50,19 +50,19 @@ impl BidirectionalLayout {
     /// ([`DepthPlan::kept`](crate::plan::DepthPlan::kept)). Infinity keeps all of it, 0 nothing.
     pub fn sharing(world: &World, kept: &[f32]) -> Self {
         let of = |strategy: Strategy| kept[strategy.depth() as usize];
-        let mut layout = Self::with(world, TechniqueMask::ALL, |strategy| of(strategy) > 0.0);
+        let mut layout = Self::with(world, StrategyMask::ALL, |strategy| of(strategy) > 0.0);
         let bounds = layout.strategies.iter().map(|strategy| of(*strategy));
         layout.kept = bounds.map(|b| b.is_finite().then_some(b)).collect();
         layout
     }
 
-    /// Asks evaluations for [`Splats::parts`], too.
+    /// Asks evaluations for [`Splats::parts`](super::paths::Splats::parts), too.
     pub fn with_parts(mut self) -> Self {
         self.parts = true;
         self
     }
 
-    fn with(world: &World, mask: TechniqueMask, runs: impl Fn(Strategy) -> bool) -> Self {
+    fn with(world: &World, mask: StrategyMask, runs: impl Fn(Strategy) -> bool) -> Self {
         let plan = &world.plan;
         let mut strategies = Vec::new();
         let mut seen = Vec::new();
@@ -86,12 +86,12 @@ impl BidirectionalLayout {
         let camera_vertices = most(1, &|_| true);
         let light_vertices = most(0, &|_| true);
         let joined = most(1, &|strategy| strategy.s > 0);
-        let camera_labels = joined.max(camera_vertices.saturating_sub(1));
+        let camera_components = joined.max(camera_vertices.saturating_sub(1));
 
         let by_choice = usize::from(world.camera.connects_by_choice());
         let vertices = Vertices {
             camera: camera_vertices,
-            camera_labels,
+            camera_components,
             light: light_vertices,
             direct: most(1, &|strategy| strategy.s == 1),
             seen: by_choice * most(0, &|strategy| strategy.t == 1),
@@ -100,7 +100,7 @@ impl BidirectionalLayout {
             seen,
             camera_vertices,
             light_vertices,
-            camera_labels,
+            camera_components,
             mask,
             kept: vec![None; strategies.len()],
             parts: false,
@@ -127,7 +127,8 @@ impl BidirectionalLayout {
         self.at.total
     }
 
-    /// Raster positions that a path contributes to beside its camera's: lists in [`Splats::light`].
+    /// Raster positions that a path contributes to beside its camera's: lists in
+    /// [`Splats::light`](super::paths::Splats::light).
     pub fn splats(&self) -> usize {
         let joined = self.strategies.iter().filter(|strategy| strategy.t == 1);
         joined
@@ -137,7 +138,8 @@ impl BidirectionalLayout {
     }
 
     /// Bytes at most that the workspace of a path of up to `max_depth` scattering events takes
-    /// beside what all evaluations need; with [`Splats::parts`] or without.
+    /// beside what all evaluations need; with [`Splats::parts`](super::paths::Splats::parts) or
+    /// without.
     pub fn bytes_per_path(max_depth: u32, parts: bool) -> u64 {
         let depth = u64::from(max_depth);
         // An endpoint with its flags and its place in a list, parameter rows of its own, and its
