@@ -118,6 +118,10 @@ pub struct Bootstrap {
     pub estimate: Estimate,
     /// Target of every sample, in chunks of [`CHUNK`]: there can be a billion of them.
     values: Vec<Vec<f32>>,
+    /// Samples in `values`.
+    made: u64,
+    /// Chunks at the front that do not count for the estimate.
+    uncounted: usize,
     /// Sums over the paths of each strategy, in order; none if no path has been made, or the
     /// sampler has no strategies.
     strategies: Vec<Moments>,
@@ -144,6 +148,8 @@ impl Bootstrap {
         Self {
             estimate: Estimate::default(),
             values: Vec::new(),
+            made: 0,
+            uncounted: 0,
             strategies: Vec::new(),
             wanted: count,
             rejected: 0,
@@ -168,8 +174,9 @@ impl Bootstrap {
 
     /// Paths evaluated.
     pub fn len(&self) -> u64 {
-        self.estimate.bootstrap.count
+        self.made
     }
+
     /// Whether no path has been evaluated yet.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -253,6 +260,7 @@ impl Bootstrap {
             let mut sum = Moments::default();
             part.values.iter().for_each(|v| sum.add(*v));
             self.estimate.bootstrap.merge(&sum);
+            self.made += sum.count;
             for (to, from) in self.strategies.iter_mut().zip(&part.strategies) {
                 to.merge(from);
             }
@@ -273,22 +281,41 @@ impl Bootstrap {
         self.values.iter().flatten().copied()
     }
 
+    /// What the samples so far have shown has decided about the render. An estimate from them
+    /// would not be independent of that, so they only are seeds from here on. The last chunk must
+    /// be whole.
+    pub fn decide(&mut self) {
+        self.uncounted = self.values.len();
+        self.estimate.bootstrap = Moments::default();
+    }
+
     /// Leaves a part of every target; sums by strategy stay as they are. To be settled afterwards.
     pub fn leave(&mut self, part: impl Fn(f32) -> f32) {
+        for value in self.values.iter_mut().flatten().filter(|v| **v > 0.0) {
+            *value *= part(*value);
+        }
+        self.sum_up();
+    }
+
+    /// The estimate's sums anew.
+    fn sum_up(&mut self) {
         self.estimate.bootstrap = Moments::default();
-        for chunk in &mut self.values {
+        for chunk in &self.values[self.uncounted..] {
             let mut sum = Moments::default();
-            for value in chunk.iter_mut().filter(|v| **v > 0.0) {
-                *value *= part(*value);
-            }
             chunk.iter().for_each(|v| sum.add(*v));
             self.estimate.bootstrap.merge(&sum);
         }
     }
 
-    /// Completes the estimate after the last path.
+    /// Completes the estimate after the last path. If there is none but those that have decided
+    /// something, they are all there is to go by.
     pub fn settle(&mut self) {
-        self.estimate.replica_error2 = replica_error2(self.len(), self.all());
+        if self.estimate.bootstrap.count == 0 && self.uncounted > 0 {
+            self.uncounted = 0;
+            self.sum_up();
+        }
+        let counted = self.values[self.uncounted..].iter().flatten().copied();
+        self.estimate.replica_error2 = replica_error2(self.estimate.bootstrap.count, counted);
     }
 
     /// Indices of `n` samples drawn in proportion to their target: one uniform offset, then equal
