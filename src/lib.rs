@@ -31,7 +31,7 @@
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over it all: `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
+//! | [`integrate`] | schedules over it all: `auto`, `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
 //! | `converge` | the program's: error against time, and a report of it | who asks for it |
 //! | [`cli`] | the program's: the command line | - |
 //!
@@ -68,7 +68,7 @@
 //! `integrate/pt.rs` is the shortest example, and `integrate/lt.rs` one whose samples also splat.
 //! If it mutates them, all but what is mutated comes from `integrate/chains.rs`: bootstrap, chains,
 //! film, errors, mixing; `integrate/mmlt.rs` and `integrate/pssmlt.rs` name their samplers
-//! ([`transport::PathSampler`]) and no more.
+//! ([`transport::PathSampler`]) and no more. `integrate/auto` has both march side by side.
 
 #![deny(unsafe_code)]
 #![warn(missing_docs)]

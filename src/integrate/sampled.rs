@@ -143,6 +143,8 @@ impl<'a> Sampling<'a> {
         let batch = run.settings.batch.unwrap_or(BATCH) as u64;
         let (done, per_pass) = (self.done, self.grid.cells());
         let cover = self.grid.cover() as f32;
+        // What chains may bring as well is not cut down: they never are.
+        let clamps = !run.settings.integrator.mutates();
         let counts = (0..until.saturating_sub(done).div_ceil(batch))
             .into_par_iter()
             .map(|chunk| {
@@ -156,7 +158,7 @@ impl<'a> Sampling<'a> {
                 let before = paths.rays.traced;
                 (self.fill)(&self.grid, &self.stream, &mut samples, begin, n);
                 (method.evaluate)(&samples, n, &mut paths);
-                if let Some(clamp) = film.clamp {
+                if let Some(clamp) = film.clamp.filter(|_| clamps) {
                     clamp_all(clamp, &mut paths);
                 }
                 let numbers = Numbers {
