@@ -31,7 +31,7 @@
 //! | [`chain`] | mutation, acceptance, bootstrap, batches | pixels' layout |
 //! | [`replay`] | one path of a chain, step by step, in `f32` and in `f64` | pixels |
 //! | [`metrics`] | how far two pictures are apart | how they were made |
-//! | [`integrate`] | schedules over it all: `auto`, `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
+//! | [`integrate`] | schedules over all: `auto`, `mmlt`, `pssmlt`, `pt`, `lt`, `bdpt` | who asks |
 //! | `converge` | the program's: error against time, and a report of it | who asks for it |
 //! | [`cli`] | the program's: the command line | - |
 //!
