@@ -462,7 +462,7 @@ fn a_render_ends_when_it_is_accurate_enough_and_says_so() {
         let channels = &image.layer_data[0].channel_data.list;
         let errors = channels
             .iter()
-            .filter(|c| c.name.to_string().starts_with("stderr."));
+            .filter(|c| c.name.to_string().starts_with("error."));
         let errors: Vec<f32> = errors
             .flat_map(|c| c.sample_data.values_as_f32().collect::<Vec<_>>())
             .collect();

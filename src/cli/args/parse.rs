@@ -47,11 +47,15 @@ pub(super) fn tuned(text: &str, most: f64) -> Result<Tuned, String> {
 pub(in crate::cli) fn exposure(text: &str) -> Result<Exposure, String> {
     match text.trim() {
         "auto" => Ok(Exposure::Auto),
-        text => match number_in(text, -100.0, 100.0) {
-            Ok(stops) => Ok(Exposure::Stops(stops as f32)),
+        text => match stops(text) {
+            Ok(stops) => Ok(Exposure::Stops(stops)),
             Err(e) => Err(format!("{e}, nor auto")),
         },
     }
+}
+
+pub(in crate::cli) fn stops(text: &str) -> Result<f32, String> {
+    number_in(text, -100.0, 100.0).map(|v| v as f32)
 }
 
 /// Seconds, or a number with a unit: `90`, `90s`, `1.5m`, `2h`, `1d`.

@@ -7,7 +7,7 @@ use clap::{Args, value_parser};
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::cli::args::MAX_BOOTSTRAP;
-use crate::cli::args::parse::{exposure, number_in, probability, resolution, sigma};
+use crate::cli::args::parse::{number_in, probability, resolution, sigma, stops};
 use crate::cli::args::values::{ChoiceName, Lanes, Tuned};
 use crate::converge::plan::{Axis, MAX_EFFORT};
 use crate::integrate::Width;
@@ -258,7 +258,7 @@ pub struct ConvergeArgs {
         long,
         value_name = "EV",
         default_value = "0",
-        value_parser = exposure,
+        value_parser = stops,
         help_heading = "Output"
     )]
     pub exposure: f32,
