@@ -7,7 +7,9 @@
 //!    ([`crate::chain::trial`]).
 //! 3. [`evidence`] is what both have seen; [`model`] chooses, for each depth, how much of its
 //!    light samples keep and how much is left to chains.
-//! 4. Both march side by side ([`super::chains`] with [`super::sampled`] beside it), in proportion
+//! 4. What it has chosen, samples alone and chains alone render the scene for a moment each
+//!    ([`trials`]): the smallest error that is seen decides.
+//! 5. Both march side by side ([`super::chains`] with [`super::sampled`] beside it), in proportion
 //!    from the first round on: a render that is stopped has all of its light.
 //!
 //! The pilot's samples do not count for the picture: what they have seen decides about weights, and
@@ -15,24 +17,25 @@
 //! place of as many mutations as trace as many rays.
 
 mod evidence;
+mod march;
 mod model;
 mod pilot;
 mod start;
+mod trials;
 
 use self::evidence::Chains;
+use self::march::{Budget, Effort, march};
 use self::model::{Choice, Costs};
 use self::pilot::Pilot;
 use self::start::{finish_bootstrap, method_of};
 use super::bootstraps::fresh;
-use super::chains::{self, Ready, mutations, ready};
+use super::chains::{Ready, mutations, ready};
 use super::method::Method;
-use super::sampled::{self, Sampling};
 use super::shares::{Share, Shares};
-use super::{EndedBy, Render, Run, Settings};
+use super::{EndedBy, Render, Run};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
 use crate::chain::trial::Trial;
 use crate::simd::Lanes;
-use crate::simd::rng::Purpose;
 use crate::transport::PathSampler;
 use crate::transport::bidirectional::BidirectionalLayout;
 use rayon::prelude::*;
@@ -50,6 +53,9 @@ const PART: f64 = 0.02;
 const TIME: f64 = 0.05;
 /// Rays of a mutation, roughly, for the size of a pilot.
 const RAYS: f64 = 4.0;
+
+/// Where nothing can be tried, chains alone render if samples would get less of all rays.
+const FEW: f64 = 0.4;
 
 /// What a pilot has come to.
 pub(super) struct Decision {
@@ -71,43 +77,10 @@ pub(super) struct Decision {
 pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let start = Instant::now();
     let decision = Decision::new::<L>(run);
-    let effort = Effort::of(run, &decision);
-    let kept = decision.kept();
-    let layout = BidirectionalLayout::sharing(run.world, &kept);
-    let method = sampled::Method {
-        name: "auto",
-        purpose: Purpose::Bidirectional,
-        dimensions: layout.total(),
-        splats: layout.splats() > 0,
-        evaluate: &|samples, n, paths| {
-            (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
-        },
-        collect: &|_, _| {},
-    };
     let shares = decision.shares();
     let pilot_rays = decision.rays;
-    let mut render = if decision.choice.has_chains() {
-        let chains = method_of(run, &kept);
-        let ready =
-            finish_bootstrap::<L>(run, &chains, decision.bootstraps, effort.mutations, start);
-        let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
-        let has_samples = !layout.strategies().is_empty();
-        let beside = has_samples.then_some(&mut sampling);
-        chains::together::<L>(run, &chains, ready, effort.mutations, beside)
-    } else {
-        let settings = Settings {
-            samples_per_pixel: effort.samples,
-            ..run.settings.clone()
-        };
-        let run = Run {
-            settings: &settings,
-            ..*run
-        };
-        let bootstrap_seconds = start.elapsed().as_secs_f64();
-        let mut render = sampled::render::<L>(&run, &method).render;
-        render.stats.bootstrap_seconds = bootstrap_seconds;
-        render
-    };
+    let (choice, budget) = (&decision.choice, decision.budget());
+    let mut render = march::<L>(run, choice, budget, decision.bootstraps, start);
     render.stats.rays += pilot_rays;
     render.stats.shares = Some(shares);
     render
@@ -123,46 +96,13 @@ pub(super) fn shares<L: Lanes>(run: &Run) -> Shares {
 pub(super) fn chains_of<L: Lanes>(run: &Run) -> Option<(Method, Ready, f64)> {
     let start = Instant::now();
     let decision = Decision::new::<L>(run);
-    let effort = Effort::of(run, &decision);
+    let effort = Effort::of(run, &decision.choice, decision.budget());
     decision.choice.has_chains().then(|| {
-        let method = method_of(run, &decision.kept());
+        let method = method_of(run, &decision.choice.bounds());
         let ready =
             finish_bootstrap::<L>(run, &method, decision.bootstraps, effort.mutations, start);
         (method, ready, effort.mutations)
     })
-}
-
-/// How much of what.
-struct Effort {
-    /// Per pixel.
-    samples: u64,
-    /// In all.
-    mutations: f64,
-}
-
-/// Fewest passes of samples that chains have beside them: errors are told from two halves.
-const PASSES: f64 = 4.0;
-
-impl Effort {
-    fn of(run: &Run, decision: &Decision) -> Self {
-        let choice = &decision.choice;
-        let area = mutations(run, 1);
-        let rays = run.settings.mutations_per_pixel as f64 * decision.usual;
-        // The pilot is a part of it, but not of a budget so small that it would be most.
-        let rays = (rays - decision.rays as f64 / area).max(0.5 * rays);
-        let [of_sample, of_mutation] = choice.rays;
-        let samples = rays * choice.part() / of_sample.max(1.0);
-        let samples = match choice.has_chains() {
-            true => samples.max(PASSES.min(0.5 * rays / of_sample)),
-            false => samples,
-        };
-        let samples = samples.round().clamp(1.0, f64::from(u32::MAX));
-        let left = (rays - samples * of_sample).max(0.1 * rays);
-        Self {
-            samples: samples as u64,
-            mutations: (left / of_mutation * area).ceil(),
-        }
-    }
 }
 
 impl Decision {
@@ -209,7 +149,7 @@ impl Decision {
             bootstraps = begun;
         }
         let alone = model::alone(&seen, samples, &costs);
-        Self {
+        let mut decision = Self {
             gain: if choice.error() > 0.0 {
                 alone.error() / choice.error()
             } else {
@@ -221,12 +161,34 @@ impl Decision {
             choice,
             bootstraps,
             rays,
+        };
+        if decision.choice.has_chains() {
+            let whole = model::whole(&seen, samples, &costs);
+            let choices = [&alone, &whole, &decision.choice];
+            let tried = trials::best::<L>(run, choices, decision.budget());
+            let best = match &tried {
+                Some(tried) => tried.best,
+                None => usize::from(decision.choice.part() < FEW),
+            };
+            if let Some(tried) = tried {
+                decision.gain = tried.gain;
+                decision.expected = tried.expected;
+                decision.rays += tried.rays;
+            }
+            decision.choice = match best {
+                0 => alone,
+                1 => whole,
+                _ => decision.choice,
+            };
         }
+        decision
     }
 
-    /// By depth: the most that samples keep.
-    fn kept(&self) -> Vec<f32> {
-        self.choice.kept.iter().map(|d| *d as f32).collect()
+    fn budget(&self) -> Budget {
+        Budget {
+            usual: self.usual,
+            spent: self.rays,
+        }
     }
 
     fn shares(&self) -> Shares {

@@ -66,6 +66,11 @@ impl Choice {
         }
     }
 
+    /// By depth: the most that samples keep.
+    pub fn bounds(&self) -> Vec<f32> {
+        self.kept.iter().map(|d| *d as f32).collect()
+    }
+
     pub fn has_chains(&self) -> bool {
         self.kept.iter().any(|d| d.is_finite())
     }
@@ -117,6 +122,13 @@ pub(super) fn choose(depths: &[Depth], samples: u32, costs: &Costs) -> Choice {
         best = all;
     }
     best
+}
+
+/// All by chains that they can bring.
+pub(super) fn whole(depths: &[Depth], samples: u32, costs: &Costs) -> Choice {
+    let mut search = Search::new(depths, samples, costs);
+    (0..depths.len()).for_each(|depth| search.set(depth, 0.0));
+    search.judge()
 }
 
 /// All by samples.

@@ -1,0 +1,97 @@
+//! A render by samples and chains as they have been chosen.
+
+use super::model::Choice;
+use super::start::{finish_bootstrap, method_of};
+use crate::chain::bootstrap::Bootstrap;
+use crate::integrate::chains::{self, mutations};
+use crate::integrate::sampled::{self, Sampling};
+use crate::integrate::{Render, Run, Settings};
+use crate::simd::Lanes;
+use crate::simd::rng::Purpose;
+use crate::transport::bidirectional::BidirectionalLayout;
+use std::time::Instant;
+
+/// What there is to spend, in rays: as many as the mutations per pixel that were asked for would
+/// trace.
+#[derive(Clone, Copy)]
+pub(super) struct Budget {
+    /// Rays of a mutation of mmlt.
+    pub usual: f64,
+    /// Rays that have been traced already.
+    pub spent: u64,
+}
+
+/// How much of what.
+pub(super) struct Effort {
+    /// Per pixel.
+    pub samples: u64,
+    /// In all.
+    pub mutations: f64,
+}
+
+/// Fewest passes of samples that chains have beside them: errors are told from two halves.
+const PASSES: f64 = 4.0;
+
+impl Effort {
+    pub fn of(run: &Run, choice: &Choice, budget: Budget) -> Self {
+        let area = mutations(run, 1);
+        let rays = run.settings.mutations_per_pixel as f64 * budget.usual;
+        // The pilot is a part of it, but not of a budget so small that it would be most.
+        let rays = (rays - budget.spent as f64 / area).max(0.5 * rays);
+        let [of_sample, of_mutation] = choice.rays;
+        let samples = rays * choice.part() / of_sample.max(1.0);
+        let samples = match choice.has_chains() {
+            true => samples.max(PASSES.min(0.5 * rays / of_sample)),
+            false => samples,
+        };
+        let samples = samples.round().clamp(1.0, f64::from(u32::MAX));
+        let left = (rays - samples * of_sample).max(0.1 * rays);
+        Self {
+            samples: samples as u64,
+            mutations: (left / of_mutation * area).ceil(),
+        }
+    }
+}
+
+/// Renders. `begun` are bootstraps of all depths that have decided about the choice, or none.
+pub(super) fn march<L: Lanes>(
+    run: &Run,
+    choice: &Choice,
+    budget: Budget,
+    begun: Vec<Bootstrap>,
+    start: Instant,
+) -> Render {
+    let effort = Effort::of(run, choice, budget);
+    let kept = choice.bounds();
+    let layout = BidirectionalLayout::sharing(run.world, &kept);
+    let method = sampled::Method {
+        name: "auto",
+        purpose: Purpose::Bidirectional,
+        dimensions: layout.total(),
+        splats: layout.splats() > 0,
+        evaluate: &|samples, n, paths| {
+            (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
+        },
+        collect: &|_, _| {},
+    };
+    if choice.has_chains() {
+        let chains = method_of(run, &kept);
+        let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);
+        let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
+        let has_samples = !layout.strategies().is_empty();
+        let beside = has_samples.then_some(&mut sampling);
+        return chains::together::<L>(run, &chains, ready, effort.mutations, beside);
+    }
+    let settings = Settings {
+        samples_per_pixel: effort.samples,
+        ..run.settings.clone()
+    };
+    let run = Run {
+        settings: &settings,
+        ..*run
+    };
+    let bootstrap_seconds = start.elapsed().as_secs_f64();
+    let mut render = sampled::render::<L>(&run, &method).render;
+    render.stats.bootstrap_seconds = bootstrap_seconds;
+    render
+}

@@ -1,0 +1,129 @@
+//! Short renders of one scene by different choices, judged by the error that each estimates of
+//! itself: it has seen what no model foresees, how unevenly chains start and where they stick.
+//! Their random numbers are others than those of the render: what is chosen does not depend on
+//! what will be in the picture.
+
+use super::march::{Budget, march};
+use super::model::Choice;
+use crate::integrate::chains::mutations;
+use crate::integrate::{Observer, Run, Settings};
+use crate::simd::Lanes;
+use std::time::Instant;
+
+/// Part of the budget that one of them takes, and most of it.
+const PART: f64 = 0.03;
+const MOST: f64 = 0.06;
+/// Most mutations per pixel that one of them is worth.
+const ENOUGH: f64 = 64.0;
+/// Samples per pixel, in rays, that tell their error.
+const SAMPLES: f64 = 5.0;
+/// Fewest mutations of the whole picture that tell theirs.
+const FEWEST: f64 = 20_000.0;
+/// Most chains of one.
+const CHAINS: u64 = 2048;
+/// Part of its mutations that bootstrap paths come to.
+const BOOTSTRAP: f64 = 0.25;
+/// What else is better than samples by less is not worth the chains' start.
+const WORTH: f64 = 0.8;
+/// The same of both together: a moment is too short to see all spots of chains that make few
+/// mutations.
+const WORTH_BOTH: f64 = 0.25;
+/// Mixed into the seed.
+const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// What the short renders have shown.
+pub(super) struct Tried {
+    /// Which choice.
+    pub best: usize,
+    /// Squared error of the first over that of the best.
+    pub gain: f64,
+    /// Squared relative error of the best after a thousand rays a pixel.
+    pub expected: f64,
+    /// Traced in all.
+    pub rays: u64,
+}
+
+/// Tries the choices: samples alone, chains alone, and, where the budget is large, both. `None` if
+/// it is too small for that, or a stop came in between.
+pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -> Option<Tried> {
+    let area = mutations(run, 1);
+    let wanted = run.settings.mutations_per_pixel as f64;
+    let [of_sample, _] = choices[0].rays;
+    let least = (SAMPLES * of_sample / budget.usual).max(FEWEST / area);
+    let each = (PART * wanted).min(ENOUGH).max(least);
+    if each > MOST * wanted {
+        return None;
+    }
+    let tried = if each > 1.5 * PART * wanted { 2 } else { 3 };
+    let each = each.ceil() as u64;
+    let depths = run.world.plan.depths.len().max(1);
+    let paths = (BOOTSTRAP * each as f64 * area / depths as f64) as u64;
+    let settings = Settings {
+        seed: run.settings.seed ^ SEED,
+        mutations_per_pixel: match run.settings.time {
+            Some(_) => run.settings.mutations_per_pixel,
+            None => each,
+        },
+        bootstrap: run.settings.bootstrap.min(paths.max(1024)),
+        chains: (run.settings.chains).min(CHAINS),
+        time: run.settings.time.map(|limit| limit.mul_f64(PART)),
+        target_error: None,
+        estimate_error: true,
+        error_layers: false,
+        ..run.settings.clone()
+    };
+    let quiet = Quiet(run.observer);
+    let mut errors = [f64::INFINITY; 3];
+    let mut traced = [0; 3];
+    for (i, choice) in choices.into_iter().enumerate().take(tried) {
+        let start = Instant::now();
+        let run = Run {
+            settings: &settings,
+            observer: &quiet,
+            start,
+            ..*run
+        };
+        let render = march::<L>(
+            &run,
+            choice,
+            Budget { spent: 0, ..budget },
+            Vec::new(),
+            start,
+        );
+        traced[i] = render.stats.rays;
+        if quiet.stop() {
+            return None;
+        }
+        errors[i] = render
+            .stats
+            .relmse
+            .filter(|e| *e > 0.0)
+            .unwrap_or(f64::INFINITY);
+    }
+    let [alone, ..] = errors;
+    if !alone.is_finite() {
+        return None;
+    }
+    let mut best = 0;
+    for (i, worth) in [(1, WORTH), (2, WORTH_BOTH)] {
+        if errors[i] < worth * errors[best] {
+            best = i;
+        }
+    }
+    let per_pixel = traced[best] as f64 / area;
+    Some(Tried {
+        best,
+        gain: alone / errors[best],
+        expected: errors[best] * per_pixel / 1000.0,
+        rays: traced.iter().sum(),
+    })
+}
+
+/// Hears of no progress, and stops when the render does.
+struct Quiet<'a>(&'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn stop(&self) -> bool {
+        self.0.stop()
+    }
+}
