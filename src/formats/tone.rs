@@ -62,6 +62,8 @@ impl Tonemap {
     /// A linear value of one channel to one that is not above 1. NaN stays NaN.
     pub fn apply(self, v: f32) -> f32 {
         match self {
+            // Black in the end, not white.
+            _ if v.is_nan() => v,
             Self::Shoulder if v > KNEE => {
                 let range = 1.0 - KNEE;
                 KNEE + range * (1.0 - ((KNEE - v) / range).exp())
