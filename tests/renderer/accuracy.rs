@@ -214,6 +214,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
     let stuck = support::run(
         &scene,
         &Settings {
+            integrator: IntegratorKind::Mmlt,
             large_step_probability: 0.0,
             sigma: 1e-4,
             target_error: Some(100.0),
@@ -236,6 +237,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
 fn well_mixed_chains_raise_no_warning() {
     let scene = scene(EASY, 48);
     let settings = Settings {
+        integrator: IntegratorKind::Mmlt,
         mutations_per_pixel: 2000,
         bootstrap: 50_000,
         chains: 64,

@@ -147,9 +147,18 @@ fn auto(scene: &Scene, effort: u64) -> Render {
     run(scene, &settings)
 }
 
+/// Light through a door ajar.
 #[test]
 fn chains_bring_what_samples_rarely_find() {
-    let render = auto(&keyhole(), 400);
+    let mut slit = scene(include_str!("../../scenes/slit.pbrt"));
+    slit.set_resolution(80, 80).unwrap();
+    let settings = Settings {
+        seed: 1,
+        bootstrap: 100_000,
+        chains: 8192,
+        ..settings(&slit, IntegratorKind::Auto, 300)
+    };
+    let render = run(&slit, &settings);
     let shares = render.stats.shares.unwrap();
     assert!(shares.depths.iter().any(|d| d.kept.is_some()), "{shares}");
     assert!(shares.gain > 1.0 && render.stats.mutations > 0);

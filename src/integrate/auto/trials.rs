@@ -21,10 +21,11 @@ const SAMPLES: f64 = 5.0;
 const FEWEST: f64 = 20_000.0;
 /// Most chains of one.
 const CHAINS: u64 = 2048;
-/// Part of its mutations that bootstrap paths come to.
-const BOOTSTRAP: f64 = 0.25;
+/// Its bootstrap paths over its mutations: as a part of a render they would be few, but what is
+/// known of the light of each depth must not be what tells choices apart.
+const BOOTSTRAP: f64 = 1.0;
 /// What else is better than samples by less is not worth the chains' start.
-const WORTH: f64 = 0.8;
+const WORTH: f64 = 0.95;
 /// The same of both together: a moment is too short to see all spots of chains that make few
 /// mutations.
 const WORTH_BOTH: f64 = 0.25;
