@@ -74,7 +74,7 @@ pub(super) fn together<L: Lanes>(
     method: &Method,
     ready: Ready,
     wanted: f64,
-    mut beside: Option<&mut Sampling>,
+    beside: Option<&mut Sampling>,
 ) -> Render {
     let settings = run.settings;
     let Ready {
@@ -101,7 +101,7 @@ pub(super) fn together<L: Lanes>(
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
     let least = short.or(tuned.ended_by).map_or(Duration::ZERO, |_| ROUND);
-    let samples = RefCell::new(beside.as_deref_mut());
+    let samples = RefCell::new(beside);
     let advance = |part| {
         if let Some(samples) = &mut *samples.borrow_mut() {
             samples.advance_to(part);

@@ -31,7 +31,8 @@ pub struct Share {
 impl fmt::Display for Shares {
     /// `samples: depths 0-1; both: 2-4; chains: 5-8 (0.12 of the error of samples alone)`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kinds: [(&str, fn(&Share) -> bool); 3] = [
+        type Is = fn(&Share) -> bool;
+        let kinds: [(&str, Is); 3] = [
             ("samples", |s| s.kept.is_none()),
             ("samples and chains", |s| s.kept.is_some_and(|d| d > 0.0)),
             ("chains", |s| s.kept == Some(0.0)),

@@ -170,16 +170,20 @@ impl Decision {
                 Some(tried) => tried.best,
                 None => usize::from(decision.choice.part() < FEW),
             };
-            if let Some(tried) = tried {
-                decision.gain = tried.gain;
-                decision.expected = tried.expected;
-                decision.rays += tried.rays;
-            }
+            let without = alone.error();
             decision.choice = match best {
                 0 => alone,
                 1 => whole,
                 _ => decision.choice,
             };
+            let error = decision.choice.error();
+            decision.gain = if error > 0.0 { without / error } else { 1.0 };
+            decision.expected = error / 1000.0;
+            if let Some(tried) = tried {
+                decision.gain = tried.gain;
+                decision.expected = tried.expected;
+                decision.rays += tried.rays;
+            }
         }
         decision
     }
