@@ -10,19 +10,20 @@ use crate::integrate::{Observer, Run, Settings};
 use crate::simd::Lanes;
 use std::time::Instant;
 
-/// Part of the budget that one of them takes, and most of it.
+/// Part of the budget that a trial takes.
 const PART: f64 = 0.03;
+/// The largest part that it may take where [`PART`] tells no error.
 const MOST: f64 = 0.06;
-/// Most mutations per pixel that one of them is worth.
+/// Most mutations per pixel of a trial.
 const ENOUGH: f64 = 64.0;
 /// Samples per pixel, in rays, that tell their error.
 const SAMPLES: f64 = 5.0;
 /// Fewest mutations of the whole picture that tell theirs.
 const FEWEST: f64 = 20_000.0;
-/// Most chains of one.
+/// Most chains of a trial.
 const CHAINS: u64 = 2048;
-/// Its bootstrap paths over its mutations: as a part of a render they would be few, but what is
-/// known of the light of each depth must not be what tells choices apart.
+/// Bootstrap paths of a trial over its mutations. A render has fewer. A trial that had so few
+/// would be judged by its uncertain brightness.
 const BOOTSTRAP: f64 = 1.0;
 /// What else is better than samples by less is not worth the chains' start.
 const WORTH: f64 = 0.95;
