@@ -36,6 +36,10 @@ impl Parameters for Given<'_> {
         color_param(self.set, self.names, name, Use::Albedo)
     }
 
+    fn coefficient(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        color_param(self.set, self.names, name, Use::Unbounded)
+    }
+
     fn float(&self, name: &str) -> Result<Option<Param>, SceneError> {
         float_param(self.set, self.names, name)
     }

@@ -34,6 +34,9 @@ pub trait Parameters {
     /// A reflectance or transmittance that may be a texture.
     fn albedo(&self, name: &str) -> Result<Option<Param>, Self::Error>;
 
+    /// A colour without bounds, as of absorption, that may be a texture.
+    fn coefficient(&self, name: &str) -> Result<Option<Param>, Self::Error>;
+
     /// A number that may be a texture.
     fn float(&self, name: &str) -> Result<Option<Param>, Self::Error>;
 

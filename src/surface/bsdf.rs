@@ -59,12 +59,15 @@ pub trait Bsdf: 'static {
     const LOBES: bool;
     /// [`Bsdf::across`] is not 0.
     const ACROSS: bool = false;
+    /// Reflection and transmission are one to it: whatever side of a surface directions are on, it
+    /// has a value for them.
+    const WHOLE: bool = false;
 
     /// Samples a direction from three primary samples (the third is 0 unless [`Bsdf::LOBES`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
 
-    /// Value and densities for two given directions (0 for delta BSDFs). Reflection is the same in
-    /// both modes; of transmission, one mode is the other with the directions swapped.
+    /// Value and densities for two given directions (0 for delta BSDFs). One mode is the other with
+    /// the directions swapped; of most BSDFs, reflection is the same in both.
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L>;
 
     /// What pbrt-v3 makes of directions about which the true surface and this one disagree: the

@@ -39,6 +39,7 @@ pub struct MaterialTable<'a> {
     materials: &'a [Material],
     /// Length of a unit of the scene file.
     unit: f64,
+    brightest: f32,
     textures: &'a [Texture],
     images: &'a [Image],
     /// What makes rows; `None` of mixtures, and of what is not in [`table`].
@@ -61,6 +62,7 @@ impl<'a> MaterialTable<'a> {
             rows: Vec::new(),
             materials: &scene.materials,
             unit: scene.space.scale,
+            brightest: scene.brightest,
             textures: &scene.textures,
             images: &scene.images,
             evaluators: Vec::new(),
@@ -79,6 +81,8 @@ impl<'a> MaterialTable<'a> {
             table.evaluators.push(evaluator);
             let mut list = kind.params();
             let textured = list.iter().any(|p| matches!(p, Param::Texture(_)));
+            let textured = textured || kind.is_fibre();
+            table.uses_uv |= kind.is_fibre();
             let dispersive = kind.dispersion().is_some();
             let mut entry = Entry {
                 kind: bsdf,
@@ -144,7 +148,7 @@ impl<'a> MaterialTable<'a> {
     /// The component of a mixture that the primary sample `u` chooses at a place.
     pub fn choose(&self, material: usize, place: &Place, u: f32) -> Chosen {
         let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
-        mixture::choose(self.materials, material as u32, &at, u)
+        mixture::choose(self.materials, material as u32, &at, self.brightest, u)
     }
 
     /// What a surface of this material can turn out to be: itself, or the components of a mixture,
@@ -215,7 +219,7 @@ impl<'a> MaterialTable<'a> {
     }
 
     fn row(&self, material: usize, place: &Place, nm: f32) -> Row {
-        let at = At::new(self.textures, self.images, place, nm);
+        let at = At::new(self.textures, self.images, place, nm, self.brightest);
         let evaluator = self.evaluators[material].as_ref();
         Row(evaluator.map_or([0.0; 8], |e| e.row(&at)))
     }

@@ -47,6 +47,7 @@ macro_rules! bsdfs {
                 diffuse_transmission::DiffuseTransmissionMaterial =>
                     DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
                 substrate::SubstrateMaterial => Substrate: substrate::Substrate;
+                hair_material::HairMaterial => Hair: hair::Hair;
                 coated_materials::CoatMaterial => Coat: coated_mirror::Coat;
                 coated_diffuse::CoatedDiffuseMaterial =>
                     CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
@@ -82,6 +83,8 @@ pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
 pub mod fresnel;
+pub mod hair;
+pub mod hair_material;
 pub mod material;
 pub mod microfacet;
 pub mod mirror;
@@ -109,6 +112,7 @@ pub use self::conductor::{ConductorFresnel, ConductorMaterial};
 pub use self::dielectric::DielectricMaterial;
 pub use self::diffuse::DiffuseMaterial;
 pub use self::diffuse_transmission::DiffuseTransmissionMaterial;
+pub use self::hair_material::{HairMaterial, Pigment};
 pub use self::material::MaterialTable;
 pub use self::mirror::MirrorMaterial;
 pub use self::plastic::PlasticMaterial;

@@ -39,17 +39,33 @@ pub struct At<'a> {
     place: &'a Place,
     /// Wavelength, of which only dispersive materials know.
     nm: f32,
+    /// [`Scene::brightest`](crate::scene::Scene::brightest).
+    brightest: f32,
 }
 
 impl<'a> At<'a> {
-    /// A place in a scene, for light of the wavelength `nm`.
-    pub fn new(textures: &'a [Texture], images: &'a [Image], place: &'a Place, nm: f32) -> Self {
+    /// A place in a scene, for light of the wavelength `nm`. Reflectances there count as at most
+    /// `brightest`.
+    pub fn new(
+        textures: &'a [Texture],
+        images: &'a [Image],
+        place: &'a Place,
+        nm: f32,
+        brightest: f32,
+    ) -> Self {
         Self {
             textures,
             images,
             place,
             nm,
+            brightest,
         }
+    }
+
+    /// Texture coordinates.
+    #[inline]
+    pub fn uv(&self) -> [f32; 2] {
+        self.place.uv
     }
 
     /// The value of a parameter, per channel.
@@ -64,11 +80,17 @@ impl<'a> At<'a> {
         self.color(param)[0]
     }
 
-    /// That of a reflectance. It is that of a passive surface, as in pbrt; interpolation and
+    /// That of a reflectance. In pbrt-v4 it is that of a passive surface; files, interpolation and
     /// scaling can leave [0, 1].
     #[inline]
     pub fn albedo(&self, param: Param) -> Rgb {
-        self.color(param).map(|v| v.clamp(0.0, 1.0))
+        self.color(param).map(|v| self.bounded(v))
+    }
+
+    /// A number as reflectances are bounded.
+    #[inline]
+    pub fn bounded(&self, value: f32) -> f32 {
+        value.clamp(0.0, self.brightest)
     }
 
     /// Trowbridge-Reitz alphas along `u` and `v`.

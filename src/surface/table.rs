@@ -69,6 +69,13 @@ macro_rules! kinds {
                 }
             }
 
+            /// [`Bsdf::WHOLE`].
+            pub const fn is_whole(self) -> bool {
+                match self {
+                    $($($(#[$attr])* Kind::$kind => <super::$($path)::+ as Bsdf>::WHOLE,)*)*
+                }
+            }
+
             /// [`Bsdf::NAME`].
             pub const fn name(self) -> &'static str {
                 match self {

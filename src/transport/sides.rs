@@ -90,6 +90,7 @@ pub fn eval<B: Bsdf, L: Lanes>(
     let mut value = B::eval(row, local[0], local[1], mode);
     let agree = sides_agree(wo, wi, normals.ng, normals.ns);
     let valid = match sides {
+        _ if B::WHOLE => L::Mask::splat(true),
         None => agree,
         Some(Sides::Shading) => agree.or(normals.differ()),
         Some(Sides::Geometric) => {
@@ -135,6 +136,7 @@ pub fn sample<B: Bsdf, L: Lanes>(
     let agree = sides_agree(wo, wi, normals.ng, normals.ns);
     let seen = from.z.eq(L::zero()).not();
     let valid = match sides {
+        _ if B::WHOLE => seen,
         None => agree,
         Some(Sides::Geometric) if !B::DELTA => {
             let pair = Pair {

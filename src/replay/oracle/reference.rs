@@ -312,7 +312,7 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let (o, i) = (local(wo), local(wi));
             let eval = |o: V, i: V| bsdf::eval(v.kind, &row, o, i, Mode::Radiance);
-            if sides == Some(Sides::Geometric) && is_disputed(v, wo, wi) {
+            if exchanges(sides, v) && is_disputed(v, wo, wi) {
                 let other = |w: V| twin(w, local(v.ng));
                 let f = bsdf::across(v.kind, &row, o, i);
                 let pdf = eval(o, other(i)).pdf;
@@ -326,6 +326,7 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
     let delta = v.kind.is_delta();
     let valid = co * ci != 0.0
         && match sides {
+            _ if v.kind.is_whole() => true,
             None => sides_agree(wo, wi, v),
             Some(Sides::Geometric) if !delta => true,
             Some(_) => v.ns != v.ng || sides_agree(wo, wi, v),
@@ -341,6 +342,11 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
         cos_in: dot(wo, v.ng).abs(),
         cos_out: dot(wi, v.ng).abs(),
     }
+}
+
+/// Whether a direction about which the normals disagree is exchanged for its twin.
+pub(super) fn exchanges(sides: Option<Sides>, v: &PathVertex) -> bool {
+    sides == Some(Sides::Geometric) && !v.kind.is_delta() && !v.kind.is_whole()
 }
 
 /// Axes of the shading frame; where there is no tangent any will do.
