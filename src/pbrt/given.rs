@@ -8,6 +8,7 @@ use super::error::SceneError;
 use super::params::{ParamSet, Type};
 use super::spectrum;
 use super::textures::{TextureNames, color_param, float_param};
+use crate::formats::file_bytes;
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{Param, Parameters, Rgb};
 
@@ -73,6 +74,22 @@ impl Parameters for Given<'_> {
             Some(given) => self.set.index_curve(given),
             None => Ok(None),
         }
+    }
+
+    fn file(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, SceneError> {
+        let Some(given) = self.set.string(name)? else {
+            return Ok(None);
+        };
+        let path = self.set.dir.join(given);
+        let fail = |what: String| self.error(format_args!("{}: {what}", path.display()));
+        let size = file_bytes(&path).map_err(|e| fail(e.to_string()))?;
+        if size > most {
+            return Err(fail(format!(
+                "{size} bytes are too many, {most} are possible"
+            )));
+        }
+        let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
+        Ok(Some(bytes))
     }
 
     fn known_index(&self, name: &str) -> Option<Rgb> {

@@ -58,6 +58,9 @@ pub trait Parameters {
     /// A spectrum that the dialect knows by this name, as an index.
     fn known_index(&self, name: &str) -> Option<Rgb>;
 
+    /// The bytes of the file that it names, `most` at most.
+    fn file(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Self::Error>;
+
     /// [`Self::albedo`], or grey if it is not given.
     fn albedo_or(&self, name: &str, default: f32) -> Result<Param, Self::Error> {
         Ok(self.albedo(name)?.unwrap_or(Param::Constant([default; 3])))

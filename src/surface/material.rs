@@ -4,6 +4,7 @@ use super::bump::{self, Perturbation, PerturbedFrame};
 use super::mixture::{self, Chosen};
 use super::packing::{At, Evaluate, Shared};
 use super::table::{self, Kind};
+use super::tabulated::Tabulated;
 use super::texture::{self, Place};
 use crate::geometry::Derivatives;
 use crate::scene::{Bump, Image, Material, MaterialKind, Param, Scene, Texture};
@@ -36,6 +37,8 @@ pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
     /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
+    /// What rows of tabulated BSDFs name.
+    pub tables: Tabulated,
     materials: &'a [Material],
     /// Length of a unit of the scene file.
     unit: f64,
@@ -60,6 +63,7 @@ impl<'a> MaterialTable<'a> {
         let mut table = Self {
             entries: Vec::new(),
             rows: Vec::new(),
+            tables: Tabulated::default(),
             materials: &scene.materials,
             unit: scene.space.scale,
             brightest: scene.brightest,
@@ -124,6 +128,7 @@ impl<'a> MaterialTable<'a> {
             let row = table.row(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
+        table.tables = shared.tabulated;
         table.own_rows = (table.entries.iter()).any(|e| e.per_hit || e.mixture);
         table
     }

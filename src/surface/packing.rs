@@ -3,6 +3,7 @@
 
 use super::bsdf::Kernel;
 use super::roughness::alpha;
+use super::tabulated::Tabulated;
 use super::texture::{self, Place};
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{Description, Dialect, Image, Param, Parameters, Rgb, Roughness, Texture};
@@ -112,7 +113,11 @@ impl<'a> At<'a> {
 
 /// Tables that materials of a scene have in common.
 #[derive(Default)]
-pub struct Shared(Vec<Box<dyn Any>>);
+pub struct Shared {
+    made: Vec<Box<dyn Any>>,
+    /// Those that kernels look values up in.
+    pub tabulated: Tabulated,
+}
 
 /// Tables of one type, with what they are of.
 type Made<K, T> = Vec<(K, T)>;
@@ -124,12 +129,12 @@ impl Shared {
         K: PartialEq + 'static,
         T: Clone + 'static,
     {
-        let known = self.0.iter().position(|list| list.is::<Made<K, T>>());
+        let known = self.made.iter().position(|list| list.is::<Made<K, T>>());
         let place = known.unwrap_or_else(|| {
-            self.0.push(Box::new(Made::<K, T>::new()));
-            self.0.len() - 1
+            self.made.push(Box::new(Made::<K, T>::new()));
+            self.made.len() - 1
         });
-        let Some(made) = self.0[place].downcast_mut::<Made<K, T>>() else {
+        let Some(made) = self.made[place].downcast_mut::<Made<K, T>>() else {
             return make(&key);
         };
         if let Some((_, table)) = made.iter().find(|(k, _)| *k == key) {

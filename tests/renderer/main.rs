@@ -21,6 +21,7 @@ mod common;
 mod determinism;
 mod dispersion;
 mod effects;
+mod fourier;
 mod fuzz_seeds;
 mod glass_maps;
 mod hair;

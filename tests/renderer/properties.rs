@@ -118,6 +118,8 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     let beta = [b[1], b[2]].map(|beta| beta.clamp(0.01, 1.0));
                     hair::row([i, j, k], 2.0 * b[0] - 1.0, l, beta, sigma - 45.0)
                 }
+                // Its table is not here: nothing is scattered.
+                Kind::Fourier => [0.0; 8],
             };
             (kind, row)
         })
