@@ -20,21 +20,11 @@ pub const CIRCLES: &[&str] = &[
     "src/film/error_halves.rs",
     "src/film/locked_stripe.rs",
     "src/film/sums.rs",
-    "src/geometry/large.rs",
-    "src/geometry/mod.rs",
     "src/integrate/measure/judged.rs",
     "src/integrate/measure/lanes.rs",
     "src/integrate/measure/mod.rs",
     "src/integrate/measure/threads.rs",
     "src/integrate/measure/work.rs",
-    "src/light/environment.rs",
-    "src/light/mod.rs",
-    "src/light/picture.rs",
-    "src/light/projector.rs",
-    "src/surface/mod.rs",
-    "src/surface/table.rs",
-    "src/trace/build.rs",
-    "src/trace/split.rs",
 ];
 
 /// Files of more than 500 lines.
