@@ -2,7 +2,7 @@
 
 use super::super::table::{Table, heading};
 use super::super::units;
-use super::{Document, Iteration};
+use super::document::{Document, Iteration};
 use crate::replay::PathReport;
 use crate::replay::report::{MeetingReport, VertexReport};
 

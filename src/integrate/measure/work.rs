@@ -1,6 +1,6 @@
 //! The work that is timed: chains of every depth, as one thread of a render marches them.
 
-use super::Bench;
+use super::bench::Bench;
 use crate::chain::batch::{Batch, Workspace};
 use crate::chain::mutate::large_step_probability;
 use crate::film::{Destination, GROUPS, Tiling};

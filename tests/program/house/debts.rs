@@ -4,28 +4,7 @@
 pub const UPWARDS: &[&str] = &[];
 
 /// Files that use each other in a circle.
-pub const CIRCLES: &[&str] = &[
-    "src/cli/compare/mod.rs",
-    "src/cli/compare/text.rs",
-    "src/cli/inspect.rs",
-    "src/cli/inspect/json.rs",
-    "src/cli/replay/mod.rs",
-    "src/cli/replay/text.rs",
-    "src/converge/figures.rs",
-    "src/converge/gallery.rs",
-    "src/converge/report/chart.rs",
-    "src/converge/report/series.rs",
-    "src/converge/run.rs",
-    "src/converge/trial.rs",
-    "src/film/error_halves.rs",
-    "src/film/locked_stripe.rs",
-    "src/film/sums.rs",
-    "src/integrate/measure/judged.rs",
-    "src/integrate/measure/lanes.rs",
-    "src/integrate/measure/mod.rs",
-    "src/integrate/measure/threads.rs",
-    "src/integrate/measure/work.rs",
-];
+pub const CIRCLES: &[&str] = &[];
 
 /// Files of more than 500 lines.
 pub const LONG: &[&str] = &[
