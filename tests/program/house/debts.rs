@@ -7,18 +7,7 @@ pub const UPWARDS: &[&str] = &[];
 pub const CIRCLES: &[&str] = &[];
 
 /// Files of more than 500 lines.
-pub const LONG: &[&str] = &[
-    "tests/program/cli.rs",
-    "tests/renderer/analytic.rs",
-    "tests/renderer/bsdf.rs",
-    "tests/renderer/coated.rs",
-    "tests/renderer/common/scenes.rs",
-    "tests/renderer/dispersion.rs",
-    "tests/renderer/hard_cases/geometry.rs",
-    "tests/renderer/image_lights.rs",
-    "tests/renderer/lights.rs",
-    "tests/renderer/textures.rs",
-];
+pub const LONG: &[&str] = &[];
 
 /// Files, or whole folders, with lines of more than 100 columns.
 pub const WIDE: &[&str] = &[];
