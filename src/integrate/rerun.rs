@@ -8,7 +8,7 @@ use super::schedule::{Start, chain_budgets};
 use super::{EndedBy, Observer, RenderError, Run, Settings, auto, check, mmlt, pool, tuning};
 use crate::chain::batch::{Batch, ChainStep, State};
 use crate::chain::bootstrap::Bootstrap;
-use crate::chain::mutate::Kernel;
+use crate::chain::mutate::ProposalDistribution;
 use crate::plan::DepthPlan;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
@@ -36,7 +36,7 @@ pub struct Visit {
     /// that the chains make.
     pub plan: DepthPlan,
     /// How chains of the depth mutate.
-    pub kernel: Kernel,
+    pub proposals: ProposalDistribution,
     /// Chains of the depth.
     pub chains: usize,
     /// Iterations that each of them makes in a whole render.
@@ -153,13 +153,13 @@ pub fn rerun(
         if observer.stop() {
             return fail("stopped".into());
         }
-        batch.step::<f32x8>(world, &budget.kernel, &mut paths);
+        batch.step::<f32x8>(world, &budget.proposals, &mut paths);
     }
     let state = batch.state(chain - first);
-    batch.step::<f32x8>(world, &budget.kernel, &mut paths);
+    batch.step::<f32x8>(world, &budget.proposals, &mut paths);
     Ok(Visit {
         plan: plan.clone(),
-        kernel: budget.kernel,
+        proposals: budget.proposals,
         chains: budget.chains,
         iterations: budget.iterations,
         start: seeds[chain],
