@@ -43,6 +43,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let scene = &input.scene;
     let mut settings = Settings::of(scene);
     args.apply(&mut settings, scene.film.crop_pixels());
+    args.check_effort(settings.integrator)?;
     for flag in args.idle(settings.integrator) {
         messages.warning(format_args!("{flag} means nothing to this integrator"));
     }
