@@ -38,8 +38,9 @@ pub struct RenderArgs {
     /// box]
     ///
     /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the
-    /// current folder.
-    pub scene: Option<PathBuf>,
+    /// current folder. Several scenes are rendered one after another.
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
 
     /// Write the picture to FILE: .exr, .pfm or .png; - is stdout (.exr); may be repeated
     ///
@@ -64,6 +65,13 @@ pub struct RenderArgs {
     /// It has the same name but for the extension, unless -o names a .png itself.
     #[arg(long, help_heading = "Output")]
     pub no_png: bool,
+
+    /// Write the picture so far every TIME, while the render goes on: seconds, or 90s, 5m, 1h
+    ///
+    /// Each replaces the one before in one step: whatever happens, the last whole one is there.
+    /// What it misses is what each chain holds at that moment.
+    #[arg(long, value_name = "TIME", value_parser = seconds, help_heading = "Output")]
+    pub output_every: Option<Duration>,
 
     /// Write the figures of the render to FILE, as a JSON object
     ///

@@ -64,6 +64,34 @@ fn effort_is_given_as_the_integrator_counts_it() {
 }
 
 #[test]
+fn several_scenes_are_rendered_one_after_another() {
+    let folder = Folder::new();
+    for name in ["a", "b", "c"] {
+        let film = match name {
+            "c" => "Film \"image\" \"string filename\" \"a.exr\"\n",
+            _ => "",
+        };
+        let world = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n";
+        folder.write(&format!("{name}.pbrt"), &format!("{film}{world}"));
+    }
+    let flags = "--integrator pt --spp 1 --resolution 8x8 --no-png";
+    let ran = folder.run(&format!("a.pbrt missing.pbrt c.pbrt b.pbrt {flags}"));
+    assert_eq!(ran.code(), 2);
+    let said = ran.stderr();
+    assert!(said.contains("error: cannot open missing.pbrt"), "{said}");
+    let twice = "error: c.pbrt: a.exr has just been written for another scene";
+    assert!(said.contains(twice), "{said}");
+    assert_eq!(
+        folder.files(),
+        ["a.exr", "a.pbrt", "b.exr", "b.pbrt", "c.pbrt"]
+    );
+    let said = folder
+        .run(&format!("a.pbrt b.pbrt {flags} -o x.exr"))
+        .fails(2);
+    assert!(said.contains("-o: files of several scenes"), "{said}");
+}
+
+#[test]
 fn scenes_come_from_stdin_and_pictures_go_to_stdout() {
     let folder = Folder::new();
     let scene = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
