@@ -105,7 +105,7 @@ pub struct RenderArgs {
     ///
     /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave
     /// as error for the same work. Each path depth then goes to samples, to chains, or is
-    /// shared by both; the last line and --stats say who brings what.
+    /// shared by both; the last lines and --stats say who brings what.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 

@@ -28,6 +28,7 @@ mod signals;
 mod strategies;
 mod table;
 mod units;
+mod verdict;
 
 use std::ffi::OsString;
 use std::io::Write;

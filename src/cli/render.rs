@@ -16,10 +16,11 @@ use super::progress::Progress;
 use super::signals::Signals;
 use super::strategies;
 use super::units;
+use super::verdict::verdict;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::formats::tone::Display;
-use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
+use crate::integrate::{self, Render, RenderError, Settings, Stats};
 use crate::scene::{Film, IntegratorKind};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -152,8 +153,12 @@ fn one(
         messages.say("stopped; writing the picture so far");
     }
     let summary = summary(&render);
+    let verdict = verdict(&render, settings.target_error);
     let whole = write_files(args, &files, &input, &settings, render, messages);
     messages.say(summary);
+    if let Some(verdict) = verdict {
+        messages.say(verdict);
+    }
     if !whole {
         return Ok(ExitCode::from(1));
     }
@@ -189,7 +194,7 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
     Ok(once.map(Path::to_owned).collect())
 }
 
-/// One line: how much, how long, how well, and what ended it where several things could have.
+/// One line: how much, how long, and by what.
 fn summary(render: &Render) -> String {
     let stats = &render.stats;
     let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
@@ -220,15 +225,6 @@ fn summary(render: &Render) -> String {
     if let Some(shares) = &stats.shares {
         line += &format!("; {shares}");
     }
-    if let Some(error) = stats.relative_error {
-        line += &format!(", relative error {}", units::percent(error));
-    }
-    line += match render.ended_by {
-        EndedBy::Effort => "",
-        EndedBy::Time => "; ended by --time",
-        EndedBy::Target => "; ended by --target-error",
-        EndedBy::Observer => "; stopped",
-    };
     line
 }
 
