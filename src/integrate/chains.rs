@@ -109,7 +109,12 @@ pub(super) fn together<L: Lanes>(
     };
     let ended_by = march.march::<L>(&film, least, advance, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
-        good_enough(run, &film, &chains, samples.borrow().as_deref(), &mut looks)
+        let samples = samples.borrow();
+        run.show(|| {
+            let light = Light::of(run, film.layers(), &chains);
+            picture(&film, &light, samples.as_deref()).0
+        });
+        good_enough(run, &film, &chains, samples.as_deref(), &mut looks)
     });
     if ended_by == EndedBy::Effort {
         // Where there are no chains nobody has.
@@ -126,12 +131,8 @@ pub(super) fn together<L: Lanes>(
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
     let mut light = Light::of(run, film.layers(), &chains);
-    let mut pixels = film.resolve(&light.scales);
-    if let Some(beside) = beside {
-        let more = beside.picture();
-        light.beside = mean(&more);
-        add_picture(&mut pixels, &more);
-    }
+    let (pixels, beside_mean) = picture(&film, &light, beside);
+    light.beside = beside_mean;
     let judged = settings.estimate_error && beside.is_none_or(Sampling::is_judged);
     let deviation = (judged && settings.error_layers).then(|| {
         let scales = light.of_film(&light.scales);
@@ -211,6 +212,17 @@ fn cut_short(by: EndedBy, part: f64) -> String {
         "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
         100.0 * part
     )
+}
+
+/// The picture of chains and of the samples beside them, and the mean of what samples bring.
+fn picture(film: &SplatFilm, light: &Light, beside: Option<&Sampling>) -> (Vec<[f32; 3]>, f64) {
+    let mut pixels = film.resolve(&light.scales);
+    let Some(beside) = beside else {
+        return (pixels, 0.0);
+    };
+    let more = beside.picture();
+    add_picture(&mut pixels, &more);
+    (pixels, mean(&more))
 }
 
 /// Adds a picture to another.

@@ -105,6 +105,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
         sampling.advance(done);
         run.observer.progress(Phase::Render, done, total);
         if done < total {
+            run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
             if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {

@@ -71,7 +71,7 @@ fn any_part_of_large_steps_will_do() {
     let means = |kind, change: &dyn Fn(&mut Settings)| {
         let mut settings = settings(&scene, kind, 104);
         change(&mut settings);
-        Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1])
+        Runs::new(&scene, &settings, 16).grid(GRID[0], GRID[1])
     };
     let pt = means(IntegratorKind::Pt, &|_| {});
     let all = [1.0, 0.03, 1e-9, 0.0].map(|p| (OVER_PT, p));

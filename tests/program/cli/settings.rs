@@ -2,6 +2,8 @@
 
 use super::{Folder, TINY, bright};
 use std::fs;
+use std::io::Write;
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 #[test]
@@ -22,16 +24,113 @@ fn primary_sample_space_has_a_host() {
     assert_eq!(name("--integrator pssmlt").0, "pssmlt-bdpt");
     assert_eq!(name("--integrator pssmlt --host pt").0, "pssmlt-pt");
     assert_eq!(name("--integrator pssmlt-pt").0, "pssmlt-pt");
-    let (_, said) = name("--integrator pssmlt --spp 3 --strategy-choice learned");
-    for flag in ["--spp", "--strategy-choice"] {
+    for (flags, flag) in [
+        (
+            "--integrator pssmlt --strategy-choice learned",
+            "--strategy-choice",
+        ),
+        ("--integrator mmlt --host pt", "--host"),
+    ] {
+        let (_, said) = name(flags);
         let warning = format!("warning: {flag} means nothing to this integrator");
         assert!(said.contains(&warning), "{said}");
     }
-    let (_, said) = name("--integrator mmlt --host pt");
-    assert!(
-        said.contains("warning: --host means nothing to this integrator"),
-        "{said}"
+}
+
+#[test]
+fn effort_is_given_as_the_integrator_counts_it() {
+    let folder = Folder::new();
+    for (flags, expected) in [
+        (
+            "--integrator mmlt --spp 3",
+            "error: --spp: the integrator mmlt takes --mutations",
+        ),
+        (
+            "--spp 3",
+            "error: --spp: the integrator auto takes --mutations; --integrator pt, lt and bdpt take --spp",
+        ),
+        (
+            "--integrator pt --mutations 3",
+            "error: --mutations: the integrator pt takes --spp",
+        ),
+    ] {
+        let ran = folder.run(&format!("render --resolution 8x8 {flags} -o a.exr"));
+        assert_eq!(ran.code(), 2, "{}", ran.stderr());
+        assert_eq!(ran.stderr().trim(), expected);
+    }
+    // Given in both ways, it is for whichever integrator it is.
+    let ran = folder.run(&format!("render {TINY} --spp 2 --integrator pt -o a.exr"));
+    assert!(!ran.succeeds().stderr().contains("--mutations"));
+}
+
+#[test]
+fn several_scenes_are_rendered_one_after_another() {
+    let folder = Folder::new();
+    for name in ["a", "b", "c"] {
+        let film = match name {
+            "c" => "Film \"image\" \"string filename\" \"a.exr\"\n",
+            _ => "",
+        };
+        let world = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n";
+        folder.write(&format!("{name}.pbrt"), &format!("{film}{world}"));
+    }
+    let flags = "--integrator pt --spp 1 --resolution 8x8 --no-png";
+    let ran = folder.run(&format!("a.pbrt missing.pbrt c.pbrt b.pbrt {flags}"));
+    assert_eq!(ran.code(), 2);
+    let said = ran.stderr();
+    assert!(said.contains("error: cannot open missing.pbrt"), "{said}");
+    let twice = "error: c.pbrt: a.exr has just been written for another scene";
+    assert!(said.contains(twice), "{said}");
+    assert_eq!(
+        folder.files(),
+        ["a.exr", "a.pbrt", "b.exr", "b.pbrt", "c.pbrt"]
     );
+    let said = folder
+        .run(&format!("a.pbrt b.pbrt {flags} -o x.exr"))
+        .fails(2);
+    assert!(said.contains("-o: files of several scenes"), "{said}");
+}
+
+#[test]
+fn scenes_come_from_stdin_and_pictures_go_to_stdout() {
+    let folder = Folder::new();
+    let scene = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
+    let mut child = folder
+        .command("render - --integrator pt --spp 4 --resolution 8x8 -q -o -")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(scene.as_bytes())
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    folder.write("same.pbrt", scene);
+    folder
+        .run("render same.pbrt --integrator pt --spp 4 --resolution 8x8 -o a.exr")
+        .succeeds();
+    fs::write(folder.path().join("piped.exr"), &output.stdout).unwrap();
+    assert_eq!(folder.exr("piped.exr").pixels, folder.exr("a.exr").pixels);
+    let mut child = folder
+        .command("render - -o a.exr")
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(b"WorldBegin\nShape \"cube\"\n")
+        .unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.starts_with("error: stdin:2:1: "), "{said}");
 }
 
 #[test]
@@ -47,15 +146,11 @@ fn the_integrator_chooses_unless_told() {
     let (integrator, said, json) = name("", "");
     assert_eq!(integrator, "auto");
     assert!(
-        said.lines().last().unwrap().contains("; samples for depth"),
+        said.lines()
+            .any(|line| line.contains("; samples for depth")),
         "{said}"
     );
     assert!(json["shares"]["gain"].as_f64().unwrap() >= 1.0);
-    let (_, said, _) = name("", "--spp 3");
-    assert!(
-        said.contains("warning: --spp means nothing to this integrator"),
-        "{said}"
-    );
     let world = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n";
     for (kind, expected) in [
         ("", "auto"),

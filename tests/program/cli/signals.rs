@@ -126,3 +126,26 @@ fn at_any_moment_there_are_whole_files_or_none() {
         assert!(serde_json::from_slice::<serde_json::Value>(&stats).is_ok());
     }
 }
+
+/// A render that is killed outright leaves its last picture.
+#[test]
+fn pictures_are_written_while_the_render_goes_on() {
+    for integrator in ["mmlt --mutations 100000000", "pt --spp 100000000"] {
+        let folder = Folder::new();
+        let mut child = folder
+            .command(&format!(
+                "render --resolution 32x32 --bootstrap 500 --integrator {integrator} --output-every 0.1 -q -o a.exr -o a.png"
+            ))
+            .spawn()
+            .unwrap();
+        let deadline = Instant::now() + Duration::from_secs(60);
+        let both = || folder.files() == ["a.exr", "a.png"];
+        while !both() {
+            assert!(Instant::now() < deadline, "{:?}", folder.files());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(bright(&folder.exr("a.exr")), "{integrator}");
+    }
+}
