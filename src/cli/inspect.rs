@@ -113,6 +113,12 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     if cut > 0 {
         writeln!(out, "  cut-outs      in {cut} of the shapes")?;
     }
+    materials(out, scene, world)?;
+    textures(out, scene)?;
+    lights(out, scene)
+}
+
+fn materials(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     let kernels = Kind::ALL.map(|kind| {
         let count = world
             .materials
@@ -153,6 +159,10 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     if bumped > 0 {
         writeln!(out, "  bumps         {}", tally(bumped, &bumps))?;
     }
+    Ok(())
+}
+
+fn textures(out: &mut String, scene: &Scene) -> fmt::Result {
     let kinds = [
         "constant",
         "scale",
@@ -190,6 +200,10 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
             image.width, image.height, image.name
         )?;
     }
+    Ok(())
+}
+
+fn lights(out: &mut String, scene: &Scene) -> fmt::Result {
     let kinds = [
         "triangle",
         "sphere",

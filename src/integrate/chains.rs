@@ -134,15 +134,8 @@ pub(super) fn together<L: Lanes>(
     let (pixels, beside_mean) = picture(&film, &light, beside);
     light.beside = beside_mean;
     let judged = settings.estimate_error && beside.is_none_or(Sampling::is_judged);
-    let deviation = (judged && settings.error_layers).then(|| {
-        let scales = light.of_film(&light.scales);
-        let mut deviation = film.resolve_with_error(0..pixels.len(), &scales).1;
-        if let Some(beside) = beside {
-            let [_, more] = beside.with_error(0..pixels.len(), 1.0);
-            add_error(&mut deviation, &more);
-        }
-        deviation
-    });
+    let deviation =
+        (judged && settings.error_layers).then(|| deviation(&film, &light, beside, pixels.len()));
     let made = mutations > 0 || beside.is_some();
     let relmse = (judged && made).then(|| relmse_of(run, &film, &light, beside));
     drop(film);
@@ -153,10 +146,7 @@ pub(super) fn together<L: Lanes>(
         warnings.push(dark_reason(run, method));
     }
     if tuned.part < 1.0 && !batches.is_empty() {
-        warnings.push(format!(
-            "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
-            100.0 * tuned.part
-        ));
+        warnings.push(badly_tuned(tuned.part));
     }
     // Not by `sum`, by which nothing comes to -0.
     let sum = |of: fn(&Estimate) -> f64| light.estimates.iter().fold(0.0, |sum, e| sum + of(e));
@@ -177,11 +167,7 @@ pub(super) fn together<L: Lanes>(
     };
     let sums = beside.map(|b| (b, b.tile_sums()));
     if let Some((beside, sums)) = &sums {
-        let made = beside.counts();
-        stats.samples = made.samples;
-        stats.samples_per_second = per_second(made.samples, render_seconds);
-        stats.rays += made.rays;
-        stats.rejected_nonfinite += made.rejected;
+        add_samples(&mut stats, beside);
         stats.b += light.beside;
         stats.b_stderr = stats.b_stderr.hypot(beside.mean_error(sums));
         warnings.extend(beside.warned());
@@ -212,6 +198,38 @@ fn cut_short(by: EndedBy, part: f64) -> String {
         "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
         100.0 * part
     )
+}
+
+fn badly_tuned(part: f64) -> String {
+    format!(
+        "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
+        100.0 * part
+    )
+}
+
+/// What samples beside chains have taken.
+fn add_samples(stats: &mut Stats, beside: &Sampling) {
+    let made = beside.counts();
+    stats.samples = made.samples;
+    stats.samples_per_second = per_second(made.samples, stats.render_seconds);
+    stats.rays += made.rays;
+    stats.rejected_nonfinite += made.rejected;
+}
+
+/// Standard errors of all pixels.
+fn deviation(
+    film: &SplatFilm,
+    light: &Light,
+    beside: Option<&Sampling>,
+    pixels: usize,
+) -> Vec<[f32; 3]> {
+    let scales = light.of_film(&light.scales);
+    let mut deviation = film.resolve_with_error(0..pixels, &scales).1;
+    if let Some(beside) = beside {
+        let [_, more] = beside.with_error(0..pixels, 1.0);
+        add_error(&mut deviation, &more);
+    }
+    deviation
 }
 
 /// The picture of chains and of the samples beside them, and the mean of what samples bring.

@@ -8,8 +8,8 @@ mod floors;
 
 use crate::common;
 
+use crate::support::write_pfm;
 use common::stats::Random;
-use phalanx::film::output::{Picture, write};
 use phalanx::geometry::Geometry;
 use phalanx::light::LightTable;
 use phalanx::pbrt::load_str;
@@ -22,21 +22,7 @@ use std::path::Path;
 /// A folder with `a.pfm`, of these texels from the top row down.
 fn folder(width: u32, texels: &[[f32; 3]]) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a folder");
-    let height = texels.len() as u32 / width;
-    let picture = Picture {
-        width,
-        height,
-        offset: [0, 0],
-        full: [width, height],
-        pixels: texels.to_vec(),
-    };
-    write(
-        &dir.path().join("a.pfm"),
-        &picture,
-        &[],
-        &phalanx::formats::tone::Display::LINEAR,
-    )
-    .expect("a written image");
+    write_pfm(&dir.path().join("a.pfm"), width, texels);
     dir
 }
 

@@ -37,7 +37,7 @@ fn about_chain(out: &mut String, i: &Iteration) {
         ),
         ("iteration", format!("{} of {}", i.iteration, i.iterations)),
         (
-            "kernel",
+            "mutations",
             format!(
                 "sigma {}, large steps {}",
                 i.sigma, i.large_step_probability

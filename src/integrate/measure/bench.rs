@@ -1,7 +1,7 @@
 //! What all measurements share.
 
 use crate::chain::bootstrap::Bootstrap;
-use crate::chain::mutate::Kernel;
+use crate::chain::mutate::ProposalDistribution;
 use crate::film::SplatFilm;
 use crate::transport::{PathSampler, World};
 use std::time::Duration;
@@ -17,7 +17,7 @@ pub struct Bench<'a> {
     pub judged: SplatFilm,
     /// `[x0, x1, y0, y1]` of the picture.
     pub crop: [u32; 4],
-    pub kernel: Kernel,
+    pub proposals: ProposalDistribution,
     pub bootstraps: Vec<Bootstrap>,
     /// As chains choose strategies.
     pub samplers: Vec<PathSampler>,

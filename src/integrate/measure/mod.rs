@@ -93,7 +93,7 @@ pub fn measure(
         film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
         judged: SplatFilm::judged(filter, MOST_WEIGHT, vec![HALF; layers]),
         crop: scene.film.crop,
-        kernel: settings.kernel(),
+        proposals: settings.proposal_distribution(),
         bootstraps,
         samplers,
         independent: method.independent(),
