@@ -163,7 +163,7 @@ fn the_integrator_chooses_unless_told() {
             kind => format!("Integrator \"{kind}\"\n"),
         };
         folder.write("a.pbrt", &(directive + world));
-        assert_eq!(name("a.pbrt", "").0, expected, "{kind}");
+        assert_eq!(name("a.pbrt", "--spp 2").0, expected, "{kind}");
     }
 }
 
