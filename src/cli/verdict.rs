@@ -81,6 +81,8 @@ mod tests {
             pixels: Vec::new(),
             width: 0,
             height: 0,
+            offset: [0; 2],
+            full: [0; 2],
             warnings: Vec::new(),
             deviation: None,
             strategies: Vec::new(),

@@ -85,6 +85,7 @@ pub(super) fn together<L: Lanes>(
         start: boot_start,
     } = ready;
     let (width, height) = run.size();
+    let [offset, full] = run.window();
     let mut budgets = chain_budgets(run, method, &bootstraps, wanted);
     let tuned = tune::<L>(run, method, &mut budgets, &bootstraps, short);
     counts.rays += tuned.rays;
@@ -182,6 +183,8 @@ pub(super) fn together<L: Lanes>(
         pixels,
         width,
         height,
+        offset,
+        full,
         warnings,
         deviation,
         strategies: Vec::new(),

@@ -94,6 +94,12 @@ impl Run<'_> {
         (x1 - x0, y1 - y0)
     }
 
+    /// Where the crop window is, and the size of the whole picture.
+    pub(super) fn window(&self) -> [[u32; 2]; 2] {
+        let film = &self.scene.film;
+        [[film.crop[0], film.crop[2]], [film.width, film.height]]
+    }
+
     /// Hands the picture so far to the observer, if it wants one.
     pub(super) fn show(&self, picture: impl FnOnce() -> Vec<[f32; 3]>) {
         if self.observer.wants_picture() {

@@ -251,6 +251,7 @@ impl<'a> Sampling<'a> {
         } = &self;
         let settings = run.settings;
         let (width, height) = run.size();
+        let [offset, full] = run.window();
         let made = self.made();
         let whole = made.placed.whole;
         let pixels = sums.resolve(&made);
@@ -283,6 +284,8 @@ impl<'a> Sampling<'a> {
             pixels,
             width,
             height,
+            offset,
+            full,
             warnings,
             deviation,
             strategies: Vec::new(),
