@@ -31,7 +31,8 @@ pub(super) struct Method<'a> {
     pub splats: bool,
     /// Evaluates the first so many columns.
     pub evaluate: &'a (dyn Fn(&Samples, usize, &mut Paths) + Sync),
-    /// Takes what else it wants from evaluated paths; the number is that of the first of them.
+    /// Called with evaluated paths, and the number of the first of them: an integrator takes from
+    /// them what it wants besides their splats.
     pub collect: &'a (dyn Fn(&Paths, Numbers) + Sync),
 }
 
@@ -105,6 +106,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
         sampling.advance(done);
         run.observer.progress(Phase::Render, done, total);
         if done < total {
+            run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
             if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
@@ -188,7 +190,7 @@ impl<'a> Sampling<'a> {
         self.advance(until);
     }
 
-    /// Samples that have been made, and what of them was not finite or negative.
+    /// Samples made, rays traced, and how many contributions were not finite or negative.
     pub fn counts(&self) -> Counts {
         Counts {
             samples: self.done,
@@ -249,6 +251,7 @@ impl<'a> Sampling<'a> {
         } = &self;
         let settings = run.settings;
         let (width, height) = run.size();
+        let [offset, full] = run.window();
         let made = self.made();
         let whole = made.placed.whole;
         let pixels = sums.resolve(&made);
@@ -281,6 +284,8 @@ impl<'a> Sampling<'a> {
             pixels,
             width,
             height,
+            offset,
+            full,
             warnings,
             deviation,
             strategies: Vec::new(),

@@ -76,6 +76,10 @@ impl Parameters for Given<'_> {
         }
     }
 
+    fn hats(&self, wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
+        spectrum::hats(wavelengths)
+    }
+
     fn file(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, SceneError> {
         let Some(given) = self.set.string(name)? else {
             return Ok(None);

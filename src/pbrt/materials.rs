@@ -52,7 +52,6 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "disney" => "uber, plastic or matte",
-        "measured" => "metal (v3) or conductor (v4)",
         "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
     })

@@ -62,7 +62,7 @@ fn scaled_bessel<L: Lanes>(x: L) -> L {
         .mul_add(r, all(-0.001_575_65))
         .mul_add(r, all(0.002_253_19))
         .mul_add(r, all(0.013_285_92))
-        .mul_add(r, all(0.398_942_28));
+        .mul_add(r, all(0.398_942_3));
     let close = t.lt(L::one());
     let near = near * math::exp(-x);
     L::select(close, near, far / x.max(L::one()).sqrt())

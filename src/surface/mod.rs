@@ -28,13 +28,13 @@
 //!   there a BSDF needs its formulas in `replay/oracle/bsdf.rs` or, if it is a delta, in
 //!   `replay/oracle/reference.rs`, and its way of sampling in `replay/oracle/bend.rs`.
 
-/// The table: a line for each material of one BSDF, with its kernels as `Kind: type`. It calls the
-/// macro `$then` of [`table`] with all lines, and with what else was given.
+/// The table: a line for each material of one BSDF, with its kernels as `Kind: type`. It calls a
+/// macro, `$then`, with all lines and with what else was given.
 ///
 /// Their order is that of queues and of reports; pictures do not depend on it.
 macro_rules! bsdfs {
-    ($then:ident! $($rest:tt)*) => {
-        $crate::surface::table::$then! {
+    ($then:path; $($rest:tt)*) => {
+        $then! {
             [
                 diffuse::DiffuseMaterial =>
                     Diffuse: diffuse::Diffuse, OrenNayar: diffuse::OrenNayar;
@@ -50,6 +50,7 @@ macro_rules! bsdfs {
                     DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
                 substrate::SubstrateMaterial => Substrate: substrate::Substrate;
                 fourier_material::FourierMaterial => Fourier: fourier::Fourier;
+                measured::MeasuredMaterial => Measured: measured::Measured;
                 hair_material::HairMaterial => Hair: hair::Hair;
                 coated_materials::CoatMaterial => Coat: coated_mirror::Coat;
                 coated_diffuse::CoatedDiffuseMaterial =>
@@ -92,6 +93,8 @@ pub mod fresnel;
 pub mod hair;
 pub mod hair_material;
 pub mod material;
+pub mod measured;
+pub mod measured_table;
 pub mod microfacet;
 pub mod mirror;
 pub mod mixture;
@@ -103,10 +106,12 @@ pub mod seen_through;
 pub mod substrate;
 pub mod table;
 pub mod tabulated;
+pub mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod texture;
 pub mod thin_dielectric;
+pub mod warp;
 
 pub use self::alpha_mask::AlphaMasks;
 pub use self::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};

@@ -30,6 +30,7 @@ mod hard_scenes;
 mod image_lights;
 mod lights;
 mod lt;
+mod measured;
 mod mixtures;
 mod mutation;
 mod precision;

@@ -119,7 +119,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     hair::row([i, j, k], 2.0 * b[0] - 1.0, l, beta, sigma - 45.0)
                 }
                 // Its table is not here: nothing is scattered.
-                Kind::Fourier => [0.0; 8],
+                Kind::Fourier | Kind::Measured => [0.0; 8],
             };
             (kind, row)
         })
