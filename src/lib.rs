@@ -6,8 +6,13 @@
 //! ray a wave, eight to a SIMD register. Everything here follows from that.
 //!
 //! ```text
-//! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
+//! scene file -> Scene -> World, Plan -> bootstrap -> batches of chains -> film -> picture, figures
 //! ```
+//!
+//! Every stage of a path is a method of [`transport::World`], the scene as kernels read it; it
+//! works on [`transport::Paths`], the tables of a batch, and is told which paths by lists of their
+//! numbers. `src/transport/README.md` follows one path from the integrator to the picture: read it
+//! first.
 //!
 //! Data flows one way: a room uses only rooms above it in this table.
 //!
