@@ -9,10 +9,10 @@
 //! scene file -> Scene -> World, Plan -> bootstrap -> batches of chains -> film -> picture, figures
 //! ```
 //!
-//! Every stage of a path is a method of [`transport::World`], the scene as kernels read it; it
-//! works on [`transport::Paths`], the tables of a batch, and is told which paths by lists of their
-//! numbers. `src/transport/README.md` follows one path from the integrator to the picture: read it
-//! first.
+//! The stages of a path are methods of [`transport::World`], the scene as kernels read it. They
+//! work on [`transport::Paths`], the tables of a batch, and lists of numbers tell them on which
+//! paths.
+//! `src/transport/README.md` follows one path from the integrator to the picture: read it first.
 //!
 //! Data flows one way: a room uses only rooms above it in this table.
 //!
