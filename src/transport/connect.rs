@@ -118,7 +118,7 @@ impl World<'_> {
                 clock.count(Stage::Connect, queue.len(), L::N);
                 crate::for_kind!(
                     kind,
-                    self.evaluate::<_, L>(from, queue, side, &mut *connections)
+                    self.evaluate_side::<_, L>(from, queue, side, &mut *connections)
                 );
             }
         }
@@ -276,7 +276,7 @@ impl World<'_> {
     }
 
     /// What one side's endpoints, linked already, make of their links.
-    fn evaluate<B: Bsdf, L: Lanes>(
+    fn evaluate_side<B: Bsdf, L: Lanes>(
         &self,
         (endpoints, params): (&Endpoints, &[Row]),
         list: &[u32],
