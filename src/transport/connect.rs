@@ -373,7 +373,14 @@ impl World<'_> {
         let wi = if side == Side::Camera { w } else { -w };
         let directions = [place.wo, wi];
         let normals = end.normals();
-        let value = sides::eval::<B, L>(self.sides, row, &normals, directions, side.mode());
+        let value = sides::eval::<B, L>(
+            self.sides,
+            &self.materials.tables,
+            row,
+            &normals,
+            directions,
+            side.mode(),
+        );
         let wi_ng = wi.dot(frame.ng);
         let cos = match side {
             Side::Camera => wi.dot(frame.ns).abs(),

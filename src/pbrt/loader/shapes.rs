@@ -122,6 +122,7 @@ impl Loader {
             alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
             needs_uv,
             sees_tangents: self.sees_tangents(material),
+            fibre: self.is_fibre(material),
             light,
         };
         // What is invisible is checked, and left out.
