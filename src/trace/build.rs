@@ -18,7 +18,7 @@ use super::ray::Extent;
 use super::sphere::{LeafSphere, bounds as sphere_bounds};
 use super::split::Split;
 use super::triangle::is_degenerate;
-use crate::scene::{MaterialKind, NONE, Scene};
+use crate::scene::{MaterialKind, NONE, Scene, Shape};
 
 /// Most primitives per leaf.
 pub const LEAF_SIZE: u32 = 4;
@@ -108,8 +108,11 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
     let places = (scene.large).places(scene.triangles.len(), scene.spheres.len());
     let place = |i: usize| places.get(i).copied().unwrap_or(NONE);
     let visible = |shape: u32| {
-        let material = scene.shapes[shape as usize].material;
+        let Shape {
+            material, boundary, ..
+        } = scene.shapes[shape as usize];
         material == NONE
+            || boundary != NONE
             || !matches!(
                 scene.materials[material as usize].kind,
                 MaterialKind::Interface

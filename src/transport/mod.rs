@@ -9,14 +9,15 @@
 //!    them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
 //!    `weigh` weighs what they carry.
 //! 4. [`sides`] says what shading normals make of reflection and transmission.
-//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one
+//! 5. `media` ends rays in media, and says how much of them passes.
+//! 6. [`wavelength`] turns the contributions of paths that were dispersed into light of one
 //!    wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 7. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
 //!    vertex.
-//! 7. [`path_sampler`] names the ways of evaluation that chains can march over.
-//! 8. `share` divides contributions among independent samples and chains.
-//! 9. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
+//! 8. [`path_sampler`] names the ways of evaluation that chains can march over.
+//! 9. `share` divides contributions among independent samples and chains.
+//! 10. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! Nothing here knows about chains, acceptance or pixels.
 
@@ -31,6 +32,7 @@ mod endpoints;
 pub mod evaluate;
 mod kept;
 mod list;
+mod media;
 pub mod mis;
 pub mod path_sampler;
 pub mod paths;
@@ -56,6 +58,7 @@ pub use self::records::Splat;
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
+use crate::medium::MediumTable;
 use crate::plan::{Effect, Effects, Forced, Plan};
 use crate::scene::{Scene, Sides};
 use crate::surface::{AlphaMasks, MaterialTable};
@@ -80,6 +83,16 @@ pub struct World<'a> {
     pub plan: Plan,
     /// If some index of refraction depends on the wavelength.
     pub wavelengths: Option<Wavelengths>,
+    /// What fills the space between surfaces.
+    pub media: MediumTable<'a>,
+    /// Of each material, whether surfaces of it are mere borders between media.
+    borders: Vec<bool>,
+    /// There are such surfaces.
+    has_borders: bool,
+    /// Some medium emits light.
+    emits: bool,
+    /// Parameter row of the first medium's phase function.
+    first_phase: u32,
     /// What hit points must compute.
     pub wanted: Wanted,
     /// What tells reflections from transmissions, if there are shading normals at all.
@@ -98,6 +111,10 @@ impl<'a> World<'a> {
         let mut materials = MaterialTable::new(scene);
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
+        let ball = media::ball(scene, geometry.radius);
+        if let Some(radius) = ball {
+            lights.cover(radius);
+        }
         let mut effects = Effects::of(scene, &materials, &lights);
         let perturbed = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
         let sides = perturbed.then_some(scene.sides);
@@ -109,10 +126,17 @@ impl<'a> World<'a> {
         if on(Forced::Lights) {
             lights.try_every_kind();
         }
+        let first_phase = materials.rows.len() as u32;
+        materials.rows.extend(media::rows(scene));
         let wanted = effects.wanted();
         let plan = Plan::new(effects, max_depth);
         Self {
             wavelengths: plan.dispersion.then(Wavelengths::new),
+            media: MediumTable::new(&scene.media, ball),
+            borders: media::borders(scene),
+            has_borders: media::has_borders(scene),
+            emits: scene.media.emits(),
+            first_phase,
             plan,
             wanted,
             sides,

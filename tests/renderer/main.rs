@@ -28,6 +28,7 @@ mod hard_scenes;
 mod image_lights;
 mod lights;
 mod lt;
+mod media;
 mod mixtures;
 mod mutation;
 mod precision;

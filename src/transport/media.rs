@@ -1,0 +1,527 @@
+//! Rays through media: where they are scattered, how much of them passes, and what they pass
+//! through on their way.
+//!
+//! The tracer knows no media. In a scene that has them, a ray whose hit is a mere border between
+//! media is traced again from beyond it, until a surface, the outside or a place in a medium is
+//! its end; optical depths add up from piece to piece ([`crate::medium`]). One primary sample a ray
+//! says how far it goes, through however many media.
+//!
+//! A place in a medium is an endpoint like any other, of a kind of its own
+//! ([`phase`](crate::surface::phase)). It has no normal, so that no cosine turns a density over
+//! solid angle into one over volume.
+//!
+//! # Weights
+//!
+//! As in pbrt-v3's bidirectional path tracer, MIS weights leave out how distances are distributed.
+//! Weights are functions of the path alone, the same whatever the strategy that made it, and sum
+//! to one over all of them: nothing is biased by it. Of the densities that are left out,
+//! extinction at vertices is common to all strategies; only the transmittance of the one edge that
+//! a strategy joins is missing from its own.
+
+use super::World;
+use super::clock::{Clock, Stage};
+use super::list::List;
+use super::paths::{Endpoints, Rays};
+use super::records::*;
+use super::samples::{Bounce, Samples};
+use super::weigh::Sink;
+use crate::geometry::Wanted;
+use crate::medium::{Piece, Travel, ln_1m};
+use crate::scene::{MaterialKind, NONE, Scene};
+use crate::simd::{Lanes, Row, UintLanes, Vec3};
+use crate::surface::Kind;
+use crate::trace::offset;
+
+/// In place of a primitive: the ray was scattered in a medium.
+pub const IN_MEDIUM: u32 = NONE - 1;
+
+/// Workspace of rays on their way through media; empty in scenes without.
+#[derive(Default)]
+pub struct Flying {
+    /// What is left of each ray beyond the border it has crossed.
+    beyond: Vec<Ray>,
+    /// Where that starts, in units of the length of the ray's direction.
+    start: Vec<f32>,
+    /// Where the ray's latest piece starts.
+    from: Vec<f32>,
+    /// Medium of each.
+    medium: Vec<u32>,
+    travel: Vec<Travel>,
+    left: List,
+    next: List,
+}
+
+impl Flying {
+    fn start(&mut self, n: usize) {
+        if self.beyond.len() < n {
+            self.beyond.resize(n, Ray::default());
+            self.start.resize(n, 0.0);
+            self.from.resize(n, 0.0);
+            self.medium.resize(n, NONE);
+            self.travel.resize(n, Travel::new(0.0, false));
+        }
+        self.left.reserve(n);
+        self.next.reserve(n);
+        self.left.clear();
+        self.next.clear();
+    }
+}
+
+/// Where rays find out how far they go.
+#[derive(Clone, Copy)]
+pub(super) struct Distances<'a> {
+    pub samples: &'a Samples,
+    pub at: Bounce,
+    /// Camera vertices of all paths.
+    pub t: &'a [u32],
+}
+
+/// How a ray goes through media.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct How {
+    /// It is not scattered: only light that it meets counts.
+    pub straight: bool,
+    /// What media emit on its way is light that it has met.
+    pub glows: bool,
+}
+
+impl Distances<'_> {
+    fn sample(&self, path: u32) -> f32 {
+        self.samples.row(self.at.dimension(self.t, path))[path as usize]
+    }
+}
+
+/// Where media without borders end, if there are lights at infinity: at a ball around the origin
+/// that is twice as large as the scene, and that holds the camera. In pbrt light from infinity has
+/// come twice the radius of the scene through them.
+pub(super) fn ball(scene: &Scene, radius: f32) -> Option<f32> {
+    use crate::scene::LightKind;
+    let media = &scene.media;
+    let at_infinity = scene.lights.iter().any(|light| {
+        matches!(
+            light.kind,
+            LightKind::Distant { .. }
+                | LightKind::InfiniteConstant { .. }
+                | LightKind::InfiniteImage { .. }
+        )
+    });
+    let around = media.camera != NONE
+        || media.lights.iter().flatten().any(|medium| *medium != NONE)
+        || media.boundaries.iter().any(|[outside, _]| *outside != NONE);
+    if !at_infinity || !around {
+        return None;
+    }
+    let eye = scene.camera.to_world.map(|row| row[3]);
+    let distance = (eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]).sqrt();
+    Some((2.0 * radius).max(1.25 * distance))
+}
+
+/// Parameter rows of the phase functions, by medium.
+pub(super) fn rows(scene: &Scene) -> impl Iterator<Item = Row> {
+    let row = |g: f32| Row([g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    scene.media.list.iter().map(move |medium| row(medium.g))
+}
+
+impl World<'_> {
+    /// The rays of `list`, traced already, go on until something ends them: their hits are then
+    /// those of surfaces, or [`IN_MEDIUM`], or none, and their flights carry what has passed. `how`
+    /// says of a path how its ray goes.
+    pub(super) fn fly<L: Lanes>(
+        &self,
+        rays: &mut Rays,
+        flights: &mut [Flight],
+        list: &[u32],
+        distances: Distances,
+        how: impl Fn(usize) -> How,
+        clock: &mut Clock,
+    ) {
+        let mut flying = std::mem::take(&mut rays.flying);
+        flying.start(rays.ray.len());
+        for &path in list {
+            let i = path as usize;
+            let How { straight, glows } = how(i);
+            let least = if straight {
+                -f32::INFINITY
+            } else {
+                ln_1m(distances.sample(path))
+            };
+            flying.travel[i] = Travel::new(least, glows);
+            flying.start[i] = 0.0;
+            flying.from[i] = 0.0;
+            flying.left.push(path);
+        }
+        for _ in 0..self.most_layers() {
+            flying.next.clear();
+            for index in 0..flying.left.len() {
+                let path = flying.left[index];
+                let i = path as usize;
+                let (ray, hit) = (&rays.ray[i], &mut rays.hit[i]);
+                let goes_on = self.end_or_cross(&mut flying, i, (ray, hit), &mut flights[i]);
+                flying.next.push_if(path, goes_on);
+            }
+            if flying.next.is_empty() {
+                break;
+            }
+            let next = std::mem::take(&mut flying.next);
+            rays.traced += next.len() as u64;
+            rays.traced +=
+                self.closest::<L>(&flying.beyond, &next, &mut rays.hit, &mut rays.through);
+            for &path in &*next {
+                rays.hit[path as usize].t += flying.start[path as usize];
+            }
+            flying.next = std::mem::replace(&mut flying.left, next);
+        }
+        rays.flying = flying;
+        clock.finish(Stage::Trace, list.len(), L::N);
+    }
+
+    /// A ray has come to a hit: it has been scattered before, or ends there, or crosses the border
+    /// that it is. True if it goes on.
+    fn end_or_cross(
+        &self,
+        flying: &mut Flying,
+        i: usize,
+        (ray, hit): (&Ray, &mut Hit),
+        flight: &mut Flight,
+    ) -> bool {
+        let end = if hit.is_none() { f32::INFINITY } else { hit.t };
+        let piece = Piece {
+            origin: ray.origin,
+            direction: ray.direction,
+            range: [flying.from[i], end.max(flying.from[i])],
+        };
+        let travel = &mut flying.travel[i];
+        if let Some(found) = self.media.scatter(flight.medium, &piece, travel) {
+            travel.light(flight.beta);
+            hit.t = found.t;
+            hit.primitive = IN_MEDIUM;
+            for c in 0..3 {
+                flight.beta[c] *= found.weight[c];
+            }
+            return false;
+        }
+        if let Some((origin, medium)) = self.across(ray, hit) {
+            flying.from[i] = hit.t;
+            flying.start[i] = along(ray, origin);
+            flying.beyond[i] = Ray::new(origin, f32::INFINITY, ray.direction);
+            flight.medium = medium;
+            return true;
+        }
+        let travel = &mut flying.travel[i];
+        travel.light(flight.beta);
+        let through = travel.through();
+        for c in 0..3 {
+            flight.beta[c] *= through[c];
+        }
+        false
+    }
+
+    /// Where a ray goes on beyond a hit that is a mere border, and the medium there.
+    fn across(&self, ray: &Ray, hit: &Hit) -> Option<([f32; 3], u32)> {
+        if hit.is_none() {
+            return None;
+        }
+        let shape = self.geometry.shape_of(hit.primitive).0;
+        if shape.boundary == NONE || !self.is_border(shape.material) {
+            return None;
+        }
+        let wanted = self.border_wanted();
+        let [o, d] = [ray.origin, ray.direction].map(Vec3::<f32>::splat);
+        let at = [hit.t, hit.b[0], hit.b[1]];
+        let point = (self.geometry).surface_point(&[hit.primitive], o, d, at, wanted);
+        let [outside, inside] = self.media.media.boundaries[shape.boundary as usize];
+        let medium = if d.dot(point.ng) > 0.0 { outside } else { inside };
+        let origin = offset::leave(point.p, point.error, point.ng, d);
+        Some((origin.lane(0), medium))
+    }
+
+    /// Nothing is scattered at surfaces of this material.
+    fn is_border(&self, material: u32) -> bool {
+        material != NONE && self.borders[material as usize]
+    }
+
+    /// The visibility rays of `list`, of which the media they start in are known
+    /// ([`Self::note_media`]): whether they are blocked, and if not, what passes of their
+    /// contributions.
+    pub(super) fn look<L: Lanes>(
+        &self,
+        rays: &mut Rays,
+        contributions: &mut [Contribution],
+        list: &[u32],
+        clock: &mut Clock,
+    ) {
+        let mut flying = std::mem::take(&mut rays.flying);
+        flying.start(rays.ray.len());
+        for &path in list {
+            let i = path as usize;
+            flying.travel[i] = Travel::new(-f32::INFINITY, false);
+            flying.beyond[i] = rays.ray[i];
+            flying.left.push(path);
+        }
+        if self.has_borders {
+            self.look_across::<L>(rays, &mut flying);
+        } else {
+            self.trace_visibility::<L>(rays, list, clock);
+            for &path in list {
+                let i = path as usize;
+                let piece = piece(&rays.ray[i], 1.0);
+                (self.media).pass(flying.medium[i], &piece, &mut flying.travel[i].passed);
+            }
+        }
+        for &path in list {
+            let i = path as usize;
+            let through = flying.travel[i].through();
+            let Contribution {
+                weighted,
+                unweighted,
+                ..
+            } = &mut contributions[i];
+            for c in 0..3 {
+                weighted[c] *= through[c];
+                unweighted[c] *= through[c];
+            }
+        }
+        rays.flying = flying;
+        clock.finish(Stage::Occlusion, list.len(), L::N);
+    }
+
+    /// Visibility rays go on from border to border.
+    fn look_across<L: Lanes>(&self, rays: &mut Rays, flying: &mut Flying) {
+        for &path in &*flying.left {
+            // What never comes to an end is blocked.
+            rays.blocked[path as usize] = 1;
+        }
+        for _ in 0..self.most_layers() {
+            rays.traced += flying.left.len() as u64;
+            let left = &flying.left;
+            rays.traced +=
+                self.closest::<L>(&flying.beyond, left, &mut rays.hit, &mut rays.through);
+            flying.next.clear();
+            for &path in &**left {
+                let i = path as usize;
+                let (ray, hit) = (flying.beyond[i], rays.hit[i]);
+                let end = if hit.is_none() { 1.0 } else { hit.t };
+                let medium = flying.medium[i];
+                (self.media).pass(medium, &piece(&ray, end), &mut flying.travel[i].passed);
+                if hit.is_none() {
+                    rays.blocked[i] = 0;
+                    continue;
+                }
+                let crossed = self.across(&ray, &hit);
+                // What casts no shadow is passed, too.
+                let unseen = || Some((self.beyond(&ray, &hit, true)?, medium));
+                let Some((origin, medium)) = crossed.or_else(unseen) else {
+                    continue;
+                };
+                let target = |c: usize| ray.direction[c].mul_add(ray.t_max, ray.origin[c]);
+                let rest = [0, 1, 2].map(|c| target(c) - origin[c]);
+                flying.beyond[i] = Ray::new(origin, 1.0, rest);
+                flying.medium[i] = medium;
+                flying.next.push(path);
+            }
+            std::mem::swap(&mut flying.left, &mut flying.next);
+            if flying.left.is_empty() {
+                break;
+            }
+        }
+    }
+
+    /// Adds what media have emitted along the latest rays of camera subpaths, `factor` times (one
+    /// over the probability of the strategy). No other strategy makes these paths.
+    pub(super) fn glow<L: Lanes>(
+        &self,
+        rays: &mut Rays,
+        list: &[u32],
+        factor: f32,
+        mut sink: Sink,
+    ) {
+        let lit = &mut rays.flying.next;
+        lit.clear();
+        let glow = |path: u32| rays.flying.travel[path as usize].glow.unwrap_or_default();
+        for &path in list {
+            lit.push_if(path, glow(path) != [0.0; 3]);
+        }
+        for chunk in lit.chunks(L::N) {
+            let last = chunk.len() - 1;
+            let channel = |c: usize| L::from_fn(|i| glow(chunk[i.min(last)])[c] * factor);
+            let rgb = Vec3::new(channel(0), channel(1), channel(2));
+            sink.add(chunk, rgb, || rgb);
+        }
+    }
+
+    /// Notes which media the visibility rays of `list` start in: they leave these endpoints.
+    pub(super) fn note_media(&self, rays: &mut Rays, endpoints: &Endpoints, list: &[u32]) {
+        rays.flying.start(rays.ray.len());
+        for &path in list {
+            let i = path as usize;
+            let [n, d] = [endpoints.frame[i].ng, rays.ray[i].direction];
+            let along = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+            rays.flying.medium[i] = endpoints.media[i][usize::from(along <= 0.0)];
+        }
+    }
+
+    /// The media that light subpaths start in.
+    pub(super) fn start_in_media(&self, lights: &[u32], list: &[u32], flights: &mut [Flight], rays: &[Ray]) {
+        for (&light, &path) in lights.iter().zip(list) {
+            let i = path as usize;
+            let sides = self.media.media.lights.get(light as usize);
+            let [front, back] = sides.copied().unwrap_or([NONE; 2]);
+            let behind = || self.leaves_back(light, &rays[i]);
+            flights[i].medium = if front != back && behind() { back } else { front };
+        }
+    }
+
+    /// Whether a ray leaves the back of the surface that a light is.
+    fn leaves_back(&self, light: u32, ray: &Ray) -> bool {
+        let primitive = self.lights.primitive(&self.geometry, light);
+        if primitive == NONE {
+            return false;
+        }
+        // Any point of a triangle will do, and of a sphere the one where the ray starts.
+        let at = [0.0, 1.0 / 3.0, 1.0 / 3.0];
+        let origin = Vec3::<f32>::splat(ray.origin);
+        let point = (self.geometry).surface_point(
+            &[primitive],
+            origin,
+            Vec3::zero(),
+            at,
+            self.border_wanted(),
+        );
+        Vec3::<f32>::splat(ray.direction).dot(point.ng) <= 0.0
+    }
+
+    /// Places and geometric normals.
+    fn border_wanted(&self) -> Wanted {
+        Wanted {
+            spheres: self.wanted.spheres,
+            large: self.wanted.large,
+            ..Wanted::default()
+        }
+    }
+
+    /// Parts the subpaths of `list` into those that have hit surfaces and those in media.
+    pub(super) fn part(&self, hits: &[Hit], list: &[u32], [surfaces, media]: &mut [List; 2]) {
+        surfaces.reserve(list.len());
+        media.reserve(list.len());
+        surfaces.clear();
+        media.clear();
+        for &path in list {
+            let is_in = hits[path as usize].primitive == IN_MEDIUM;
+            surfaces.push_if(path, !is_in);
+            media.push_if(path, is_in);
+        }
+    }
+
+    /// The subpaths of `list` have been scattered in media: makes these places their endpoints.
+    pub(super) fn arrive_in_media<L: Lanes>(
+        &self,
+        rays: &Rays,
+        list: &[u32],
+        flights: &[Flight],
+        endpoints: &mut Endpoints,
+    ) {
+        for chunk in list.chunks(L::N) {
+            let ray = RayLanes::<L>::load(&rays.ray, chunk);
+            let t = HitLanes::<L>::load(&rays.hit, chunk).t;
+            let flight = FlightLanes::<L>::load(flights, chunk);
+            let distant = flight.distant.gt(L::zero());
+            let distance2 = L::select(distant, L::one(), t * t);
+            let partial = super::mis::Partial {
+                d_vcm: flight.d_vcm,
+                d_vc: flight.d_vc,
+            }
+            .arrive(distance2, L::one());
+            let first = self.first_phase;
+            let none = L::Uint::splat(NONE);
+            EndpointPlaceLanes {
+                p: ray.direction.mul_add(t, ray.origin),
+                error: L::zero(),
+                wo: -ray.direction,
+                d_vcm: partial.d_vcm,
+            }
+            .store(&mut endpoints.place, chunk);
+            EndpointFrameLanes {
+                ng: Vec3::zero(),
+                params: flight.medium.add(L::Uint::splat(first)),
+                ns: Vec3::zero(),
+                d_vc: partial.d_vc,
+            }
+            .store(&mut endpoints.frame, chunk);
+            EndpointEnergyLanes {
+                beta: flight.beta,
+                primitive: none,
+                tangent: Vec3::zero(),
+                light: none,
+            }
+            .store(&mut endpoints.energy, chunk);
+            for &path in chunk {
+                endpoints.kind[path as usize] = Kind::HenyeyGreenstein;
+            }
+        }
+    }
+
+    /// Notes which media are on both sides of the endpoints of `list`, on surfaces or not.
+    pub(super) fn surround(
+        &self,
+        hits: &[Hit],
+        flights: &[Flight],
+        list: &[u32],
+        endpoints: &mut Endpoints,
+    ) {
+        for &path in list {
+            let i = path as usize;
+            let primitive = hits[i].primitive;
+            let boundary = match primitive {
+                IN_MEDIUM => NONE,
+                _ => self.geometry.shape_of(primitive).0.boundary,
+            };
+            endpoints.media[i] = match boundary {
+                NONE => [flights[i].medium; 2],
+                _ => self.media.media.boundaries[boundary as usize],
+            };
+        }
+    }
+}
+
+/// Of each material, whether surfaces of it are mere borders.
+pub(super) fn borders(scene: &Scene) -> Vec<bool> {
+    let materials = scene.materials.iter();
+    materials
+        .map(|m| m.kind == MaterialKind::Interface)
+        .collect()
+}
+
+/// Whether there are such surfaces between two media.
+pub(super) fn has_borders(scene: &Scene) -> bool {
+    scene.shapes.iter().any(|s| {
+        let material = scene.materials.get(s.material as usize);
+        s.boundary != NONE && material.is_some_and(|m| m.kind == MaterialKind::Interface)
+    })
+}
+
+fn piece(ray: &Ray, end: f32) -> Piece {
+    Piece {
+        origin: ray.origin,
+        direction: ray.direction,
+        range: [0.0, end],
+    }
+}
+
+/// How far along a ray a point is, in units of its direction's length.
+fn along(ray: &Ray, p: [f32; 3]) -> f32 {
+    let [p, o, d] = [p, ray.origin, ray.direction].map(Vec3::<f32>::splat);
+    (p - o).dot(d) / d.length2()
+}
+
+impl Endpoints {
+    /// The media that rays from the endpoints of `list` start in; `along` are the cosines between
+    /// them and the geometric normals.
+    #[inline(always)]
+    pub(super) fn media_towards<L: Lanes>(&self, list: &[u32], along: L) -> L::Uint {
+        let last = list.len() - 1;
+        L::Uint::from_fn(|i| {
+            let sides = self.media[list[i.min(last)] as usize];
+            sides[usize::from(along.lane(i) <= 0.0)]
+        })
+    }
+}
