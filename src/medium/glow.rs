@@ -95,8 +95,12 @@ fn integrate(
 
 /// The integral of `exp(-e x)` from 0 to `length`, which may be infinite if `e` is not 0.
 fn falling(e: f32, length: f32) -> f32 {
+    if e <= 0.0 {
+        // What absorbs nothing emits nothing, however long it is.
+        return if length.is_finite() { length } else { 0.0 };
+    }
     let depth = e * length;
-    if !(depth > 1e-3) {
+    if depth <= 1e-3 {
         // Its first terms, as the difference loses its digits.
         return length * (1.0 - 0.5 * depth);
     }
@@ -113,22 +117,26 @@ fn emitted(emission: &Emission, p: [f32; 3]) -> Rgb {
             radiance,
             grid,
         } => [0, 1, 2].map(|c| absorption[c] * radiance[c] * grid.at(p, c)),
+        Emission::Product { radiance, grids } => {
+            [0, 1, 2].map(|c| radiance[c] * grids[0].at(p, c) * grids[1].at(p, c))
+        }
         Emission::BlackBody {
             absorption,
-            grid,
+            grids: [temperature, factor],
             scale,
             offset,
             table,
         } => {
-            let kelvin = (grid.at(p, 0) - offset) * scale;
-            if !(kelvin > 100.0) || table.len() < 2 {
+            let kelvin = (temperature.at(p, 0) - offset) * scale;
+            if kelvin.is_nan() || kelvin <= 100.0 || table.len() < 2 {
                 return [0.0; 3];
             }
             let x = (kelvin / Emission::KELVIN_STEP).min((table.len() - 1) as f32);
             let i = (x as usize).min(table.len() - 2);
             let part = x - i as f32;
             let mix = |c: usize| (table[i + 1][c] - table[i][c]).mul_add(part, table[i][c]);
-            [0, 1, 2].map(|c| absorption[c] * mix(c))
+            let factor = factor.at(p, 0);
+            [0, 1, 2].map(|c| absorption[c] * factor * mix(c))
         }
     }
 }

@@ -58,12 +58,20 @@ pub enum Emission {
         /// One channel or three.
         grid: Grid,
     },
+    /// `radiance` times two grids, of three channels each.
+    Product {
+        /// Absorption times radiance per internal length, where both grids are 1.
+        radiance: Rgb,
+        /// Of absorption, and of radiance.
+        grids: [Grid; 2],
+    },
     /// `absorption` times the density times the light of a black body.
     BlackBody {
         /// Per internal length, where the density is 1.
         absorption: Rgb,
-        /// Temperature in kelvin by `scale * (value - offset)`; up to 100 K there is no light.
-        grid: Grid,
+        /// Of the temperature, in kelvin by `scale * (value - offset)`, up to 100 of which there is
+        /// no light; and of what that is multiplied by.
+        grids: [Grid; 2],
         /// Kelvin per unit.
         scale: f32,
         /// Value of 0 K.
@@ -152,7 +160,10 @@ impl Medium {
         let emission = match &self.emission {
             Emission::Dark | Emission::Even(_) => 0,
             Emission::Grid { grid, .. } => grid.bytes(),
-            Emission::BlackBody { grid, table, .. } => grid.bytes() + size_of_val(&table[..]),
+            Emission::Product { grids, .. } => grids.iter().map(Grid::bytes).sum(),
+            Emission::BlackBody { grids, table, .. } => {
+                grids.iter().map(Grid::bytes).sum::<usize>() + size_of_val(&table[..])
+            }
         };
         size_of::<Self>() + density + emission
     }

@@ -105,6 +105,16 @@ impl<'a> World<'a> {
         Self::with_forced(scene, max_depth, &[])
     }
 
+    /// Nothing emits light, so that every picture is black.
+    pub fn is_unlit(&self) -> bool {
+        self.lights.is_empty() && !self.emits
+    }
+
+    /// Light that media emit is met by camera subpaths alone.
+    pub fn has_glowing_media(&self) -> bool {
+        self.emits
+    }
+
     /// With effects turned on that the scene does not call for.
     pub fn with_forced(scene: &'a Scene, max_depth: u32, forced: &[Forced]) -> Self {
         let geometry = Geometry::new(scene);

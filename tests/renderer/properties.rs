@@ -112,6 +112,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                         colour,
                     ]
                 }
+                Kind::HenyeyGreenstein => [1.998 * a[0] - 0.999, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 Kind::SmoothConductor | Kind::RoughConductor => [i, j, k, l, m, n, u, v],
             };
             (kind, row)

@@ -64,20 +64,22 @@ impl Loader {
         if self.dialect == Dialect::V4 && self.media.is_made(&name) {
             return Err(set.error("is made for the second time"));
         }
-        let made = WorldMedium::read(&name, &set);
+        let place = self.states.current.start_ctm(&set.site, &mut self.report);
+        let made = match place.frame() {
+            Some(ctm) => WorldMedium::read(&name, &set, &ctm),
+            None => Err(set.error("the current transform collapses space")),
+        };
+        if let Ok(medium) = &made {
+            let room = self.budget.take(medium.bytes());
+            room.map_err(|e| set.error(e))?;
+        }
         set.finish(&mut self.report);
-        if let (Err(error), Dialect::V3) = (&made, self.dialect)
-            && !is_known(set.string("type")?)
-        {
-            // pbrt-v3 leaves out what it does not know.
+        if let (Err(error), Dialect::V3) = (&made, self.dialect) {
+            // pbrt-v3 leaves out what it cannot make.
             self.report.warn(error.to_string());
             return Ok(());
         }
         self.media.make(&name, made, self.dialect);
         Ok(())
     }
-}
-
-fn is_known(kind: Option<&str>) -> bool {
-    matches!(kind, Some("homogeneous" | "heterogeneous"))
 }

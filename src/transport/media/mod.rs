@@ -18,18 +18,20 @@
 //! extinction at vertices is common to all strategies; only the transmittance of the one edge that
 //! a strategy joins is missing from its own.
 
+mod look;
+mod vertices;
+
 use super::World;
 use super::clock::{Clock, Stage};
 use super::list::List;
-use super::paths::{Endpoints, Rays};
+use super::paths::Rays;
 use super::records::*;
 use super::samples::{Bounce, Samples};
 use super::weigh::Sink;
 use crate::geometry::Wanted;
 use crate::medium::{Piece, Travel, ln_1m};
 use crate::scene::{MaterialKind, NONE, Scene};
-use crate::simd::{Lanes, Row, UintLanes, Vec3};
-use crate::surface::Kind;
+use crate::simd::{Lanes, Row, Vec3};
 use crate::trace::offset;
 
 /// In place of a primitive: the ray was scattered in a medium.
@@ -69,7 +71,7 @@ impl Flying {
 
 /// Where rays find out how far they go.
 #[derive(Clone, Copy)]
-pub(super) struct Distances<'a> {
+pub(in crate::transport) struct Distances<'a> {
     pub samples: &'a Samples,
     pub at: Bounce,
     /// Camera vertices of all paths.
@@ -78,7 +80,7 @@ pub(super) struct Distances<'a> {
 
 /// How a ray goes through media.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct How {
+pub(in crate::transport) struct How {
     /// It is not scattered: only light that it meets counts.
     pub straight: bool,
     /// What media emit on its way is light that it has met.
@@ -94,7 +96,7 @@ impl Distances<'_> {
 /// Where media without borders end, if there are lights at infinity: at a ball around the origin
 /// that is twice as large as the scene, and that holds the camera. In pbrt light from infinity has
 /// come twice the radius of the scene through them.
-pub(super) fn ball(scene: &Scene, radius: f32) -> Option<f32> {
+pub(in crate::transport) fn ball(scene: &Scene, radius: f32) -> Option<f32> {
     use crate::scene::LightKind;
     let media = &scene.media;
     let at_infinity = scene.lights.iter().any(|light| {
@@ -117,7 +119,7 @@ pub(super) fn ball(scene: &Scene, radius: f32) -> Option<f32> {
 }
 
 /// Parameter rows of the phase functions, by medium.
-pub(super) fn rows(scene: &Scene) -> impl Iterator<Item = Row> {
+pub(in crate::transport) fn rows(scene: &Scene) -> impl Iterator<Item = Row> {
     let row = |g: f32| Row([g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     scene.media.list.iter().map(move |medium| row(medium.g))
 }
@@ -126,7 +128,7 @@ impl World<'_> {
     /// The rays of `list`, traced already, go on until something ends them: their hits are then
     /// those of surfaces, or [`IN_MEDIUM`], or none, and their flights carry what has passed. `how`
     /// says of a path how its ray goes.
-    pub(super) fn fly<L: Lanes>(
+    pub(in crate::transport) fn fly<L: Lanes>(
         &self,
         rays: &mut Rays,
         flights: &mut [Flight],
@@ -240,95 +242,9 @@ impl World<'_> {
         material != NONE && self.borders[material as usize]
     }
 
-    /// The visibility rays of `list`, of which the media they start in are known
-    /// ([`Self::note_media`]): whether they are blocked, and if not, what passes of their
-    /// contributions.
-    pub(super) fn look<L: Lanes>(
-        &self,
-        rays: &mut Rays,
-        contributions: &mut [Contribution],
-        list: &[u32],
-        clock: &mut Clock,
-    ) {
-        let mut flying = std::mem::take(&mut rays.flying);
-        flying.start(rays.ray.len());
-        for &path in list {
-            let i = path as usize;
-            flying.travel[i] = Travel::new(-f32::INFINITY, false);
-            flying.beyond[i] = rays.ray[i];
-            flying.left.push(path);
-        }
-        if self.has_borders {
-            self.look_across::<L>(rays, &mut flying);
-        } else {
-            self.trace_visibility::<L>(rays, list, clock);
-            for &path in list {
-                let i = path as usize;
-                let piece = piece(&rays.ray[i], 1.0);
-                (self.media).pass(flying.medium[i], &piece, &mut flying.travel[i].passed);
-            }
-        }
-        for &path in list {
-            let i = path as usize;
-            let through = flying.travel[i].through();
-            let Contribution {
-                weighted,
-                unweighted,
-                ..
-            } = &mut contributions[i];
-            for c in 0..3 {
-                weighted[c] *= through[c];
-                unweighted[c] *= through[c];
-            }
-        }
-        rays.flying = flying;
-        clock.finish(Stage::Occlusion, list.len(), L::N);
-    }
-
-    /// Visibility rays go on from border to border.
-    fn look_across<L: Lanes>(&self, rays: &mut Rays, flying: &mut Flying) {
-        for &path in &*flying.left {
-            // What never comes to an end is blocked.
-            rays.blocked[path as usize] = 1;
-        }
-        for _ in 0..self.most_layers() {
-            rays.traced += flying.left.len() as u64;
-            let left = &flying.left;
-            rays.traced +=
-                self.closest::<L>(&flying.beyond, left, &mut rays.hit, &mut rays.through);
-            flying.next.clear();
-            for &path in &**left {
-                let i = path as usize;
-                let (ray, hit) = (flying.beyond[i], rays.hit[i]);
-                let end = if hit.is_none() { 1.0 } else { hit.t };
-                let medium = flying.medium[i];
-                (self.media).pass(medium, &piece(&ray, end), &mut flying.travel[i].passed);
-                if hit.is_none() {
-                    rays.blocked[i] = 0;
-                    continue;
-                }
-                let crossed = self.across(&ray, &hit);
-                // What casts no shadow is passed, too.
-                let unseen = || Some((self.beyond(&ray, &hit, true)?, medium));
-                let Some((origin, medium)) = crossed.or_else(unseen) else {
-                    continue;
-                };
-                let target = |c: usize| ray.direction[c].mul_add(ray.t_max, ray.origin[c]);
-                let rest = [0, 1, 2].map(|c| target(c) - origin[c]);
-                flying.beyond[i] = Ray::new(origin, 1.0, rest);
-                flying.medium[i] = medium;
-                flying.next.push(path);
-            }
-            std::mem::swap(&mut flying.left, &mut flying.next);
-            if flying.left.is_empty() {
-                break;
-            }
-        }
-    }
-
     /// Adds what media have emitted along the latest rays of camera subpaths, `factor` times (one
     /// over the probability of the strategy). No other strategy makes these paths.
-    pub(super) fn glow<L: Lanes>(
+    pub(in crate::transport) fn glow<L: Lanes>(
         &self,
         rays: &mut Rays,
         list: &[u32],
@@ -349,47 +265,6 @@ impl World<'_> {
         }
     }
 
-    /// Notes which media the visibility rays of `list` start in: they leave these endpoints.
-    pub(super) fn note_media(&self, rays: &mut Rays, endpoints: &Endpoints, list: &[u32]) {
-        rays.flying.start(rays.ray.len());
-        for &path in list {
-            let i = path as usize;
-            let [n, d] = [endpoints.frame[i].ng, rays.ray[i].direction];
-            let along = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
-            rays.flying.medium[i] = endpoints.media[i][usize::from(along <= 0.0)];
-        }
-    }
-
-    /// The media that light subpaths start in.
-    pub(super) fn start_in_media(&self, lights: &[u32], list: &[u32], flights: &mut [Flight], rays: &[Ray]) {
-        for (&light, &path) in lights.iter().zip(list) {
-            let i = path as usize;
-            let sides = self.media.media.lights.get(light as usize);
-            let [front, back] = sides.copied().unwrap_or([NONE; 2]);
-            let behind = || self.leaves_back(light, &rays[i]);
-            flights[i].medium = if front != back && behind() { back } else { front };
-        }
-    }
-
-    /// Whether a ray leaves the back of the surface that a light is.
-    fn leaves_back(&self, light: u32, ray: &Ray) -> bool {
-        let primitive = self.lights.primitive(&self.geometry, light);
-        if primitive == NONE {
-            return false;
-        }
-        // Any point of a triangle will do, and of a sphere the one where the ray starts.
-        let at = [0.0, 1.0 / 3.0, 1.0 / 3.0];
-        let origin = Vec3::<f32>::splat(ray.origin);
-        let point = (self.geometry).surface_point(
-            &[primitive],
-            origin,
-            Vec3::zero(),
-            at,
-            self.border_wanted(),
-        );
-        Vec3::<f32>::splat(ray.direction).dot(point.ng) <= 0.0
-    }
-
     /// Places and geometric normals.
     fn border_wanted(&self) -> Wanted {
         Wanted {
@@ -398,93 +273,10 @@ impl World<'_> {
             ..Wanted::default()
         }
     }
-
-    /// Parts the subpaths of `list` into those that have hit surfaces and those in media.
-    pub(super) fn part(&self, hits: &[Hit], list: &[u32], [surfaces, media]: &mut [List; 2]) {
-        surfaces.reserve(list.len());
-        media.reserve(list.len());
-        surfaces.clear();
-        media.clear();
-        for &path in list {
-            let is_in = hits[path as usize].primitive == IN_MEDIUM;
-            surfaces.push_if(path, !is_in);
-            media.push_if(path, is_in);
-        }
-    }
-
-    /// The subpaths of `list` have been scattered in media: makes these places their endpoints.
-    pub(super) fn arrive_in_media<L: Lanes>(
-        &self,
-        rays: &Rays,
-        list: &[u32],
-        flights: &[Flight],
-        endpoints: &mut Endpoints,
-    ) {
-        for chunk in list.chunks(L::N) {
-            let ray = RayLanes::<L>::load(&rays.ray, chunk);
-            let t = HitLanes::<L>::load(&rays.hit, chunk).t;
-            let flight = FlightLanes::<L>::load(flights, chunk);
-            let distant = flight.distant.gt(L::zero());
-            let distance2 = L::select(distant, L::one(), t * t);
-            let partial = super::mis::Partial {
-                d_vcm: flight.d_vcm,
-                d_vc: flight.d_vc,
-            }
-            .arrive(distance2, L::one());
-            let first = self.first_phase;
-            let none = L::Uint::splat(NONE);
-            EndpointPlaceLanes {
-                p: ray.direction.mul_add(t, ray.origin),
-                error: L::zero(),
-                wo: -ray.direction,
-                d_vcm: partial.d_vcm,
-            }
-            .store(&mut endpoints.place, chunk);
-            EndpointFrameLanes {
-                ng: Vec3::zero(),
-                params: flight.medium.add(L::Uint::splat(first)),
-                ns: Vec3::zero(),
-                d_vc: partial.d_vc,
-            }
-            .store(&mut endpoints.frame, chunk);
-            EndpointEnergyLanes {
-                beta: flight.beta,
-                primitive: none,
-                tangent: Vec3::zero(),
-                light: none,
-            }
-            .store(&mut endpoints.energy, chunk);
-            for &path in chunk {
-                endpoints.kind[path as usize] = Kind::HenyeyGreenstein;
-            }
-        }
-    }
-
-    /// Notes which media are on both sides of the endpoints of `list`, on surfaces or not.
-    pub(super) fn surround(
-        &self,
-        hits: &[Hit],
-        flights: &[Flight],
-        list: &[u32],
-        endpoints: &mut Endpoints,
-    ) {
-        for &path in list {
-            let i = path as usize;
-            let primitive = hits[i].primitive;
-            let boundary = match primitive {
-                IN_MEDIUM => NONE,
-                _ => self.geometry.shape_of(primitive).0.boundary,
-            };
-            endpoints.media[i] = match boundary {
-                NONE => [flights[i].medium; 2],
-                _ => self.media.media.boundaries[boundary as usize],
-            };
-        }
-    }
 }
 
 /// Of each material, whether surfaces of it are mere borders.
-pub(super) fn borders(scene: &Scene) -> Vec<bool> {
+pub(in crate::transport) fn borders(scene: &Scene) -> Vec<bool> {
     let materials = scene.materials.iter();
     materials
         .map(|m| m.kind == MaterialKind::Interface)
@@ -492,36 +284,15 @@ pub(super) fn borders(scene: &Scene) -> Vec<bool> {
 }
 
 /// Whether there are such surfaces between two media.
-pub(super) fn has_borders(scene: &Scene) -> bool {
+pub(in crate::transport) fn has_borders(scene: &Scene) -> bool {
     scene.shapes.iter().any(|s| {
         let material = scene.materials.get(s.material as usize);
         s.boundary != NONE && material.is_some_and(|m| m.kind == MaterialKind::Interface)
     })
 }
 
-fn piece(ray: &Ray, end: f32) -> Piece {
-    Piece {
-        origin: ray.origin,
-        direction: ray.direction,
-        range: [0.0, end],
-    }
-}
-
 /// How far along a ray a point is, in units of its direction's length.
 fn along(ray: &Ray, p: [f32; 3]) -> f32 {
     let [p, o, d] = [p, ray.origin, ray.direction].map(Vec3::<f32>::splat);
     (p - o).dot(d) / d.length2()
-}
-
-impl Endpoints {
-    /// The media that rays from the endpoints of `list` start in; `along` are the cosines between
-    /// them and the geometric normals.
-    #[inline(always)]
-    pub(super) fn media_towards<L: Lanes>(&self, list: &[u32], along: L) -> L::Uint {
-        let last = list.len() - 1;
-        L::Uint::from_fn(|i| {
-            let sides = self.media[list[i.min(last)] as usize];
-            sides[usize::from(along.lane(i) <= 0.0)]
-        })
-    }
 }
