@@ -145,7 +145,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             light: NONE,
             first: 0,
             alpha: NONE,
-        boundary: NONE,
+            boundary: NONE,
         }],
         alphas: vec![],
         media: Default::default(),

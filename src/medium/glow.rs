@@ -1,8 +1,8 @@
 //! Light that media emit along a ray.
 
-use super::passed::exp;
+use super::passed::{Passed, depths, exp};
 use super::span::Span;
-use super::{Passed, Piece, Travel, depths, through};
+use super::travel::{Piece, Travel, through};
 use crate::scene::{Emission, Medium, Rgb};
 
 /// Abscissae and weights of Gauss and Legendre on `[0, 1]`.
@@ -68,12 +68,7 @@ pub(super) fn add(
 
 /// The integral of what is emitted times what passes, from 0 to `end`, where the optical depths are
 /// `depths`. Exact where nothing is emitted; elsewhere to some digits.
-fn integrate(
-    end: f32,
-    depths: Rgb,
-    straight: bool,
-    at: impl Fn(f32) -> (Passed, Rgb),
-) -> Rgb {
+fn integrate(end: f32, depths: Rgb, straight: bool, at: impl Fn(f32) -> (Passed, Rgb)) -> Rgb {
     let deepest = depths[0].max(depths[1]).max(depths[2]);
     let parts = deepest.ceil().clamp(1.0, MOST_PARTS);
     let width = end / parts;

@@ -1,7 +1,7 @@
 //! Pieces of rays through grids: cell after cell, in each of which what is interpolated is a cubic
 //! polynomial along the ray, whose integral is exact.
 
-use super::Piece;
+use super::travel::Piece;
 use crate::scene::Grid;
 
 /// What a ray meets in one cell.
@@ -44,8 +44,14 @@ impl Cell {
         let v101 = at(1, 0, 1);
         let v011 = at(0, 1, 1);
         let v111 = at(1, 1, 1);
-        if (v000 == 0.0) & (v100 == 0.0) & (v010 == 0.0) & (v110 == 0.0)
-            & (v001 == 0.0) & (v101 == 0.0) & (v011 == 0.0) & (v111 == 0.0)
+        if (v000 == 0.0)
+            & (v100 == 0.0)
+            & (v010 == 0.0)
+            & (v110 == 0.0)
+            & (v001 == 0.0)
+            & (v101 == 0.0)
+            & (v011 == 0.0)
+            & (v111 == 0.0)
         {
             return [0.0; 4];
         }

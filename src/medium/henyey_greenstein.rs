@@ -27,16 +27,11 @@ pub fn sample<L: Lanes>(g: L, wo: Vec3<L>, u: [L; 2]) -> (Vec3<L>, L) {
     let below = g.mul_add(x, one);
     let half = L::splat(0.5);
     let (x2, g2) = (x * x, g * g);
-    let above = x
-        + half * g * (x2 + L::splat(3.0))
-        + g2 * x
-        + half * g * g2 * (x2 - one);
+    let above = x + half * g * (x2 + L::splat(3.0)) + g2 * x + half * g * g2 * (x2 - one);
     let cos = (-above / (below * below)).max(-one).min(one);
     let sin = ((one - cos) * (one + cos)).max(L::zero()).sqrt();
     let (s, c) = math::sin_cos_turns(u[1]);
     let frame = Frame::new(wo);
-    let wi = frame
-        .to_world(Vec3::new(sin * c, sin * s, cos))
-        .normalize();
+    let wi = frame.to_world(Vec3::new(sin * c, sin * s, cos)).normalize();
     (wi, value(g, wo, wi))
 }

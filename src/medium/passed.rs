@@ -1,8 +1,10 @@
 //! What a ray has passed so far: optical depths, and what follows from them.
 
-use super::OPAQUE;
 use crate::scene::Rgb;
 use crate::simd::math;
+
+/// Optical depths beyond this let nothing pass.
+pub(super) const OPAQUE: f32 = 1e30;
 
 /// Optical depths that a ray has passed since it left its last vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -132,4 +134,16 @@ pub fn ln_1m(u: f32) -> f32 {
     } else {
         math::ln(rest) * (u / lost)
     }
+}
+
+/// Optical depths of a length.
+pub(super) fn depths(extinction: Rgb, length: f32) -> Rgb {
+    // Of a vacuum 0, also if the length is infinite.
+    extinction.map(|e| {
+        if e > 0.0 {
+            (e * length).min(OPAQUE)
+        } else {
+            0.0
+        }
+    })
 }

@@ -1,8 +1,7 @@
 //! A piece of a ray in one cell of a grid: optical depths along it, and their inverse.
 
-use super::OPAQUE;
 use super::grid::{Cell, Cubic, integral, value};
-use super::passed::Passed;
+use super::passed::{OPAQUE, Passed};
 use crate::scene::{Density, Medium, Rgb};
 
 /// How dense a medium is along a ray in one cell.

@@ -2,6 +2,7 @@
 
 use super::passed::ln_1m;
 use super::*;
+use crate::scene::{Density, Emission, Media, Medium, Rgb};
 
 fn media(extinction: Rgb, scattering: Rgb) -> Media {
     Media {
@@ -39,7 +40,7 @@ fn a_slab_scatters_and_passes_what_it_should() {
     ] {
         let scattering = extinction.map(|e| 0.5 * e);
         let media = media(extinction, scattering);
-        let table = MediumTable::new(&media, None);
+        let table = MediumTable::of(&media, None);
         let n = 40_000;
         let (mut events, mut through) = ([0.0f64; 3], [0.0f64; 3]);
         let mut last = 0.0;
@@ -63,9 +64,15 @@ fn a_slab_scatters_and_passes_what_it_should() {
             let t = (-f64::from(extinction[c])).exp();
             // The midpoint rule errs by a sample at the border between the two.
             let bound = |v: f64| 1e-3 * v + 3.0 * 3.0 / f64::from(n);
-            assert!((through[c] - t).abs() < bound(t), "{extinction:?} {through:?}");
+            assert!(
+                (through[c] - t).abs() < bound(t),
+                "{extinction:?} {through:?}"
+            );
             let s = 0.5 * (1.0 - t);
-            assert!((events[c] - s).abs() < bound(s), "{extinction:?} {events:?}");
+            assert!(
+                (events[c] - s).abs() < bound(s),
+                "{extinction:?} {events:?}"
+            );
         }
     }
 }
@@ -73,7 +80,7 @@ fn a_slab_scatters_and_passes_what_it_should() {
 #[test]
 fn what_only_absorbs_is_passed() {
     let media = media([1.0, 2.0, 0.0], [0.0; 3]);
-    let table = MediumTable::new(&media, None);
+    let table = MediumTable::of(&media, None);
     let mut travel = Travel::new(-1e-3, false);
     assert!(table.scatter(0, &piece(0.5), &mut travel).is_none());
     let through = travel.through();
@@ -85,7 +92,7 @@ fn what_only_absorbs_is_passed() {
 #[test]
 fn media_end_at_their_ball() {
     let media = media([1.0; 3], [1.0; 3]);
-    let table = MediumTable::new(&media, Some(2.0));
+    let table = MediumTable::of(&media, Some(2.0));
     let mut passed = Passed::default();
     table.pass(0, &piece(f32::INFINITY), &mut passed);
     assert!((f64::from(passed.transmittance()[0]) - (-2f64).exp()).abs() < 1e-6);
@@ -121,11 +128,7 @@ fn the_phase_function_integrates_to_one_with_its_mean_cosine() {
             let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
             let g = f64::from(g);
             let (s, c) = ((1.0 - z * z).sqrt(), z);
-            let wi = Vec3::<f32>::new(
-                (0.8 * s + 0.6 * c) as f32,
-                0.0,
-                (0.8 * c - 0.6 * s) as f32,
-            );
+            let wi = Vec3::<f32>::new((0.8 * s + 0.6 * c) as f32, 0.0, (0.8 * c - 0.6 * s) as f32);
             let p = f64::from(henyey_greenstein::value(g as f32, wo, wi));
             total += p * 4.0 * std::f64::consts::PI / f64::from(n);
         }

@@ -135,8 +135,7 @@ impl Layout {
         let connection_choice = camera_bounce + plan.per_bounce;
         let connection = connection_choice + plan.light_choice();
         let camera_component = connection + 2;
-        let stride =
-            camera_component + plan.components() + plan.distances() - camera_bounce;
+        let stride = camera_component + plan.components() + plan.distances() - camera_bounce;
         next.take(max_depth as usize * stride);
         Self {
             camera_bounce,

@@ -117,9 +117,8 @@ impl Grid {
     /// The interpolated value of a channel at a point of internal space.
     pub fn at(&self, p: [f32; 3], channel: usize) -> f32 {
         let m = &self.to_grid;
-        let p = [0, 1, 2].map(|k| {
-            m[k][0].mul_add(p[0], m[k][1].mul_add(p[1], m[k][2] * p[2])) + m[k][3]
-        });
+        let p = [0, 1, 2]
+            .map(|k| m[k][0].mul_add(p[0], m[k][1].mul_add(p[1], m[k][2] * p[2])) + m[k][3]);
         let inside = |k: usize| p[k] >= -0.5 && p[k] <= self.size[k] as f32 - 0.5;
         if !(inside(0) && inside(1) && inside(2)) {
             return 0.0;

@@ -68,7 +68,7 @@ impl World<'_> {
                 part: None,
                 dispersion: self.plan.dispersion.then_some(&paths.dispersion),
                 kept: None,
-            late: self.plan.media,
+                late: self.plan.media,
             },
             clock: &mut paths.clock,
         };

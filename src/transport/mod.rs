@@ -30,6 +30,7 @@ mod connect;
 mod dispersion;
 mod endpoints;
 pub mod evaluate;
+mod flying;
 mod kept;
 mod list;
 mod media;
@@ -61,6 +62,7 @@ use crate::light::LightTable;
 use crate::medium::MediumTable;
 use crate::plan::{Effect, Effects, Forced, Plan};
 use crate::scene::{Scene, Sides};
+use crate::simd::Row;
 use crate::surface::{AlphaMasks, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
@@ -85,10 +87,6 @@ pub struct World<'a> {
     pub wavelengths: Option<Wavelengths>,
     /// What fills the space between surfaces.
     pub media: MediumTable<'a>,
-    /// Of each material, whether surfaces of it are mere borders between media.
-    borders: Vec<bool>,
-    /// There are such surfaces.
-    has_borders: bool,
     /// Some medium emits light.
     emits: bool,
     /// Parameter row of the first medium's phase function.
@@ -121,8 +119,8 @@ impl<'a> World<'a> {
         let mut materials = MaterialTable::new(scene);
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
-        let ball = media::ball(scene, geometry.radius);
-        if let Some(radius) = ball {
+        let media = MediumTable::new(scene, geometry.radius);
+        if let Some(radius) = media.ball() {
             lights.cover(radius);
         }
         let mut effects = Effects::of(scene, &materials, &lights);
@@ -137,14 +135,13 @@ impl<'a> World<'a> {
             lights.try_every_kind();
         }
         let first_phase = materials.rows.len() as u32;
-        materials.rows.extend(media::rows(scene));
+        let row = |g: f32| Row([g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        materials.rows.extend(media.cosines().map(row));
         let wanted = effects.wanted();
         let plan = Plan::new(effects, max_depth);
         Self {
             wavelengths: plan.dispersion.then(Wavelengths::new),
-            media: MediumTable::new(&scene.media, ball),
-            borders: media::borders(scene),
-            has_borders: media::has_borders(scene),
+            media,
             emits: scene.media.emits(),
             first_phase,
             plan,

@@ -10,8 +10,8 @@ use crate::transport::World;
 use crate::transport::alpha_mask::Through;
 use crate::transport::clock::Clock;
 use crate::transport::dispersion::Dispersion;
+use crate::transport::flying::Flying;
 use crate::transport::list::List;
-use crate::transport::media::Flying;
 use crate::transport::records::*;
 use crate::transport::sort::Sorter;
 use crate::transport::wavelength::Wavelength;
@@ -268,7 +268,9 @@ impl Paths {
                 parted: _,
             } = &mut self.subpaths;
             flight.resize(n, Flight::default());
-            endpoints.iter_mut().for_each(|side| side.resize(n, self.media));
+            endpoints
+                .iter_mut()
+                .for_each(|side| side.resize(n, self.media));
             parameters.resize(n);
             let Connections {
                 link,

@@ -117,8 +117,12 @@ fn slabs_let_pass_what_they_should() {
     };
     let (a, b) = ([0.1, 0.0, 0.5], [0.2, 0.7, 3.0]);
     for (thick, scale) in [(1.0, 1.0), (1e-3, 1.0), (1.0, 1e-4)] {
-        let text = head(4, 4, 0, "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"")
-            + &homogeneous("one", a.map(|v| v * scale), b.map(|v| v * scale), 0.0)
+        let text = head(
+            4,
+            4,
+            0,
+            "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"",
+        ) + &homogeneous("one", a.map(|v| v * scale), b.map(|v| v * scale), 0.0)
             + &homogeneous("two", b, [0.0; 3], 0.0)
             + &slab("one", 0.0, thick)
             + &slab("two", 1.5, 1.75)
@@ -218,4 +222,201 @@ fn lanes_change_nothing() {
         };
         assert_eq!(of(Width::One), of(Width::Eight), "{kind:?}");
     }
+}
+
+/// Values of a small grid, none of them like another.
+const DENSITY: [f64; 24] = [
+    0.3, 1.2, 0.0, 0.7, 2.0, 0.1, 0.9, 0.4, 1.1, 0.0, 0.0, 1.6, 0.2, 0.8, 1.9, 0.5, 0.6, 1.3, 0.0,
+    1.0, 0.35, 0.15, 1.7, 0.45,
+];
+
+fn grid_values() -> String {
+    DENSITY.map(|v| v.to_string()).join(" ")
+}
+
+/// The density of that grid at a point of the unit cube, as pbrt interpolates it.
+fn density(p: [f64; 3]) -> f64 {
+    let size = [2i64, 3, 4];
+    let q = [0, 1, 2].map(|k| p[k] * size[k] as f64 - 0.5);
+    let mut sum = 0.0;
+    for corner in 0..8 {
+        let mut weight = 1.0;
+        let mut at = [0i64; 3];
+        for k in 0..3 {
+            let bit = (corner >> k & 1) as f64;
+            let low = q[k].floor();
+            let part = q[k] - low;
+            weight *= if bit == 1.0 { part } else { 1.0 - part };
+            at[k] = low as i64 + bit as i64;
+        }
+        if (0..3).all(|k| at[k] >= 0 && at[k] < size[k]) {
+            sum += weight * DENSITY[((at[2] * 3 + at[1]) * 2 + at[0]) as usize];
+        }
+    }
+    sum
+}
+
+/// A box of interface around the unit cube, `size` wide, the camera looking along z.
+fn before_grid(depth: u32, medium: &str) -> String {
+    head(
+        4,
+        4,
+        depth,
+        "Scale -1 1 1\nLookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"",
+    ) + "Translate -1 -1 0 Scale 2 2 2\n"
+        + medium
+        + "AttributeBegin\nMaterial \"\"\nMediumInterface \"smoke\" \"\"\nTranslate .5 .5 .5\n\
+           Shape \"sphere\" \"float radius\" [2]\nAttributeEnd\n\
+           AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nMaterial \"matte\"\n\
+           Translate 0 0 3\nReverseOrientation\nShape \"disk\" \"float radius\" [20]\n\
+           AttributeEnd\n"
+}
+
+/// Rays through a grid lose what the integral of its density says.
+#[test]
+fn grids_let_pass_what_their_integral_says() {
+    let medium = format!(
+        "MakeNamedMedium \"smoke\" \"string type\" \"heterogeneous\" \"integer nx\" [2] \
+         \"integer ny\" [3] \"integer nz\" [4] \"float density\" [{}] \
+         \"rgb sigma_a\" [.2 .2 .2] \"rgb sigma_s\" [.5 .5 .5]\n",
+        grid_values()
+    );
+    let scene = scene(&before_grid(0, &medium));
+    for (kind, _) in ALL {
+        // Where a sample falls within its pixel is chance: pixels are compared with their means.
+        let runs = Runs::new(&scene, &settings(&scene, kind, 64), SEEDS);
+        let (n, steps) = (24, 256);
+        let mut truth = 0.0;
+        for i in 0..n * n {
+            let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
+            let (x, y) = (at(i % n), at(i / n));
+            let depth: f64 = (0..steps)
+                .map(|k| density([x, y, (f64::from(k) + 0.5) / f64::from(steps)]))
+                .sum::<f64>()
+                * 2.0
+                / f64::from(steps);
+            truth += (-0.7 * depth).exp() / f64::from(n * n);
+        }
+        for c in 0..3 {
+            runs.whole(c)
+                .expect(truth, &format!("grid {kind:?} channel {c}"));
+        }
+    }
+}
+
+#[test]
+fn integrators_agree_about_smoke() {
+    let v3 = format!(
+        "MakeNamedMedium \"smoke\" \"string type\" \"heterogeneous\" \"integer nx\" [2] \
+         \"integer ny\" [3] \"integer nz\" [4] \"float density\" [{}] \"float g\" [.4] \
+         \"rgb sigma_a\" [.4 .2 .0] \"rgb sigma_s\" [1 1.2 1.4]\n",
+        grid_values()
+    );
+    expect_agreement(&before_grid(4, &v3), 1, "media-smoke");
+}
+
+/// What a medium emits and does not scatter, in closed form.
+#[test]
+fn media_emit_what_they_should() {
+    let camera = "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"\n\
+                  Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
+                  PixelFilter \"box\"\nIntegrator \"volpath\" \"integer maxdepth\" 3\nWorldBegin\n";
+    let text = camera.to_owned()
+        + "MakeNamedMedium \"fire\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [.5 1 0] \
+           \"rgb sigma_s\" [0 0 0] \"rgb Le\" [2 3 4] \"float Lescale\" .5\n\
+           Material \"interface\" MediumInterface \"fire\" \"\"\n\
+           Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 3 2] \
+           \"point3 P\" [-9 -9 0 9 -9 0 9 9 0 -9 9 0]\n\
+           Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+           \"point3 P\" [-9 -9 2 9 -9 2 9 9 2 -9 9 2]\n";
+    let scene = scene(&text);
+    for (kind, _) in ALL {
+        let render = run(&scene, &settings(&scene, kind, 4));
+        for pixel in &render.pixels {
+            for (c, (a, l)) in [(0.5f64, 1.0), (1.0, 1.5), (0.0, 2.0)]
+                .into_iter()
+                .enumerate()
+            {
+                let truth = l * (1.0 - (-2.0 * a).exp());
+                let off = (f64::from(pixel[c]) - truth).abs();
+                assert!(off < 1e-4, "{kind:?}: {pixel:?} channel {c} {truth}");
+            }
+        }
+    }
+}
+
+/// A medium that scatters what it emits; light tracing does not follow that.
+#[test]
+fn integrators_agree_about_fire() {
+    let camera = "LookAt 0 .5 -4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 40\n\
+                  Film \"rgb\" \"integer xresolution\" 10 \"integer yresolution\" 10\n\
+                  PixelFilter \"box\"\nIntegrator \"volpath\" \"integer maxdepth\" 3\nWorldBegin\n";
+    let text = format!(
+        "{camera}MakeNamedMedium \"even\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [.5 1 .1] \
+         \"rgb sigma_s\" [1 .5 2] \"rgb Le\" [2 3 4]\n\
+         AttributeBegin Translate -1.6 -.8 -.8 Scale 1.6 1.6 1.6\n\
+         MakeNamedMedium \"hot\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer ny\" 3 \
+         \"integer nz\" 4 \"float density\" [{0}] \"float temperature\" [{0}] \
+         \"float temperaturescale\" 1500 \"rgb sigma_a\" [.5 1 1] \"rgb sigma_s\" [2 2 1]\n\
+         AttributeEnd\n\
+         Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5]\n\
+         Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+         \"point3 P\" [-5 -1 -5 -5 -1 5 5 -1 5 5 -1 -5]\n\
+         Material \"interface\"\n\
+         AttributeBegin MediumInterface \"hot\" \"\" Translate -.8 0 0 Shape \"sphere\" \
+         \"float radius\" .79 AttributeEnd\n\
+         AttributeBegin MediumInterface \"even\" \"\" Translate .8 0 0 Shape \"sphere\" \
+         \"float radius\" .7 AttributeEnd\n",
+        grid_values()
+    );
+    let scene = scene(&text);
+    let comparisons = 4 * 3 * 5;
+    let pt = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS);
+    pt.show("media-fire");
+    for (kind, work) in ALL
+        .into_iter()
+        .filter(|(kind, _)| !matches!(kind, IntegratorKind::Pt | IntegratorKind::Lt))
+    {
+        let other = Runs::new(&scene, &settings(&scene, kind, work), SEEDS);
+        for (i, (a, b)) in other.grid(2, 2).iter().zip(pt.grid(2, 2)).enumerate() {
+            let what = format!("fire {kind:?} region {} channel {}", i / 3, i % 3);
+            a.expect_same_among(comparisons, &b, &what);
+        }
+    }
+}
+
+/// What files say of media, in numbers: presets, scales, sides.
+#[test]
+fn files_are_read_as_pbrt_reads_them() {
+    let v3 = head(4, 4, 1, "Camera \"perspective\"")
+        + "MakeNamedMedium \"milk\" \"string type\" \"homogeneous\" \"string preset\" \"Wholemilk\" \
+           \"float scale\" [10]\n\
+           MakeNamedMedium \"same\" \"string type\" \"homogeneous\" \"float scale\" [10]\n\
+           MakeNamedMedium \"unused\" \"string type\" \"heterogeneous\"\n\
+           MediumInterface \"milk\" \"same\"\nMaterial \"\"\nShape \"sphere\"\n\
+           AttributeBegin\nMediumInterface \"milk\"\nShape \"sphere\" \"float radius\" [.5]\n\
+           AttributeEnd\n";
+    let scene = scene(&v3);
+    let media = &scene.media;
+    assert_eq!(media.list.len(), 2, "{:?}", media.list);
+    let per_length = |v: f64| (v * 10.0 / scene.space.scale) as f32;
+    for medium in &media.list {
+        for (c, (a, s)) in [(0.0011, 2.55), (0.0024, 3.21), (0.014, 3.77)]
+            .iter()
+            .enumerate()
+        {
+            assert!((medium.scattering[c] / per_length(*s) - 1.0).abs() < 1e-6);
+            assert!((medium.extinction[c] / per_length(a + s) - 1.0).abs() < 1e-6);
+        }
+    }
+    let named = |i: u32| media.list[i as usize].name.as_str();
+    assert_eq!(media.boundaries.len(), 1);
+    assert_eq!(media.boundaries[0].map(named), ["same", "milk"]);
+    // The camera of v3 is in the medium that is outside at the end.
+    assert_eq!(named(media.camera), "same");
+    assert!(
+        scene.warnings.iter().any(|w| w.contains("\"density\"")),
+        "{:?}",
+        scene.warnings
+    );
 }

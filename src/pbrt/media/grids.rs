@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::{WorldDensity, WorldEmission, WorldMedium, asymmetry, cloud, coefficients};
+use super::cloud;
+use super::coefficients::{asymmetry, coefficients};
+use super::world::{WorldDensity, WorldEmission, WorldGrid, WorldMedium};
 use crate::pbrt::color::Use;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::params::{ParamSet, Type};
@@ -12,16 +14,6 @@ use crate::pbrt::spectrum;
 use crate::pbrt::textures::Deferred;
 use crate::pbrt::transform::inverse;
 use crate::scene::{Emission, Rgb};
-
-/// Numbers at the points of a lattice, in world space.
-#[derive(Clone, Debug)]
-pub(in crate::pbrt) struct WorldGrid {
-    /// World to a space where samples are at integer points.
-    pub to_grid: DAffine3,
-    pub size: [u32; 3],
-    pub channels: u32,
-    pub values: Arc<[f32]>,
-}
 
 /// Samples along each side of a cloud, at most: its density is a function, which is looked up
 /// between them.
@@ -159,7 +151,9 @@ impl WorldMedium {
             let first = absorption[0] + scattering[0];
             let grey = [0, 1, 2].map(|c| absorption[c] + scattering[c]) == [first; 3];
             if !grey {
-                set.note("its extinction is taken to be that of red in all channels, as in pbrt-v3");
+                set.note(
+                    "its extinction is taken to be that of red in all channels, as in pbrt-v3",
+                );
             }
             medium.extinction = [first; 3];
             return Ok(medium);
@@ -182,7 +176,9 @@ impl WorldMedium {
         }
         // Where one is missing it is 1 throughout, to the very sides.
         if absorption.is_none() || scattering.is_none() {
-            return Err(set.error("grids of \"sigma_a\" or \"sigma_s\" alone are not supported; give both"));
+            return Err(
+                set.error("grids of \"sigma_a\" or \"sigma_s\" alone are not supported; give both")
+            );
         }
         let (Some(absorption), Some(scattering)) = (absorption, scattering) else {
             return Err(set.error("has neither \"sigma_a\" nor \"sigma_s\""));
@@ -249,9 +245,8 @@ impl WorldMedium {
 }
 
 fn coefficients_without_scale(set: &ParamSet) -> Deferred<[Rgb; 2]> {
-    let read = |name: &str| -> Deferred<Rgb> {
-        Ok(set.color(name, Use::Index)?.unwrap_or([1.0; 3]))
-    };
+    let read =
+        |name: &str| -> Deferred<Rgb> { Ok(set.color(name, Use::Index)?.unwrap_or([1.0; 3])) };
     Ok([read("sigma_a")?, read("sigma_s")?])
 }
 

@@ -2,9 +2,9 @@
 
 use super::super::World;
 use super::super::clock::{Clock, Stage};
+use super::super::flying::Flying;
 use super::super::paths::{Endpoints, Rays};
 use super::super::records::*;
-use super::Flying;
 use crate::medium::{Piece, Travel};
 use crate::simd::Lanes;
 
@@ -27,7 +27,7 @@ impl World<'_> {
             flying.beyond[i] = rays.ray[i];
             flying.left.push(path);
         }
-        if self.has_borders {
+        if self.media.has_borders {
             self.look_across::<L>(rays, &mut flying);
         } else {
             self.trace_visibility::<L>(rays, list, clock);
@@ -96,7 +96,12 @@ impl World<'_> {
     }
 
     /// Notes which media the visibility rays of `list` start in: they leave these endpoints.
-    pub(in crate::transport) fn note_media(&self, rays: &mut Rays, endpoints: &Endpoints, list: &[u32]) {
+    pub(in crate::transport) fn note_media(
+        &self,
+        rays: &mut Rays,
+        endpoints: &Endpoints,
+        list: &[u32],
+    ) {
         rays.flying.start(rays.ray.len());
         for &path in list {
             let i = path as usize;

@@ -20,54 +20,23 @@
 
 mod look;
 mod vertices;
+mod waves;
 
 use super::World;
 use super::clock::{Clock, Stage};
-use super::list::List;
+use super::flying::Flying;
 use super::paths::Rays;
 use super::records::*;
 use super::samples::{Bounce, Samples};
 use super::weigh::Sink;
 use crate::geometry::Wanted;
 use crate::medium::{Piece, Travel, ln_1m};
-use crate::scene::{MaterialKind, NONE, Scene};
-use crate::simd::{Lanes, Row, Vec3};
+use crate::scene::NONE;
+use crate::simd::{Lanes, Vec3};
 use crate::trace::offset;
 
 /// In place of a primitive: the ray was scattered in a medium.
 pub const IN_MEDIUM: u32 = NONE - 1;
-
-/// Workspace of rays on their way through media; empty in scenes without.
-#[derive(Default)]
-pub struct Flying {
-    /// What is left of each ray beyond the border it has crossed.
-    beyond: Vec<Ray>,
-    /// Where that starts, in units of the length of the ray's direction.
-    start: Vec<f32>,
-    /// Where the ray's latest piece starts.
-    from: Vec<f32>,
-    /// Medium of each.
-    medium: Vec<u32>,
-    travel: Vec<Travel>,
-    left: List,
-    next: List,
-}
-
-impl Flying {
-    fn start(&mut self, n: usize) {
-        if self.beyond.len() < n {
-            self.beyond.resize(n, Ray::default());
-            self.start.resize(n, 0.0);
-            self.from.resize(n, 0.0);
-            self.medium.resize(n, NONE);
-            self.travel.resize(n, Travel::new(0.0, false));
-        }
-        self.left.reserve(n);
-        self.next.reserve(n);
-        self.left.clear();
-        self.next.clear();
-    }
-}
 
 /// Where rays find out how far they go.
 #[derive(Clone, Copy)]
@@ -91,37 +60,6 @@ impl Distances<'_> {
     fn sample(&self, path: u32) -> f32 {
         self.samples.row(self.at.dimension(self.t, path))[path as usize]
     }
-}
-
-/// Where media without borders end, if there are lights at infinity: at a ball around the origin
-/// that is twice as large as the scene, and that holds the camera. In pbrt light from infinity has
-/// come twice the radius of the scene through them.
-pub(in crate::transport) fn ball(scene: &Scene, radius: f32) -> Option<f32> {
-    use crate::scene::LightKind;
-    let media = &scene.media;
-    let at_infinity = scene.lights.iter().any(|light| {
-        matches!(
-            light.kind,
-            LightKind::Distant { .. }
-                | LightKind::InfiniteConstant { .. }
-                | LightKind::InfiniteImage { .. }
-        )
-    });
-    let around = media.camera != NONE
-        || media.lights.iter().flatten().any(|medium| *medium != NONE)
-        || media.boundaries.iter().any(|[outside, _]| *outside != NONE);
-    if !at_infinity || !around {
-        return None;
-    }
-    let eye = scene.camera.to_world.map(|row| row[3]);
-    let distance = (eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]).sqrt();
-    Some((2.0 * radius).max(1.25 * distance))
-}
-
-/// Parameter rows of the phase functions, by medium.
-pub(in crate::transport) fn rows(scene: &Scene) -> impl Iterator<Item = Row> {
-    let row = |g: f32| Row([g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    scene.media.list.iter().map(move |medium| row(medium.g))
 }
 
 impl World<'_> {
@@ -224,7 +162,7 @@ impl World<'_> {
             return None;
         }
         let shape = self.geometry.shape_of(hit.primitive).0;
-        if shape.boundary == NONE || !self.is_border(shape.material) {
+        if shape.boundary == NONE || !self.media.is_border(shape.material) {
             return None;
         }
         let wanted = self.border_wanted();
@@ -232,14 +170,13 @@ impl World<'_> {
         let at = [hit.t, hit.b[0], hit.b[1]];
         let point = (self.geometry).surface_point(&[hit.primitive], o, d, at, wanted);
         let [outside, inside] = self.media.media.boundaries[shape.boundary as usize];
-        let medium = if d.dot(point.ng) > 0.0 { outside } else { inside };
+        let medium = if d.dot(point.ng) > 0.0 {
+            outside
+        } else {
+            inside
+        };
         let origin = offset::leave(point.p, point.error, point.ng, d);
         Some((origin.lane(0), medium))
-    }
-
-    /// Nothing is scattered at surfaces of this material.
-    fn is_border(&self, material: u32) -> bool {
-        material != NONE && self.borders[material as usize]
     }
 
     /// Adds what media have emitted along the latest rays of camera subpaths, `factor` times (one
@@ -273,22 +210,6 @@ impl World<'_> {
             ..Wanted::default()
         }
     }
-}
-
-/// Of each material, whether surfaces of it are mere borders.
-pub(in crate::transport) fn borders(scene: &Scene) -> Vec<bool> {
-    let materials = scene.materials.iter();
-    materials
-        .map(|m| m.kind == MaterialKind::Interface)
-        .collect()
-}
-
-/// Whether there are such surfaces between two media.
-pub(in crate::transport) fn has_borders(scene: &Scene) -> bool {
-    scene.shapes.iter().any(|s| {
-        let material = scene.materials.get(s.material as usize);
-        s.boundary != NONE && material.is_some_and(|m| m.kind == MaterialKind::Interface)
-    })
 }
 
 /// How far along a ray a point is, in units of its direction's length.

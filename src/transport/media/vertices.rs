@@ -12,13 +12,23 @@ use crate::surface::Kind;
 
 impl World<'_> {
     /// The media that light subpaths start in.
-    pub(in crate::transport) fn start_in_media(&self, lights: &[u32], list: &[u32], flights: &mut [Flight], rays: &[Ray]) {
+    pub(in crate::transport) fn start_in_media(
+        &self,
+        lights: &[u32],
+        list: &[u32],
+        flights: &mut [Flight],
+        rays: &[Ray],
+    ) {
         for (&light, &path) in lights.iter().zip(list) {
             let i = path as usize;
             let sides = self.media.media.lights.get(light as usize);
             let [front, back] = sides.copied().unwrap_or([NONE; 2]);
             let behind = || self.leaves_back(light, &rays[i]);
-            flights[i].medium = if front != back && behind() { back } else { front };
+            flights[i].medium = if front != back && behind() {
+                back
+            } else {
+                front
+            };
         }
     }
 
@@ -42,7 +52,12 @@ impl World<'_> {
     }
 
     /// Parts the subpaths of `list` into those that have hit surfaces and those in media.
-    pub(in crate::transport) fn part(&self, hits: &[Hit], list: &[u32], [surfaces, media]: &mut [List; 2]) {
+    pub(in crate::transport) fn part(
+        &self,
+        hits: &[Hit],
+        list: &[u32],
+        [surfaces, media]: &mut [List; 2],
+    ) {
         surfaces.reserve(list.len());
         media.reserve(list.len());
         surfaces.clear();
