@@ -10,7 +10,7 @@ mod common;
 use common::Chains;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::Kernel;
+use phalanx::chain::mutate::ProposalDistribution;
 use phalanx::film::SplatFilm;
 use phalanx::transport::samples::Samples;
 use phalanx::transport::{Paths, World};
@@ -61,7 +61,7 @@ fn propose(evaluator: Evaluator, c: &mut Criterion, world: &World) {
     let ids: Vec<u32> = (0..CHAINS as u32).collect();
     let current = evaluator.regenerate(plan, 1, &seeds);
     let mut proposed = Samples::new(plan.layout.total, CHAINS);
-    let kernel = Kernel::new(1, 0.3, 0.01);
+    let proposals = ProposalDistribution::new(1, 0.3, 0.01);
     let (mut large, mut decide) = (vec![0.0; CHAINS], vec![0.0; CHAINS]);
     let mut group = c.benchmark_group("propose");
     group.throughput(Throughput::Elements((CHAINS * plan.layout.total) as u64));
@@ -70,7 +70,7 @@ fn propose(evaluator: Evaluator, c: &mut Criterion, world: &World) {
         b.iter(|| {
             iteration += 1;
             evaluator.propose(
-                &kernel,
+                &proposals,
                 &ids,
                 iteration,
                 &current,

@@ -56,8 +56,11 @@
 //! let mut settings = integrate::Settings::of(&scene);
 //! settings.bootstrap = 1000;
 //! settings.mutations_per_pixel = 10;
-//! let picture = integrate::render(&scene, &settings, &integrate::Silent)?;
-//! assert_eq!(picture.pixels.len(), 16 * 16);
+//! let render = integrate::render(&scene, &settings, &integrate::Silent)?;
+//! # let folder = tempfile::tempdir()?;
+//! # std::env::set_current_dir(&folder)?;
+//! render.write("sphere.png")?;
+//! assert_eq!(render.pixels.len(), 16 * 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

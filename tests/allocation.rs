@@ -3,7 +3,7 @@
 
 use phalanx::chain::batch::Workspace;
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::Kernel;
+use phalanx::chain::mutate::ProposalDistribution;
 use phalanx::film::{Destination, FilterTable, Half, SplatFilm, Tiling};
 use phalanx::pbrt::load_str;
 use phalanx::simd::f32x8;
@@ -65,7 +65,7 @@ const ITERATIONS: u32 = 200;
 fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
     let scene = load_str(text, "scene.pbrt", Path::new("")).unwrap();
     let world = World::new(&scene, 6);
-    let kernel = Kernel::new(1, 0.3, 0.01);
+    let proposals = ProposalDistribution::new(1, 0.3, 0.01);
     let filter = FilterTable::new(&scene.film.filter, scene.film.crop);
     let half = Half {
         scale: 1.0,
@@ -99,7 +99,7 @@ fn requests(evaluator: Evaluator, text: &str) -> Vec<(Option<u32>, u64)> {
             evaluator.march(
                 &mut batch,
                 &world,
-                &kernel,
+                &proposals,
                 iterations,
                 &mut workspace,
                 &film,

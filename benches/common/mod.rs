@@ -7,7 +7,7 @@
 use criterion::Criterion;
 use phalanx::chain::batch::{Batch, Workspace};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::Kernel;
+use phalanx::chain::mutate::ProposalDistribution;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::pbrt;
 use phalanx::scene::Scene;
@@ -71,7 +71,7 @@ pub struct Chains {
     evaluator: Evaluator,
     batches: Vec<Batch>,
     next: usize,
-    kernel: Kernel,
+    proposals: ProposalDistribution,
     workspace: Workspace,
 }
 
@@ -102,7 +102,7 @@ impl Chains {
             evaluator,
             batches,
             next: 0,
-            kernel: Kernel::new(1, 0.3, 0.01),
+            proposals: ProposalDistribution::new(1, 0.3, 0.01),
             workspace,
         })
     }
@@ -114,7 +114,7 @@ impl Chains {
         (self.evaluator).march(
             batch,
             world,
-            &self.kernel,
+            &self.proposals,
             iterations,
             workspace,
             film,
@@ -126,7 +126,7 @@ impl Chains {
     pub fn march_by<L: Lanes>(&mut self, world: &World, film: &SplatFilm, iterations: u32) {
         let at = self.turn();
         let (batch, workspace) = (&mut self.batches[at], &mut self.workspace);
-        batch.march::<L>(world, &self.kernel, iterations, workspace, film, WHOLE);
+        batch.march::<L>(world, &self.proposals, iterations, workspace, film, WHOLE);
     }
 
     /// The batch whose turn it is.

@@ -10,7 +10,7 @@ trap 'rm -rf "$folder"' EXIT
 
 # Instructions of the whole program at a number of mutations per pixel of 100 x 100.
 count() { # PROGRAM MUTATIONS
-    valgrind --tool=callgrind --callgrind-out-file="$folder/out" "$1" render "$scene" --threads 1 --resolution 100x100 \
+    valgrind --tool=callgrind --callgrind-out-file="$folder/out" "$1" render "$scene" --integrator mmlt --threads 1 --resolution 100x100 \
         --bootstrap 2000 --mutations "$2" -o "$folder/a.pfm" --quiet 2>"$folder/log"
     sed -n 's/.*Collected : //p' "$folder/log"
 }
@@ -25,7 +25,7 @@ per_mutation() { # PROGRAM
 
 # Mutations per second of a render of about a second.
 speed() { # PROGRAM
-    "$1" render "$scene" --threads 1 --resolution 100x100 --bootstrap 2000 --mutations 400 -o "$folder/a.pfm" --stats "$folder/stats" --quiet 2>"$folder/log"
+    "$1" render "$scene" --integrator mmlt --threads 1 --resolution 100x100 --bootstrap 2000 --mutations 400 -o "$folder/a.pfm" --stats "$folder/stats" --quiet 2>"$folder/log"
     jq .mutations_per_second "$folder/stats"
 }
 median() { sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'; }

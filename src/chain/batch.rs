@@ -260,7 +260,7 @@ impl<T: Target> Batch<T> {
     pub fn march<L: Lanes>(
         &mut self,
         world: &World,
-        kernel: &T::Kernel,
+        proposals: &T::Proposals,
         iterations: u32,
         workspace: &mut Workspace,
         film: &SplatFilm,
@@ -284,7 +284,7 @@ impl<T: Target> Batch<T> {
         }
         paths.clock.skip();
         for _ in 0..iterations {
-            self.step::<L>(world, kernel, paths);
+            self.step::<L>(world, proposals, paths);
             for states in self.left.chunks(n.max(1)) {
                 if log.room() < n {
                     film.add(to, log);
@@ -323,7 +323,7 @@ impl<T: Target> Batch<T> {
     /// One step of all chains. What they leave behind is splatted by [`Self::march`] only;
     /// [`Self::latest`] says what they did.
     #[inline(always)]
-    pub fn step<L: Lanes>(&mut self, world: &World, kernel: &T::Kernel, paths: &mut Paths) {
+    pub fn step<L: Lanes>(&mut self, world: &World, proposals: &T::Proposals, paths: &mut Paths) {
         let n = self.len();
         let steps = Steps {
             ids: &self.ids,
@@ -331,7 +331,7 @@ impl<T: Target> Batch<T> {
             large: &mut self.large,
             decide: &mut self.decide,
         };
-        self.target.propose::<L>(kernel, steps);
+        self.target.propose::<L>(proposals, steps);
         paths.clock.count(Stage::Mutate, n, L::N);
         paths.clock.lap(Stage::Mutate);
         self.target.evaluate::<L>(world, n, paths);

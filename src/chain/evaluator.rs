@@ -6,7 +6,7 @@
 
 use super::batch::{Batch, Workspace};
 use super::bootstrap::Bootstrap;
-use super::mutate::Kernel;
+use super::mutate::ProposalDistribution;
 use super::primary;
 use crate::film::{Destination, SplatFilm};
 use crate::plan::DepthPlan;
@@ -223,8 +223,14 @@ impl Evaluator {
 
     /// [`Batch::step`].
     #[inline(never)]
-    pub fn step(self, batch: &mut Batch, world: &World, kernel: &Kernel, paths: &mut Paths) {
-        at!(self.width, L => batch.step::<L>(world, kernel, paths))
+    pub fn step(
+        self,
+        batch: &mut Batch,
+        world: &World,
+        proposals: &ProposalDistribution,
+        paths: &mut Paths,
+    ) {
+        at!(self.width, L => batch.step::<L>(world, proposals, paths))
     }
 
     /// [`Batch::march`].
@@ -234,21 +240,21 @@ impl Evaluator {
         self,
         batch: &mut Batch,
         world: &World,
-        kernel: &Kernel,
+        proposals: &ProposalDistribution,
         iterations: u32,
         workspace: &mut Workspace,
         film: &SplatFilm,
         to: Destination,
     ) {
-        at!(self.width, L => batch.march::<L>(world, kernel, iterations, workspace, film, to))
+        at!(self.width, L => batch.march::<L>(world, proposals, iterations, workspace, film, to))
     }
 
-    /// [`Kernel::propose`].
+    /// [`ProposalDistribution::propose`].
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "those of the function it calls")]
     pub fn propose(
         self,
-        kernel: &Kernel,
+        proposals: &ProposalDistribution,
         ids: &[u32],
         iteration: u32,
         current: &Samples,
@@ -256,6 +262,8 @@ impl Evaluator {
         large: &mut [f32],
         decide: &mut [f32],
     ) {
-        at!(self.width, L => kernel.propose::<L>(ids, iteration, current, proposed, large, decide))
+        at!(self.width, L => {
+            proposals.propose::<L>(ids, iteration, current, proposed, large, decide)
+        })
     }
 }

@@ -13,7 +13,7 @@ use crate::simd::rng::{Purpose, Stream, unit_float};
 use crate::simd::{Lanes, UintLanes, math};
 use crate::transport::samples::Samples;
 
-/// The proposal of the offsets of small steps. All three scale with `sigma`.
+/// The distribution of the offsets of small steps. All three scale with `sigma`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mutation {
     /// Normal, with standard deviation `sigma` (pbrt-v3, section 16.4.2).
@@ -48,9 +48,9 @@ impl Mutation {
     }
 }
 
-/// Parameters of the mutation kernel.
+/// How chains propose: how often all afresh, and how far small steps go otherwise.
 #[derive(Clone, Copy, Debug)]
-pub struct Kernel {
+pub struct ProposalDistribution {
     /// Probability of a step that draws all primary samples afresh.
     pub large_step_probability: f32,
     /// Scale of a small step, see [`Mutation`].
@@ -69,7 +69,7 @@ pub fn large_step_probability(wanted: f32) -> f64 {
     (f64::from(wanted) * grid).ceil() / grid
 }
 
-impl Kernel {
+impl ProposalDistribution {
     /// With [`Mutation::Gaussian`].
     pub fn new(seed: u64, large_step_probability: f32, sigma: f32) -> Self {
         Self {
@@ -81,8 +81,8 @@ impl Kernel {
         }
     }
 
-    /// The same with another proposal of small steps.
-    pub fn with_proposals(self, proposal: Mutation) -> Self {
+    /// The same with other offsets of small steps.
+    pub fn with_mutation(self, proposal: Mutation) -> Self {
         Self { proposal, ..self }
     }
 

@@ -21,7 +21,7 @@
 //! the bootstrap's estimate nor [`Bootstrap::seeds`](super::bootstrap::Bootstrap::seeds) has to
 //! know of the new choice, and chains start in equilibrium.
 
-use super::mutate::{Kernel, ONE_MINUS_EPSILON};
+use super::mutate::{ONE_MINUS_EPSILON, ProposalDistribution};
 use super::target::{Steps, Target};
 use crate::plan::Choice;
 use crate::simd::Lanes;
@@ -75,7 +75,7 @@ impl PrimarySampleSpace {
 }
 
 impl Target for PrimarySampleSpace {
-    type Kernel = Kernel;
+    type Proposals = ProposalDistribution;
     /// Laid out as the sampler says.
     type State = Vec<f32>;
     // Offsets are as probable as their negatives, and large steps do not look at the current state.
@@ -130,7 +130,7 @@ impl Target for PrimarySampleSpace {
         }
     }
 
-    fn propose<L: Lanes>(&mut self, kernel: &Kernel, steps: Steps) {
+    fn propose<L: Lanes>(&mut self, proposals: &ProposalDistribution, steps: Steps) {
         let Steps {
             ids,
             iteration,
@@ -138,7 +138,7 @@ impl Target for PrimarySampleSpace {
             decide,
         } = steps;
         let (current, proposed) = (&self.current, &mut self.proposed);
-        kernel.propose::<L>(ids, iteration, current, proposed, large, decide);
+        proposals.propose::<L>(ids, iteration, current, proposed, large, decide);
     }
 
     #[inline(always)]

@@ -34,7 +34,7 @@ pub struct Steps<'a> {
 /// Current and proposed states of a batch of chains.
 pub trait Target {
     /// Parameters of proposals.
-    type Kernel;
+    type Proposals;
     /// A state, kept aside.
     type State;
     /// All proposals are as probable as their reversals: [`Self::log_ratio`] is never asked.
@@ -58,7 +58,7 @@ pub trait Target {
     fn draw<L: Lanes>(&mut self, seed: u64, n: usize, index: impl Fn(usize) -> u64);
 
     /// Proposes a state to every chain, and says of what kind.
-    fn propose<L: Lanes>(&mut self, kernel: &Self::Kernel, steps: Steps);
+    fn propose<L: Lanes>(&mut self, proposals: &Self::Proposals, steps: Steps);
 
     /// Evaluates the proposals of the first `n` chains. Their splats are then in
     /// [`Paths::splat_row`], with `n` in each of the first [`Self::splats`] rows: contributions

@@ -20,7 +20,7 @@ struct Ring {
 const CELLS: u32 = 6;
 
 impl Target for Ring {
-    type Kernel = Stream;
+    type Proposals = Stream;
     type State = f32;
     const SYMMETRIC: bool = false;
 
@@ -41,9 +41,9 @@ impl Target for Ring {
             self.proposed[i] = (index(i) % u64::from(CELLS)) as f32;
         }
     }
-    fn propose<L: Lanes>(&mut self, kernel: &Stream, steps: Steps) {
+    fn propose<L: Lanes>(&mut self, proposals: &Stream, steps: Steps) {
         for i in 0..self.chains() {
-            let [step, decide, ..]: [f32; 4] = kernel.uniforms(steps.ids[i], steps.iteration, 0);
+            let [step, decide, ..]: [f32; 4] = proposals.uniforms(steps.ids[i], steps.iteration, 0);
             let right = step < 0.75;
             let by = if right { 1.0 } else { CELLS as f32 - 1.0 };
             self.proposed[i] = (self.current[i] + by) % CELLS as f32;
@@ -102,9 +102,9 @@ fn chains_over_biased_proposals_keep_their_target() {
         .collect();
     let start = &mut workspace.paths;
     let mut batch = Batch::over::<f32>(&world, ring, 0, &seeds, 1, start);
-    let kernel = Stream::new(5, Purpose::Mutation);
+    let proposals = Stream::new(5, Purpose::Mutation);
     for _ in 0..200 {
-        batch.step::<f32>(&world, &kernel, &mut workspace.paths);
+        batch.step::<f32>(&world, &proposals, &mut workspace.paths);
     }
     // Chains are independent: the cells they are in now are a multinomial sample.
     let mut counts = [0.0; CELLS as usize];

@@ -5,7 +5,7 @@
 use super::batch::Batch;
 use super::bootstrap::Bootstrap;
 use super::correlation::{Curve, LargeSteps, coincidence, error, octave};
-use super::mutate::Kernel;
+use super::mutate::ProposalDistribution;
 use super::tune::{STEPS, thin};
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
@@ -30,7 +30,7 @@ pub struct Trial {
     /// The run's seed.
     pub seed: u64,
     /// Of the chains that count.
-    pub kernel: Kernel,
+    pub proposals: ProposalDistribution,
     /// Iterations that they make.
     pub iterations: u32,
     /// Chains on trial.
@@ -50,8 +50,8 @@ impl Trial {
         let mut paths = Paths::new(world);
         let mut batch = Batch::new::<L>(world, sampler, 0, &seeds, self.seed, &mut paths);
         let chance = LargeSteps::new(thin(bootstrap));
-        let mut kernel = self.kernel.piloting(self.seed);
-        kernel.large_step_probability = 0.0;
+        let mut proposals = self.proposals.piloting(self.seed);
+        proposals.large_step_probability = 0.0;
         let mut traces = vec![Trace::default(); batch.len()];
         let mut accepted = vec![0.0; batch.len()];
         let mut pixels: Vec<Vec<u64>> = Vec::new();
@@ -66,7 +66,7 @@ impl Trial {
                 }
             }
             pixels.push(row);
-            batch.step::<L>(world, &kernel, &mut paths);
+            batch.step::<L>(world, &proposals, &mut paths);
         }
         let met = coincidence(&pixels[0], &seeds);
         let curves: Vec<Curve> = (accepted.iter().enumerate())
@@ -77,7 +77,7 @@ impl Trial {
             .collect();
         let octave = octave(&curves);
         let end = (2.0 / f64::from(self.iterations.max(1))).min(1.0);
-        let p = f64::from(self.kernel.large_step_probability);
+        let p = f64::from(self.proposals.large_step_probability);
         for (trace, curve) in traces.iter_mut().zip(curves) {
             trace.memory = error(&[curve], octave, end, p).max(1.0);
         }

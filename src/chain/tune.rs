@@ -3,8 +3,8 @@
 //!
 //! The chains that tune a sampler (a depth, if paths are multiplexed) start from its bootstrap like
 //! those that count, so that they are in equilibrium from the first step on, and make small steps
-//! only. Whatever comes of it the picture's expectation is the same: a chain with any fixed kernel
-//! keeps its target.
+//! only. Whatever comes of it the picture's expectation is the same: a chain keeps its target with
+//! any fixed proposal distribution.
 //!
 //! **Sigma** is moved until small steps are accepted with the probability [`ACCEPTANCE`] on
 //! average: stochastic approximation (Robbins and Monro 1951) of the logarithm, as in Andrieu and
@@ -39,7 +39,7 @@
 use super::batch::Batch;
 use super::bootstrap::Bootstrap;
 use super::correlation::{Curve, LAGS, LargeSteps, coincidence, error, octave};
-use super::mutate::Kernel;
+use super::mutate::ProposalDistribution;
 use crate::simd::rng::{Purpose, Stream};
 use crate::simd::{Lanes, math};
 use crate::transport::{PathSampler, Paths, World};
@@ -96,7 +96,7 @@ pub struct Tuner {
     batch: Batch,
     paths: Paths,
     /// Of the chains that count, as far as it is known.
-    kernel: Kernel,
+    proposals: ProposalDistribution,
     seed: u64,
     /// Probability that a chain that counts ends with a mutation, see above.
     end: f64,
@@ -120,14 +120,14 @@ pub fn chains(tune: Tune, bootstrap: u64) -> usize {
 }
 
 impl Tuner {
-    /// `kernel` is what chains have that is not tuned, and where the search for sigma begins.
+    /// `proposals` is what chains have that is not tuned, and where the search for sigma begins.
     /// `sampler` is that of the chains that count, which make so many `iterations`.
     pub fn new<L: Lanes>(
         world: &World,
         sampler: &PathSampler,
         bootstrap: &Bootstrap,
         seed: u64,
-        kernel: Kernel,
+        proposals: ProposalDistribution,
         tune: Tune,
         iterations: u32,
     ) -> Self {
@@ -135,13 +135,13 @@ impl Tuner {
         let seeds = bootstrap.draw(&stream, sampler.id(), chains(tune, bootstrap.len()));
         let mut paths = Paths::new(world);
         let batch = Batch::new::<L>(world, sampler, 0, &seeds, seed, &mut paths);
-        let sigma = kernel.sigma.clamp(SIGMA[0], SIGMA[1]);
+        let sigma = proposals.sigma.clamp(SIGMA[0], SIGMA[1]);
         Self {
             tune,
             accepted: vec![0.0; batch.len()],
             batch,
             paths,
-            kernel,
+            proposals,
             seed,
             end: (2.0 / f64::from(iterations.max(1))).min(1.0),
             ln_sigma: f64::from(math::ln(sigma)),
@@ -187,18 +187,18 @@ impl Tuner {
     }
 
     /// What is known so far: what is not known yet is as it was.
-    pub fn kernel(&self) -> Kernel {
-        let mut kernel = self.kernel;
+    pub fn proposals(&self) -> ProposalDistribution {
+        let mut proposals = self.proposals;
         if self.pixels.len() > LAGS {
-            kernel.large_step_probability = self.best();
+            proposals.large_step_probability = self.best();
         }
-        kernel
+        proposals
     }
 
     fn step<L: Lanes>(&mut self, world: &World, sigma: f32) {
-        let mut kernel = self.kernel.tuning(self.seed);
-        (kernel.large_step_probability, kernel.sigma) = (0.0, sigma);
-        self.batch.step::<L>(world, &kernel, &mut self.paths);
+        let mut proposals = self.proposals.tuning(self.seed);
+        (proposals.large_step_probability, proposals.sigma) = (0.0, sigma);
+        self.batch.step::<L>(world, &proposals, &mut self.paths);
     }
 
     /// A step of the search for sigma.
@@ -215,7 +215,7 @@ impl Tuner {
             self.iterates.1 += 1;
         }
         let (sum, n) = self.iterates;
-        self.kernel.sigma = exp(if n > 0 {
+        self.proposals.sigma = exp(if n > 0 {
             sum / f64::from(n)
         } else {
             self.ln_sigma
@@ -232,7 +232,7 @@ impl Tuner {
             self.accepted[i] += self.chance.accepted(target);
         }
         self.pixels.push(pixels);
-        self.step::<L>(world, self.kernel.sigma);
+        self.step::<L>(world, self.proposals.sigma);
     }
 
     /// The probability of large steps that has the smallest error.
@@ -252,7 +252,7 @@ impl Tuner {
             (p, error(&chains, octave, self.end, f64::from(p)))
         });
         let best = errors.min_by(|a, b| a.1.total_cmp(&b.1));
-        best.map_or(self.kernel.large_step_probability, |(p, _)| p)
+        best.map_or(self.proposals.large_step_probability, |(p, _)| p)
     }
 }
 

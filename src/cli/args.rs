@@ -1,6 +1,7 @@
 //! The command line, declared once: flags, their documentation, and what values they take. A flag
 //! left out is `None`, and the scene file decides.
 
+mod fitting;
 pub(super) mod look;
 pub(super) mod parse;
 pub(super) mod values;
@@ -10,7 +11,9 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
-use self::parse::{crop, exposure, probability, resolution, seconds, sigma, size, target_error};
+use self::parse::{
+    crop, exposure, file, probability, resolution, seconds, sigma, size, target_error,
+};
 use self::values::{ChoiceName, Exposure, Host, Lanes, Quality, Tuned};
 use super::failure::Failure;
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
@@ -32,13 +35,15 @@ use crate::scene::{IntegratorKind, Scene};
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct RenderArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz); - is stdin [default: a built-in Cornell
+    /// box]
     ///
     /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the
-    /// current folder.
-    pub scene: Option<PathBuf>,
+    /// current folder. Several scenes are rendered one after another.
+    #[arg(value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
 
-    /// Write the picture to FILE: .exr, .pfm or .png; may be repeated
+    /// Write the picture to FILE: .exr, .pfm or .png; - is stdout (.exr); may be repeated
     ///
     /// .exr holds linear RGB as 32-bit floats, with the settings and figures of the render as
     /// attributes; .pfm the same without attributes; .png 8-bit sRGB (see --exposure). Equal
@@ -50,7 +55,7 @@ pub struct RenderArgs {
     ///
     /// Without -o, the picture is named as the scene's Film "filename" says, or else after SCENE,
     /// in the current folder.
-    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    #[arg(short, long, value_name = "FILE", value_parser = file(), help_heading = "Output")]
     pub output: Vec<PathBuf>,
 
     #[command(flatten)]
@@ -61,6 +66,13 @@ pub struct RenderArgs {
     /// It has the same name but for the extension, unless -o names a .png itself.
     #[arg(long, help_heading = "Output")]
     pub no_png: bool,
+
+    /// Write the picture so far every TIME, while the render goes on: seconds, or 90s, 5m, 1h
+    ///
+    /// Each replaces the one before in one step: whatever happens, the last whole one is there.
+    /// What it misses is what each chain holds at that moment.
+    #[arg(long, value_name = "TIME", value_parser = seconds, help_heading = "Output")]
+    pub output_every: Option<Duration>,
 
     /// Write the figures of the render to FILE, as a JSON object
     ///
@@ -94,7 +106,7 @@ pub struct RenderArgs {
     ///
     /// auto begins with a pilot, which measures what samples (bdpt) and chains (mmlt) would leave
     /// as error for the same work. Each path depth then goes to samples, to chains, or is
-    /// shared by both; the last line and --stats say who brings what.
+    /// shared by both; the last lines and --stats say who brings what.
     #[arg(long, value_name = "NAME", help_heading = "Algorithm")]
     pub integrator: Option<IntegratorKind>,
 
@@ -408,25 +420,6 @@ impl RenderArgs {
     pub fn target_error(&self) -> Option<f64> {
         self.target_error.or(self.quality.map(Quality::error))
     }
-
-    /// Flags given that mean nothing to an integrator.
-    pub fn idle(&self, integrator: IntegratorKind) -> Vec<&'static str> {
-        let mut idle = match integrator.mutates() {
-            true => self.spp.iter().map(|_| "--spp").collect(),
-            false => self.chains.given(),
-        };
-        let whole = matches!(integrator, IntegratorKind::Pssmlt(_));
-        if whole && self.chains.strategy_choice.is_some() {
-            idle.push("--strategy-choice");
-        }
-        if !whole && self.host.is_some() {
-            idle.push("--host");
-        }
-        if self.strategies && integrator != IntegratorKind::Bdpt {
-            idle.push("--strategies");
-        }
-        idle
-    }
 }
 
 impl PictureArgs {
@@ -463,19 +456,5 @@ impl ChainArgs {
         if let Some(choice) = self.strategy_choice {
             s.strategy_choice = choice.setting();
         }
-    }
-
-    /// Flags given that only chains know.
-    pub fn given(&self) -> Vec<&'static str> {
-        let flags = [
-            ("--mutations", self.mutations.is_some()),
-            ("--chains", self.chains.is_some()),
-            ("--bootstrap", self.bootstrap.is_some()),
-            ("--large-step", self.large_step.is_some()),
-            ("--mutation", self.mutation.is_some()),
-            ("--sigma", self.sigma.is_some()),
-            ("--strategy-choice", self.strategy_choice.is_some()),
-        ];
-        flags.into_iter().filter(|f| f.1).map(|f| f.0).collect()
     }
 }

@@ -1,5 +1,6 @@
 //! The scene a command works on: a file, or the Cornell box inside the program.
 
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -8,6 +9,7 @@ use super::failure::Failure;
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::progress::while_loading;
+use crate::memory::Bytes;
 use crate::pbrt;
 use crate::scene::Scene;
 
@@ -27,6 +29,27 @@ pub struct Input {
     pub load_time: Duration,
 }
 
+/// What messages call a scene that comes from standard input.
+const STDIN: &str = "stdin";
+
+/// `-` stands for standard input.
+pub fn is_stdin(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// All of standard input, if it is shorter than `most` bytes.
+fn read_stdin(most: u64) -> Result<Vec<u8>, Failure> {
+    let mut content = Vec::new();
+    let mut stdin = io::stdin().lock().take(most);
+    let read = stdin.read_to_end(&mut content);
+    let count = read.map_err(|e| Failure::Input(format!("{STDIN}: cannot be read: {e}")))?;
+    if count as u64 == most {
+        let most = Bytes(most);
+        return Err(Failure::Input(format!("{STDIN}: does not fit into {most}")));
+    }
+    Ok(content)
+}
+
 /// Loads a scene and passes on its warnings.
 pub fn load(
     path: Option<&Path>,
@@ -35,6 +58,13 @@ pub fn load(
 ) -> Result<Input, Failure> {
     let start = Instant::now();
     let loaded = match path {
+        Some(path) if is_stdin(path) => {
+            let content = read_stdin(memory.bytes)?;
+            let loading = Arc::default();
+            while_loading(&loading, messages, || {
+                pbrt::load_bytes(&content, STDIN, memory.bytes, &loading)
+            })
+        }
         Some(path) => {
             let loading = Arc::default();
             while_loading(&loading, messages, || {
@@ -44,7 +74,11 @@ pub fn load(
         None => pbrt::load_str(DEFAULT.1, DEFAULT.0, Path::new("")),
     };
     let scene = loaded.map_err(|e| Failure::Input(e.to_string()))?;
-    let name = path.map_or_else(|| DEFAULT.0.into(), |p| p.display().to_string());
+    let name = match path {
+        None => DEFAULT.0.into(),
+        Some(path) if is_stdin(path) => STDIN.into(),
+        Some(path) => path.display().to_string(),
+    };
     for warning in &scene.warnings {
         messages.warning(warning);
     }

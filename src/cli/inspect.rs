@@ -1,10 +1,12 @@
 //! `phalanx inspect`: what a scene holds, and how it would be rendered. To stdout.
 
 mod json;
+mod names;
 
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
 
+use self::names::{film_filter, light_name, texture_name, to_world};
 use super::args::look::InspectArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
@@ -16,8 +18,7 @@ use crate::brief::brief;
 use crate::integrate::{self, Needs, Settings, Shares, peak_rss_bytes};
 use crate::memory::Bytes;
 use crate::scene::{
-    Bump, Camera, Filter, FilterKind, IntegratorKind, LightKind, Material, NONE, Projection, Scene,
-    Space, SphereMap, Texture,
+    Bump, Camera, IntegratorKind, Material, NONE, Projection, Scene, Space, SphereMap,
 };
 use crate::surface::Kind;
 use crate::transport::World;
@@ -112,6 +113,12 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     if cut > 0 {
         writeln!(out, "  cut-outs      in {cut} of the shapes")?;
     }
+    materials(out, scene, world)?;
+    textures(out, scene)?;
+    lights(out, scene)
+}
+
+fn materials(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     let kernels = Kind::ALL.map(|kind| {
         let count = world
             .materials
@@ -152,6 +159,10 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
     if bumped > 0 {
         writeln!(out, "  bumps         {}", tally(bumped, &bumps))?;
     }
+    Ok(())
+}
+
+fn textures(out: &mut String, scene: &Scene) -> fmt::Result {
     let kinds = [
         "constant",
         "scale",
@@ -189,6 +200,10 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
             image.width, image.height, image.name
         )?;
     }
+    Ok(())
+}
+
+fn lights(out: &mut String, scene: &Scene) -> fmt::Result {
     let kinds = [
         "triangle",
         "sphere",
@@ -225,41 +240,6 @@ fn tally(total: usize, kinds: &[(&str, usize)]) -> String {
         format!("{total}")
     } else {
         format!("{total} ({})", list.join(", "))
-    }
-}
-
-fn texture_name(texture: &Texture) -> &'static str {
-    match texture {
-        Texture::Constant(_) => "constant",
-        Texture::Scale { .. } => "scale",
-        Texture::Mix { .. } => "mix",
-        Texture::DirectionMix { .. } => "directionmix",
-        Texture::Checkerboard { .. } => "checkerboard",
-        Texture::Blocks { .. } => "3D checkerboard",
-        Texture::Dots { .. } => "dots",
-        Texture::Bilerp { .. } => "bilerp",
-        Texture::Uv { .. } => "uv",
-        Texture::Fbm { .. } => "fbm",
-        Texture::Wrinkled { .. } => "wrinkled",
-        Texture::Windy { .. } => "windy",
-        Texture::Marble { .. } => "marble",
-        Texture::Image { .. } => "image",
-    }
-}
-
-fn light_name(light: &LightKind) -> &'static str {
-    match light {
-        LightKind::Triangle { .. } => "triangle",
-        LightKind::Sphere { .. } => "sphere",
-        LightKind::ImageTriangle { .. } => "image triangle",
-        LightKind::ImageSphere { .. } => "image sphere",
-        LightKind::Point { .. } => "point",
-        LightKind::Spot { .. } => "spot",
-        LightKind::Goniometric { .. } => "goniometric",
-        LightKind::Projection { .. } => "projection",
-        LightKind::Distant { .. } => "distant",
-        LightKind::InfiniteConstant { .. } => "constant infinite",
-        LightKind::InfiniteImage { .. } => "image infinite",
     }
 }
 
@@ -339,25 +319,6 @@ fn film(out: &mut String, scene: &Scene) -> fmt::Result {
     Ok(())
 }
 
-fn film_filter(filter: &Filter) -> String {
-    match filter.kind {
-        FilterKind::Box => "box".to_string(),
-        FilterKind::Triangle => "triangle".to_string(),
-        FilterKind::Gaussian { alpha } => format!("Gaussian (alpha {alpha})"),
-        FilterKind::Mitchell { b, c } => format!("Mitchell (B {b}, C {c})"),
-        FilterKind::Sinc { tau } => format!("Lanczos-windowed sinc (tau {tau})"),
-    }
-}
-
-fn projection_name(projection: Projection) -> &'static str {
-    match projection {
-        Projection::Perspective => "perspective",
-        Projection::Orthographic => "orthographic",
-        Projection::Sphere(SphereMap::Equirectangular) => "equirectangular",
-        Projection::Sphere(SphereMap::EqualArea) => "equal-area",
-    }
-}
-
 fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
     let i = &scene.integrator;
     let name = i.kind.name();
@@ -384,12 +345,6 @@ fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
 pub(super) fn shares(scene: &Scene, world: &World, settings: &Settings) -> Option<Shares> {
     let asked = settings.integrator == IntegratorKind::Auto;
     asked.then(|| integrate::shares(scene, world, settings).ok())?
-}
-
-/// A point of internal space in the world of the file.
-fn to_world(space: &Space, p: [f32; 3]) -> [f64; 3] {
-    let centre = space.centre.to_array();
-    std::array::from_fn(|i| f64::from(p[i]) / space.scale + centre[i])
 }
 
 /// `(0.0000, 1.0000, 3.9000)`, without negative zeros.

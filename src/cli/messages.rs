@@ -3,9 +3,11 @@
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
 
 use clap::ColorChoice;
 
+use super::failure::Failure;
 use crate::brief::brief;
 
 /// Prints messages, one line each.
@@ -32,6 +34,16 @@ impl Messages {
 
     pub fn error(&self, text: impl Display) {
         self.labelled("error", "31", text);
+    }
+
+    /// Says why a command failed, and with which exit code that ends it.
+    pub fn failed(&self, failure: &Failure) -> ExitCode {
+        let (message, code) = match failure {
+            Failure::Input(message) => (message, 2),
+            Failure::Io(message) => (message, 1),
+        };
+        self.error(message);
+        ExitCode::from(code)
     }
 
     pub fn warning(&self, text: impl Display) {

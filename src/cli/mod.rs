@@ -17,6 +17,7 @@ mod cpu;
 mod failure;
 mod input;
 mod inspect;
+mod interim;
 mod memory;
 mod messages;
 mod outputs;
@@ -27,6 +28,7 @@ mod signals;
 mod strategies;
 mod table;
 mod units;
+mod verdict;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -82,14 +84,7 @@ pub fn main() -> ExitCode {
     };
     match done {
         Ok(code) => code,
-        Err(Failure::Input(message)) => {
-            messages.error(message);
-            ExitCode::from(2)
-        }
-        Err(Failure::Io(message)) => {
-            messages.error(message);
-            ExitCode::from(1)
-        }
+        Err(failure) => messages.failed(&failure),
     }
 }
 

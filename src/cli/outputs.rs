@@ -8,6 +8,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::failure::Failure;
+use super::input::is_stdin;
 use crate::files::{self, Identity};
 use crate::film::output;
 use crate::memory::Bytes;
@@ -39,8 +40,9 @@ pub fn default_files(
         );
         return (vec![replacement], Some(remark));
     }
-    // scene.pbrt.gz is called scene, too.
-    let stem = scene.file_name().map(Path::new).unwrap_or(Path::new("out"));
+    // scene.pbrt.gz is called scene, too; what comes from standard input has no name.
+    let named = scene.file_name().filter(|_| !is_stdin(scene));
+    let stem = named.map(Path::new).unwrap_or(Path::new("out"));
     let stem = match stem.extension() {
         Some(e) if e.eq_ignore_ascii_case("gz") => stem.with_extension(""),
         _ => stem.to_owned(),
@@ -239,6 +241,7 @@ mod tests {
         let scene = Some("some/where/room.pbrt");
         assert_eq!(files(scene, None), ("room.exr".into(), false));
         assert_eq!(files(scene, Some("")), ("room.exr".into(), false));
+        assert_eq!(files(Some("-"), None), ("out.exr".into(), false));
         assert_eq!(files(scene, Some("..")), ("room.exr".into(), false));
         assert_eq!(files(scene, Some("a.PNG")), ("a.PNG".into(), false));
         assert_eq!(files(scene, Some("/etc/a.exr")), ("a.exr".into(), false));

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::thread;
 use std::time::Duration;
 
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
+use super::interim::{self, Interim};
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
@@ -14,24 +16,65 @@ use super::progress::Progress;
 use super::signals::Signals;
 use super::strategies;
 use super::units;
+use super::verdict::verdict;
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
-use crate::integrate::{self, EndedBy, Render, RenderError, Settings, Stats};
-use crate::scene::IntegratorKind;
+use crate::formats::tone::Display;
+use crate::integrate::{self, Render, RenderError, Settings, Stats};
+use crate::scene::{Film, IntegratorKind};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    let signals = Signals::install()
+        .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
+    let single = match args.scenes.len() > 1 {
+        true if !args.output.is_empty() => Some("-o"),
+        true if args.stats.is_some() => Some("--stats"),
+        _ => None,
+    };
+    if let Some(flag) = single {
+        return Err(Failure::Input(format!(
+            "{flag}: files of several scenes are named after them; leave it out, or render them one by one"
+        )));
+    }
+    let mut taken = Vec::new();
+    let Some((last, scenes)) = args.scenes.split_last() else {
+        return one(args, None, &signals, &mut taken, messages);
+    };
+    let mut failed = None;
+    for scene in scenes {
+        match one(args, Some(scene), &signals, &mut taken, messages) {
+            Ok(code) if code == ExitCode::SUCCESS => {}
+            Ok(code) => return Ok(code),
+            // It does not keep the others from being rendered.
+            Err(failure) => failed = Some(messages.failed(&failure)),
+        }
+        signals.release();
+    }
+    let code = one(args, Some(last), &signals, &mut taken, messages)?;
+    Ok(match failed {
+        Some(failed) if code == ExitCode::SUCCESS => failed,
+        _ => code,
+    })
+}
+
+/// Renders a scene. Files in `taken` are those of the scenes before it.
+fn one(
+    args: &RenderArgs,
+    scene: Option<&Path>,
+    signals: &Signals,
+    taken: &mut Vec<PathBuf>,
+    messages: Messages,
+) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
     outputs::check_pictures(&args.output)?;
     if let Some(path) = &args.stats {
         outputs::check_text(path)?;
     }
     let written = outputs::once(&args.output).into_iter();
-    outputs::check_distinct(written.chain(args.stats.as_deref()), args.scene.as_deref())?;
-    let signals = Signals::install()
-        .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
+    outputs::check_distinct(written.chain(args.stats.as_deref()), scene)?;
 
     let memory = MemoryLimit::new(args.max_memory);
-    let mut input = input::load(args.scene.as_deref(), &memory, messages)?;
+    let mut input = input::load(scene, &memory, messages)?;
     if args.time.is_some_and(|limit| input.load_time > limit) {
         let taken = units::time(input.load_time);
         messages.note(format_args!(
@@ -40,9 +83,18 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     args.picture.apply(&mut input.scene)?;
     let files = files(args, &input, messages)?;
+    if let Some(file) = files.iter().find(|file| taken.contains(file)) {
+        return Err(Failure::Input(format!(
+            "{}: {} has just been written for another scene; render this one by itself, with -o",
+            input.name,
+            file.display()
+        )));
+    }
+    taken.extend_from_slice(&files);
     let scene = &input.scene;
     let mut settings = Settings::of(scene);
     args.apply(&mut settings, scene.film.crop_pixels());
+    args.check_effort(settings.integrator)?;
     for flag in args.idle(settings.integrator) {
         messages.warning(format_args!("{flag} means nothing to this integrator"));
     }
@@ -60,8 +112,18 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
     }
-    let progress = Progress::new(&signals, messages, &settings);
-    let result = integrate::render(scene, &settings, &progress);
+    let progress = Progress::new(signals, messages, &settings);
+    let result = match args.output_every {
+        None => integrate::render(scene, &settings, &progress),
+        Some(every) => thread::scope(|scope| {
+            let (observer, pictures) = Interim::new(&progress, every);
+            let display = args.display.display();
+            let files = &files;
+            let write = move |pixels| write_interim(files, &scene.film, pixels, &display);
+            scope.spawn(move || interim::write_all(pictures, messages, write));
+            integrate::render(scene, &settings, &observer)
+        }),
+    };
     progress.finish();
     let mut render = result.map_err(|e| match e {
         RenderError::Settings(_) => Failure::Input(e.to_string()),
@@ -91,8 +153,12 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         messages.say("stopped; writing the picture so far");
     }
     let summary = summary(&render);
+    let verdict = verdict(&render, settings.target_error);
     let whole = write_files(args, &files, &input, &settings, render, messages);
     messages.say(summary);
+    if let Some(verdict) = verdict {
+        messages.say(verdict);
+    }
     if !whole {
         return Ok(ExitCode::from(1));
     }
@@ -128,7 +194,7 @@ fn files(args: &RenderArgs, input: &Input, messages: Messages) -> Result<Vec<Pat
     Ok(once.map(Path::to_owned).collect())
 }
 
-/// One line: how much, how long, how well, and what ended it where several things could have.
+/// One line: how much, how long, and by what.
 fn summary(render: &Render) -> String {
     let stats = &render.stats;
     let time = units::time(Duration::from_secs_f64(stats.total_seconds.max(0.0)));
@@ -159,15 +225,6 @@ fn summary(render: &Render) -> String {
     if let Some(shares) = &stats.shares {
         line += &format!("; {shares}");
     }
-    if let Some(error) = stats.relative_error {
-        line += &format!(", relative error {}", units::percent(error));
-    }
-    line += match render.ended_by {
-        EndedBy::Effort => "",
-        EndedBy::Time => "; ended by --time",
-        EndedBy::Target => "; ended by --target-error",
-        EndedBy::Observer => "; stopped",
-    };
     line
 }
 
@@ -194,18 +251,9 @@ fn write_files(
     messages: Messages,
 ) -> bool {
     let film = &input.scene.film;
-    let picture = Picture {
-        width: render.width,
-        height: render.height,
-        offset: [film.crop[0], film.crop[2]],
-        full: [film.width, film.height],
-        pixels: render.pixels,
-    };
+    let picture = picture(film, render.pixels);
     let mut attributes = attributes(&input.name, settings, &render.stats);
-    attributes.extend(film.chromaticities.map(|c| Attribute {
-        name: "chromaticities".into(),
-        value: AttributeValue::Chromaticities(c),
-    }));
+    attributes.extend(chromaticities(film));
     let display = args.display.display();
     let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
         .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
@@ -237,6 +285,42 @@ fn write_files(
         }
     }
     whole
+}
+
+/// Pixels of the crop window in their place.
+fn picture(film: &Film, pixels: Vec<[f32; 3]>) -> Picture {
+    let [x0, x1, y0, y1] = film.crop;
+    Picture {
+        width: x1 - x0,
+        height: y1 - y0,
+        offset: [x0, y0],
+        full: [film.width, film.height],
+        pixels,
+    }
+}
+
+/// The primaries of a film that has its own.
+fn chromaticities(film: &Film) -> Option<Attribute> {
+    film.chromaticities.map(|c| Attribute {
+        name: "chromaticities".into(),
+        value: AttributeValue::Chromaticities(c),
+    })
+}
+
+/// Writes a picture that is not the last one.
+fn write_interim(
+    files: &[PathBuf],
+    film: &Film,
+    pixels: Vec<[f32; 3]>,
+    display: &Display,
+) -> Result<(), String> {
+    let picture = picture(film, pixels);
+    let attributes: Vec<Attribute> = chromaticities(film).into_iter().collect();
+    for path in files.iter().filter(|path| !crate::files::is_special(path)) {
+        let written = output::write(path, &picture, &attributes, display);
+        written.map_err(|e| e.to_string())?;
+    }
+    Ok(())
 }
 
 /// Figures that differ between equal renders: how long they took, and on what.

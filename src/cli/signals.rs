@@ -32,6 +32,11 @@ impl Signals {
         Ok(signals)
     }
 
+    /// From now on there is nothing to lose: the next signal ends the process at once.
+    pub fn release(&self) {
+        self.deadly.store(true, Ordering::Relaxed);
+    }
+
     /// A thread ends the process, not a handler: temporary files must go first.
     #[cfg(unix)]
     fn end_at_the_second(&self, watched: &[i32]) -> io::Result<()> {

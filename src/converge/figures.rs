@@ -4,7 +4,7 @@
 use super::fit::{Estimate, Line};
 use super::plan::{Cost, Label, effort_unit, names};
 use super::reference::ReferenceFigures;
-use super::run::{Options, Run, Subject};
+use super::subject::{Options, Run, Subject};
 use serde::Serialize;
 
 /// Errors that times are given for.

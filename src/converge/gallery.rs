@@ -2,7 +2,7 @@
 
 use super::plan::Turn;
 use super::reference::Reference;
-use super::run::Run;
+use super::subject::Run;
 use crate::metrics::relmse;
 
 /// A picture to look at, and where it is wrong.

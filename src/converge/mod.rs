@@ -21,4 +21,6 @@ pub mod plan;
 pub mod reference;
 pub mod report;
 pub mod run;
+pub mod subject;
 mod trial;
+pub mod watch;

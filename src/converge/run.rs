@@ -2,79 +2,15 @@
 
 use super::figures::{SceneFigures, scene_figures};
 use super::gallery::{Gallery, Shown};
-use super::plan::{Budgets, Cost, Turn, Variant, order, with_effort};
+use super::plan::{Budgets, Cost, Turn, order, with_effort};
 use super::reference::{Parts, Reference, ReferenceFigures};
+use super::subject::{Options, ReferenceSource, Run, Subject};
 use super::trial::{costs, slow_starts, trial};
+use super::watch::{StudyStep, Watch, whole};
 use crate::integrate::measure::Machine;
-use crate::integrate::{EndedBy, Observer, Render, RenderError, Settings, render};
+use crate::integrate::{Render, RenderError, Settings};
 use crate::metrics::relmse;
-use crate::scene::Scene;
 use serde::Serialize;
-
-/// A scene, and what is done with it.
-pub struct Subject {
-    pub name: String,
-    pub scene: Scene,
-    pub variants: Vec<Variant>,
-    pub reference: ReferenceSource,
-}
-
-pub enum ReferenceSource {
-    Given(Reference),
-    /// Rendered with these settings, whatever effort they say.
-    Render(Settings),
-}
-
-/// What all scenes share.
-#[derive(Clone, Debug)]
-pub struct Options {
-    pub budgets: Budgets,
-    /// Runs of every variant at every budget, with the seeds `first_seed..first_seed + seeds`.
-    pub seeds: u64,
-    pub first_seed: u64,
-    /// Effort of a reference that is rendered, all parts together, in multiples of the largest
-    /// budget.
-    pub reference_factor: f64,
-    /// Independent parts of such a reference, at least 2.
-    pub reference_parts: u64,
-    /// Stops by which the pictures of the report are brightened.
-    pub exposure: f32,
-    /// What the user typed, for the record.
-    pub command: String,
-}
-
-/// A finished run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Run {
-    /// Index of the variant.
-    pub variant: usize,
-    /// Index of the budget.
-    pub budget: usize,
-    pub seed: u64,
-    /// Mutations or samples per pixel.
-    pub effort: u64,
-    /// Tree, bootstrap and render.
-    pub seconds: f64,
-    pub build_seconds: f64,
-    pub bootstrap_seconds: f64,
-    pub render_seconds: f64,
-    pub mutations: u64,
-    pub samples: u64,
-    pub rays: u64,
-    /// As measured.
-    pub relmse: f64,
-    /// Without the reference's own error.
-    pub relmse_corrected: f64,
-    /// The reference's own error is the larger part of what was measured.
-    pub within_reference_error: bool,
-}
-
-impl Run {
-    /// What it takes before the first mutation or sample.
-    pub fn start_seconds(&self) -> f64 {
-        self.build_seconds + self.bootstrap_seconds
-    }
-}
 
 /// Everything there is to report.
 #[derive(Serialize)]
@@ -110,52 +46,11 @@ pub struct SceneStudy {
     pub shown: Vec<Shown>,
 }
 
-/// What happens next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StudyStep {
-    /// What does a variant cost?
-    Trial {
-        scene: usize,
-        variant: usize,
-    },
-    Reference {
-        scene: usize,
-        part: u64,
-    },
-    Run(Turn),
-}
-
-/// Told how a study goes, and asked whether to go on.
-pub trait Watch: Sync {
-    /// All that is to be done, in the budgets' unit, without trial runs.
-    fn total(&self, amount: f64) {
-        let _ = amount;
-    }
-    fn begins(&self, step: StudyStep) {
-        let _ = step;
-    }
-    /// So much of the total has been done.
-    fn ended(&self, amount: f64, run: Option<&Run>) {
-        let _ = (amount, run);
-    }
-    /// True ends the study: the run under way is dropped, the others are reported.
-    fn stop(&self) -> bool {
-        false
-    }
-}
-
-struct Stop<'a>(&'a dyn Watch);
-
-impl Observer for Stop<'_> {
-    fn stop(&self) -> bool {
-        self.0.stop()
-    }
-}
-
 /// Runs everything; `None` if it was stopped before there was anything to report.
 ///
 /// # Errors
-/// As [`render`]; and what a variant is called whose settings it will not have.
+/// As [`render`](crate::integrate::render); and what a variant is called whose settings it will not
+/// have.
 pub fn study(
     subjects: &[Subject],
     options: &Options,
@@ -302,19 +197,6 @@ struct Scenery {
     reference: Reference,
     runs: Vec<Run>,
     gallery: Gallery,
-}
-
-/// Renders; `None` if the user stopped it.
-pub(super) fn whole(
-    scene: &Scene,
-    settings: &Settings,
-    watch: &dyn Watch,
-) -> Result<Option<Render>, RenderError> {
-    if watch.stop() {
-        return Ok(None);
-    }
-    let done = render(scene, settings, &Stop(watch))?;
-    Ok((done.ended_by == EndedBy::Effort).then_some(done))
 }
 
 fn seconds(done: &Render) -> f64 {

@@ -1,7 +1,8 @@
 //! What variants cost on this machine, by trial.
 
 use super::plan::{BudgetUnit, Cost, names, with_effort};
-use super::run::{Options, StudyStep, Subject, Watch, whole};
+use super::subject::{Options, Subject};
+use super::watch::{StudyStep, Watch, whole};
 use crate::integrate::{RenderError, Settings};
 use crate::scene::Scene;
 

@@ -1,16 +1,26 @@
 //! Where splats are added: a stripe of a layer, locked.
 
-use super::sums::SplatFilm;
+use super::stripes::Stripes;
 use crate::memory::Table;
 use crate::simd::prefetch::prefetch;
 use std::sync::MutexGuard;
 
+/// Where splats of the half go as well.
+#[derive(Clone, Copy)]
+pub(super) struct HalfLayer {
+    pub layer: usize,
+    /// What their weights are multiplied by there.
+    pub weight: f64,
+}
+
 /// The stripe that splats go to.
 pub(super) struct LockedStripe<'a> {
-    film: &'a SplatFilm,
+    stripes: &'a Stripes,
     layer: usize,
-    /// Weight in the half, if the splats belong to it.
-    half: Option<f64>,
+    /// If the splats belong to the half.
+    half: Option<HalfLayer>,
+    /// Of a colour times the filter.
+    largest: f64,
     /// Pixels of a stripe, as a power of two.
     shift: u32,
     stripe: u32,
@@ -19,13 +29,14 @@ pub(super) struct LockedStripe<'a> {
 }
 
 impl<'a> LockedStripe<'a> {
-    /// Holds nothing yet. `half` is the weight in the half, if splats belong to it.
-    pub fn new(film: &'a SplatFilm, layer: usize, half: Option<f64>, shift: u32) -> Self {
+    /// Holds nothing yet. No channel of a colour times the filter is above `largest`.
+    pub fn new(stripes: &'a Stripes, layer: usize, half: Option<HalfLayer>, largest: f64) -> Self {
         Self {
-            film,
+            stripes,
             layer,
             half,
-            shift,
+            largest,
+            shift: stripes.pixels().trailing_zeros(),
             stripe: u32::MAX,
             pixels: None,
             pixels_of_half: None,
@@ -46,10 +57,10 @@ impl<'a> LockedStripe<'a> {
         // a circle.
         self.pixels = None;
         self.pixels_of_half = None;
-        let film = self.film;
         self.stripe = stripe;
-        self.pixels = Some(film.lock(self.layer, stripe as usize));
-        self.pixels_of_half = (self.half).map(|_| film.lock(film.layers, stripe as usize));
+        let lock = |layer| self.stripes.lock(layer, stripe as usize);
+        self.pixels = Some(lock(self.layer));
+        self.pixels_of_half = self.half.map(|half| lock(half.layer));
     }
 
     #[inline(always)]
@@ -81,7 +92,7 @@ impl<'a> LockedStripe<'a> {
     pub fn add(&mut self, first: usize, weights: &[f32], colour: [f32; 3], scale: f64) {
         self.enter((first >> self.shift) as u32);
         let range = self.place(first)..self.place(first) + 3 * weights.len();
-        let largest = self.film.largest;
+        let largest = self.largest;
         add_run(
             &mut self.entries()[range.clone()],
             weights,
@@ -91,7 +102,7 @@ impl<'a> LockedStripe<'a> {
         );
         if let (Some(half), Some(pixels)) = (self.half, &mut self.pixels_of_half) {
             let sums = &mut pixels.entries_mut()[range];
-            add_run(sums, weights, colour, scale * half, largest);
+            add_run(sums, weights, colour, scale * half.weight, largest);
         }
     }
 

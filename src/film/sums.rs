@@ -2,12 +2,11 @@
 //! order, on any number of threads.
 
 use super::FilterTable;
-use super::error_halves::Half;
-use super::locked_stripe::LockedStripe;
+use super::half::Half;
+use super::locked_stripe::{HalfLayer, LockedStripe};
 use super::log::{Logged, SplatLog};
-use crate::memory::Table;
+use super::stripes::{self, Stripes};
 use std::ops::Range;
-use std::sync::{Mutex, MutexGuard};
 
 /// Film for splats of bounded size: layers of 64-bit fixed-point pixels.
 ///
@@ -23,13 +22,11 @@ use std::sync::{Mutex, MutexGuard};
 pub struct SplatFilm {
     pub(super) filter: FilterTable,
     pub(super) layers: usize,
-    /// `[layer][stripe]`, each `[pixel][channel]`. The half is one more layer.
-    pub(super) stripes: Vec<Mutex<Table<i64>>>,
-    /// Pixels of a stripe, a power of two.
-    pub(super) stripe: usize,
+    /// The half is one more layer.
+    stripes: Stripes,
     pub(super) fraction_bits: i32,
     /// Of a colour times the filter.
-    pub(super) largest: f64,
+    largest: f64,
     /// By layer; scales at most 1. Empty: the film is not judged.
     pub(super) half: Vec<Half>,
 }
@@ -43,16 +40,6 @@ pub struct Destination {
     pub scale: f64,
     /// They belong to the half of all chains that is summed once more.
     pub half: bool,
-}
-
-/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time
-/// rarely meet, but each of a huge page, or of three in large films, which they fill.
-fn stripe(pixels: usize) -> usize {
-    const LARGE: usize = 1 << 18;
-    if pixels >= 4 * LARGE {
-        return LARGE;
-    }
-    pixels.next_power_of_two().min(65_536)
 }
 
 /// Pixels are fetched this many splats ahead: films are larger than caches.
@@ -81,18 +68,11 @@ impl SplatFilm {
         let bound = max_weight.max(1.0) * largest;
         // One more bit for the rounding of each splat.
         let fraction_bits = (61 - bound.log2().ceil() as i32).clamp(0, 48);
-        let pixels = filter.pixels();
-        let stripe = stripe(pixels);
         let all = layers + usize::from(!half.is_empty());
-        let stripes = (0..all)
-            .flat_map(|_| (0..pixels).step_by(stripe))
-            .map(|first| Mutex::new(Table::zeroed(3 * stripe.min(pixels - first))))
-            .collect();
         Self {
+            stripes: Stripes::new(filter.pixels(), all),
             filter,
             layers,
-            stripes,
-            stripe,
             fraction_bits,
             largest,
             half,
@@ -101,9 +81,7 @@ impl SplatFilm {
 
     /// Memory of a film of so many pixels and layers, in bytes.
     pub fn bytes(pixels: u64, layers: u64) -> u64 {
-        let stripe = stripe(pixels as usize) as u64;
-        let table = |pixels: u64| Table::<i64>::bytes(3 * pixels);
-        layers * (pixels / stripe * table(stripe) + table(pixels % stripe))
+        stripes::bytes(pixels, layers)
     }
 
     /// Pictures that are summed apart, a depth each; the half that is summed once more does not
@@ -112,25 +90,20 @@ impl SplatFilm {
         self.layers
     }
 
-    pub(super) fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
-        let per_layer = self.filter.pixels().div_ceil(self.stripe);
-        // A thread that panicked while adding integers has left them whole.
-        self.stripes[layer * per_layer + stripe]
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
     /// Adds all splats of a log, and empties it.
     pub fn add(&self, to: Destination, log: &mut SplatLog) {
         if log.len == 0 {
             return;
         }
-        let shift = self.stripe.trailing_zeros();
+        let shift = self.stripes.pixels().trailing_zeros();
         log.sort(|raster| self.filter.nearest(raster), shift);
         let scale = to.scale * (1u64 << self.fraction_bits) as f64;
         let half = self.half.get(to.layer).filter(|_| to.half);
-        let half = half.map(|h| h.scale * h.factors()[0]);
-        let mut held = LockedStripe::new(self, to.layer, half, shift);
+        let half = half.map(|h| HalfLayer {
+            layer: self.layers,
+            weight: h.scale * h.factors()[0],
+        });
+        let mut held = LockedStripe::new(&self.stripes, to.layer, half, self.largest);
         held.enter(log.order[0].1 >> shift);
         let single = self.filter.is_single();
         for i in 0..log.len {
@@ -169,9 +142,10 @@ impl SplatFilm {
     pub fn resolve(&self, scales: &[f64]) -> Vec<[f32; 3]> {
         let n = self.filter.pixels();
         let mut picture = Vec::with_capacity(n);
-        let mut room = vec![0.0; 3 * self.stripe];
-        for first in (0..n).step_by(self.stripe) {
-            let pixels = first..n.min(first + self.stripe);
+        let stripe = self.stripes.pixels();
+        let mut room = vec![0.0; 3 * stripe];
+        for first in (0..n).step_by(stripe) {
+            let pixels = first..n.min(first + stripe);
             let sums = &mut room[..3 * pixels.len()];
             self.sum(pixels, scales, sums);
             let (sums, _) = sums.as_chunks::<3>();
@@ -199,13 +173,14 @@ impl SplatFilm {
         values: &mut [f64],
         visit: impl Fn(&mut f64, i64),
     ) {
+        let size = self.stripes.pixels();
         let mut next = pixels.start;
         let mut values = values.chunks_exact_mut(3);
         while next < pixels.end {
-            let stripe = next / self.stripe;
-            let end = pixels.end.min((stripe + 1) * self.stripe);
-            let held = self.lock(layer, stripe);
-            let from = 3 * (next - stripe * self.stripe);
+            let stripe = next / size;
+            let end = pixels.end.min((stripe + 1) * size);
+            let held = self.stripes.lock(layer, stripe);
+            let from = 3 * (next - stripe * size);
             let sums = held.entries()[from..from + 3 * (end - next)].chunks_exact(3);
             for (sums, values) in sums.zip(&mut values) {
                 for (value, sum) in values.iter_mut().zip(sums) {

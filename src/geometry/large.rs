@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{AreaSample, SurfacePoint, Wanted};
+use super::point::{AreaSample, SurfacePoint, Wanted};
 use crate::scene::{Large, NONE, Scene};
 use crate::simd::{Lanes, Vec3};
 

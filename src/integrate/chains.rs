@@ -85,6 +85,7 @@ pub(super) fn together<L: Lanes>(
         start: boot_start,
     } = ready;
     let (width, height) = run.size();
+    let [offset, full] = run.window();
     let mut budgets = chain_budgets(run, method, &bootstraps, wanted);
     let tuned = tune::<L>(run, method, &mut budgets, &bootstraps, short);
     counts.rays += tuned.rays;
@@ -109,7 +110,12 @@ pub(super) fn together<L: Lanes>(
     };
     let ended_by = march.march::<L>(&film, least, advance, |chains| {
         let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
-        good_enough(run, &film, &chains, samples.borrow().as_deref(), &mut looks)
+        let samples = samples.borrow();
+        run.show(|| {
+            let light = Light::of(run, film.layers(), &chains);
+            picture(&film, &light, samples.as_deref()).0
+        });
+        good_enough(run, &film, &chains, samples.as_deref(), &mut looks)
     });
     if ended_by == EndedBy::Effort {
         // Where there are no chains nobody has.
@@ -126,22 +132,11 @@ pub(super) fn together<L: Lanes>(
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
     let mut light = Light::of(run, film.layers(), &chains);
-    let mut pixels = film.resolve(&light.scales);
-    if let Some(beside) = beside {
-        let more = beside.picture();
-        light.beside = mean(&more);
-        add_picture(&mut pixels, &more);
-    }
+    let (pixels, beside_mean) = picture(&film, &light, beside);
+    light.beside = beside_mean;
     let judged = settings.estimate_error && beside.is_none_or(Sampling::is_judged);
-    let deviation = (judged && settings.error_layers).then(|| {
-        let scales = light.of_film(&light.scales);
-        let mut deviation = film.resolve_with_error(0..pixels.len(), &scales).1;
-        if let Some(beside) = beside {
-            let [_, more] = beside.with_error(0..pixels.len(), 1.0);
-            add_error(&mut deviation, &more);
-        }
-        deviation
-    });
+    let deviation =
+        (judged && settings.error_layers).then(|| deviation(&film, &light, beside, pixels.len()));
     let made = mutations > 0 || beside.is_some();
     let relmse = (judged && made).then(|| relmse_of(run, &film, &light, beside));
     drop(film);
@@ -152,10 +147,7 @@ pub(super) fn together<L: Lanes>(
         warnings.push(dark_reason(run, method));
     }
     if tuned.part < 1.0 && !batches.is_empty() {
-        warnings.push(format!(
-            "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
-            100.0 * tuned.part
-        ));
+        warnings.push(badly_tuned(tuned.part));
     }
     // Not by `sum`, by which nothing comes to -0.
     let sum = |of: fn(&Estimate) -> f64| light.estimates.iter().fold(0.0, |sum, e| sum + of(e));
@@ -176,11 +168,7 @@ pub(super) fn together<L: Lanes>(
     };
     let sums = beside.map(|b| (b, b.tile_sums()));
     if let Some((beside, sums)) = &sums {
-        let made = beside.counts();
-        stats.samples = made.samples;
-        stats.samples_per_second = per_second(made.samples, render_seconds);
-        stats.rays += made.rays;
-        stats.rejected_nonfinite += made.rejected;
+        add_samples(&mut stats, beside);
         stats.b += light.beside;
         stats.b_stderr = stats.b_stderr.hypot(beside.mean_error(sums));
         warnings.extend(beside.warned());
@@ -195,6 +183,8 @@ pub(super) fn together<L: Lanes>(
         pixels,
         width,
         height,
+        offset,
+        full,
         warnings,
         deviation,
         strategies: Vec::new(),
@@ -211,6 +201,49 @@ fn cut_short(by: EndedBy, part: f64) -> String {
         "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
         100.0 * part
     )
+}
+
+fn badly_tuned(part: f64) -> String {
+    format!(
+        "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
+        100.0 * part
+    )
+}
+
+/// What samples beside chains have taken.
+fn add_samples(stats: &mut Stats, beside: &Sampling) {
+    let made = beside.counts();
+    stats.samples = made.samples;
+    stats.samples_per_second = per_second(made.samples, stats.render_seconds);
+    stats.rays += made.rays;
+    stats.rejected_nonfinite += made.rejected;
+}
+
+/// Standard errors of all pixels.
+fn deviation(
+    film: &SplatFilm,
+    light: &Light,
+    beside: Option<&Sampling>,
+    pixels: usize,
+) -> Vec<[f32; 3]> {
+    let scales = light.of_film(&light.scales);
+    let mut deviation = film.resolve_with_error(0..pixels, &scales).1;
+    if let Some(beside) = beside {
+        let [_, more] = beside.with_error(0..pixels, 1.0);
+        add_error(&mut deviation, &more);
+    }
+    deviation
+}
+
+/// The picture of chains and of the samples beside them, and the mean of what samples bring.
+fn picture(film: &SplatFilm, light: &Light, beside: Option<&Sampling>) -> (Vec<[f32; 3]>, f64) {
+    let mut pixels = film.resolve(&light.scales);
+    let Some(beside) = beside else {
+        return (pixels, 0.0);
+    };
+    let more = beside.picture();
+    add_picture(&mut pixels, &more);
+    (pixels, mean(&more))
 }
 
 /// Adds a picture to another.

@@ -40,8 +40,8 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
             mutations: own()
                 .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
                 .sum(),
-            sigma: a.kernel.sigma,
-            large_step_probability: a.kernel.large_step_probability,
+            sigma: a.proposals.sigma,
+            large_step_probability: a.proposals.large_step_probability,
             mixing: Mixing::of(depth, first.iterations(), &monitors),
         });
     }

@@ -4,11 +4,11 @@
 use super::bootstraps::bootstraps;
 use super::chains::mutations;
 use super::method::Method;
-use super::schedule::{Start, chain_budgets};
+use super::schedule::{ChainBudget, Start, chain_budgets};
 use super::{EndedBy, Observer, RenderError, Run, Settings, auto, check, mmlt, pool, tuning};
 use crate::chain::batch::{Batch, ChainStep, State};
 use crate::chain::bootstrap::Bootstrap;
-use crate::chain::mutate::Kernel;
+use crate::chain::mutate::ProposalDistribution;
 use crate::plan::DepthPlan;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
@@ -36,7 +36,7 @@ pub struct Visit {
     /// that the chains make.
     pub plan: DepthPlan,
     /// How chains of the depth mutate.
-    pub kernel: Kernel,
+    pub proposals: ProposalDistribution,
     /// Chains of the depth.
     pub chains: usize,
     /// Iterations that each of them makes in a whole render.
@@ -110,27 +110,8 @@ pub fn rerun(
     }
     let mut budgets = chain_budgets(&run, &method, &all, mutations);
     budgets.retain(|a| a.sampler.depth() == Some(depth));
-    let Some(budget) = budgets.first() else {
-        return fail(format!(
-            "there are no chains of depth {depth}: none of its {} bootstrap paths carries light{}",
-            settings.bootstrap,
-            match settings.integrator {
-                IntegratorKind::Auto => ", or samples bring all that there is",
-                _ => "",
-            }
-        ));
-    };
-    if chain >= budget.chains {
-        return fail(format!(
-            "there is no chain {chain}: depth {depth} has {} chains, from 0 on",
-            budget.chains
-        ));
-    }
-    if iteration >= budget.iterations {
-        return fail(format!(
-            "there is no iteration {iteration}: at {} mutations a pixel chains of depth {depth} make {} iterations, from 0 on",
-            settings.mutations_per_pixel, budget.iterations
-        ));
+    if let Some(why) = missing(&budgets, &whose, settings) {
+        return fail(why);
     }
     let stop = || observer.stop().then_some(EndedBy::Observer);
     let tuned = tuning::tune::<f32x8>(&run, &mut budgets, &all, &stop, |_| {});
@@ -153,17 +134,48 @@ pub fn rerun(
         if observer.stop() {
             return fail("stopped".into());
         }
-        batch.step::<f32x8>(world, &budget.kernel, &mut paths);
+        batch.step::<f32x8>(world, &budget.proposals, &mut paths);
     }
     let state = batch.state(chain - first);
-    batch.step::<f32x8>(world, &budget.kernel, &mut paths);
+    batch.step::<f32x8>(world, &budget.proposals, &mut paths);
     Ok(Visit {
         plan: plan.clone(),
-        kernel: budget.kernel,
+        proposals: budget.proposals,
         chains: budget.chains,
         iterations: budget.iterations,
         start: seeds[chain],
         state,
         step: batch.latest(chain - first),
+    })
+}
+
+/// Why the render has no such chain or iteration, if it has not; `budgets` are those of the depth.
+fn missing(budgets: &[ChainBudget], whose: &Whose, settings: &Settings) -> Option<String> {
+    let Whose {
+        depth,
+        chain,
+        iteration,
+    } = *whose;
+    let Some(budget) = budgets.first() else {
+        return Some(format!(
+            "there are no chains of depth {depth}: none of its {} bootstrap paths carries light{}",
+            settings.bootstrap,
+            match settings.integrator {
+                IntegratorKind::Auto => ", or samples bring all that there is",
+                _ => "",
+            }
+        ));
+    };
+    if chain >= budget.chains {
+        return Some(format!(
+            "there is no chain {chain}: depth {depth} has {} chains, from 0 on",
+            budget.chains
+        ));
+    }
+    (iteration >= budget.iterations).then(|| {
+        format!(
+            "there is no iteration {iteration}: at {} mutations a pixel chains of depth {depth} make {} iterations, from 0 on",
+            settings.mutations_per_pixel, budget.iterations
+        )
     })
 }

@@ -1,11 +1,16 @@
 //! What a render comes to: the picture, its figures, or why there is none.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
 use super::shares::Shares;
+use crate::film::output::{self, OutputError};
+use crate::formats::Picture;
+use crate::formats::tone::Display;
 use crate::transport::bidirectional::Strategy;
 
 /// The figures of a render.
@@ -93,6 +98,10 @@ pub struct Render {
     pub width: u32,
     /// Of the crop window, in pixels.
     pub height: u32,
+    /// Where the crop window is in the whole picture: pixels from the left and from the top.
+    pub offset: [u32; 2],
+    /// Width and height of the whole picture, in pixels.
+    pub full: [u32; 2],
     /// How it went.
     pub stats: Stats,
     /// Things the user should know, a sentence each.
@@ -106,6 +115,29 @@ pub struct Render {
     pub strategies: Vec<StrategyPictures>,
     /// Why it ended when it did.
     pub ended_by: EndedBy,
+}
+
+impl Render {
+    /// The picture as files hold it.
+    pub fn picture(&self) -> Picture {
+        Picture {
+            width: self.width,
+            height: self.height,
+            offset: self.offset,
+            full: self.full,
+            pixels: self.pixels.clone(),
+        }
+    }
+
+    /// Writes the picture to a file, in the format of its extension: `.exr`, `.pfm` or `.png`.
+    /// What is brighter than white is brought down gently in a `.png`.
+    ///
+    /// # Errors
+    /// Another extension, and files that cannot be written.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        let display = Display::default();
+        output::write(path.as_ref(), &self.picture(), &[], &display)
+    }
 }
 
 /// What a bidirectional strategy adds to the picture: like [`Render::pixels`].

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::scale::bring_to_scale;
 use super::settings::Settings;
 use crate::scene::Scene;
 use crate::transport::World;
@@ -29,6 +30,15 @@ pub trait Observer: Sync {
     /// often as costs next to nothing.
     fn error(&self, relative: f64) {
         let _ = relative;
+    }
+    /// Whether the picture so far is wanted; asked between rounds of work.
+    fn wants_picture(&self) -> bool {
+        false
+    }
+    /// The picture so far, if it was wanted: pixels as
+    /// [`Render::pixels`](super::Render::pixels), but for what chains still hold.
+    fn picture(&self, pixels: Vec<[f32; 3]>) {
+        let _ = pixels;
     }
     /// True ends the render early, with a correctly normalised picture.
     fn stop(&self) -> bool {
@@ -82,6 +92,22 @@ impl Run<'_> {
     pub(super) fn size(&self) -> (u32, u32) {
         let [x0, x1, y0, y1] = self.scene.film.crop;
         (x1 - x0, y1 - y0)
+    }
+
+    /// Where the crop window is, and the size of the whole picture.
+    pub(super) fn window(&self) -> [[u32; 2]; 2] {
+        let film = &self.scene.film;
+        [[film.crop[0], film.crop[2]], [film.width, film.height]]
+    }
+
+    /// Hands the picture so far to the observer, if it wants one.
+    pub(super) fn show(&self, picture: impl FnOnce() -> Vec<[f32; 3]>) {
+        if self.observer.wants_picture() {
+            let mut pixels = picture();
+            let film = &self.scene.film;
+            bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
+            self.observer.picture(pixels);
+        }
     }
 
     /// How much longer the next round should be than one that took so long: [`ROUND`], or the time

@@ -105,6 +105,7 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
         sampling.advance(done);
         run.observer.progress(Phase::Render, done, total);
         if done < total {
+            run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
             if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
@@ -249,6 +250,7 @@ impl<'a> Sampling<'a> {
         } = &self;
         let settings = run.settings;
         let (width, height) = run.size();
+        let [offset, full] = run.window();
         let made = self.made();
         let whole = made.placed.whole;
         let pixels = sums.resolve(&made);
@@ -281,6 +283,8 @@ impl<'a> Sampling<'a> {
             pixels,
             width,
             height,
+            offset,
+            full,
             warnings,
             deviation,
             strategies: Vec::new(),

@@ -6,7 +6,7 @@ use super::method::{LAYERS, Method};
 use crate::chain::batch::{Batch, Workspace};
 use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
-use crate::chain::mutate::{Kernel, large_step_probability};
+use crate::chain::mutate::{ProposalDistribution, large_step_probability};
 use crate::chain::strategy_choice::learned;
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
 use crate::integrate::{EndedBy, Phase, Settings, StrategyChoice};
@@ -51,13 +51,13 @@ pub(super) struct ChainBudget {
     pub share: f64,
     pub bootstrap: Estimate,
     /// How its chains mutate.
-    pub kernel: Kernel,
+    pub proposals: ProposalDistribution,
 }
 
 impl ChainBudget {
     /// Probability of a large step of its chains, exactly.
     pub fn large_step_probability(&self) -> f64 {
-        large_step_probability(self.kernel.large_step_probability)
+        large_step_probability(self.proposals.large_step_probability)
     }
 
     /// What large steps are weighed with ([`Batch::combine`]).
@@ -98,7 +98,7 @@ pub(super) fn chain_budgets(
                 iterations: 0,
                 share: 1.0,
                 bootstrap: boot.estimate,
-                kernel: run.settings.kernel(),
+                proposals: run.settings.proposal_distribution(),
             }
         })
         .collect();
@@ -330,7 +330,7 @@ impl<'a> March<'a> {
                 let left = part(a, until).saturating_sub(batch.iterations());
                 batch.march::<L>(
                     self.run.world,
-                    &a.kernel,
+                    &a.proposals,
                     left.min(STRIDE),
                     &mut workspace,
                     film,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::failure::RenderError;
-use crate::chain::mutate::{Kernel, Mutation};
+use crate::chain::mutate::{Mutation, ProposalDistribution};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
 use crate::scene::{IntegratorKind, Scene};
@@ -92,9 +92,9 @@ impl Settings {
 
 impl Settings {
     /// How chains mutate that nobody tunes.
-    pub(super) fn kernel(&self) -> Kernel {
-        Kernel::new(self.seed, self.large_step_probability, self.sigma)
-            .with_proposals(self.mutation)
+    pub(super) fn proposal_distribution(&self) -> ProposalDistribution {
+        ProposalDistribution::new(self.seed, self.large_step_probability, self.sigma)
+            .with_mutation(self.mutation)
     }
 }
 

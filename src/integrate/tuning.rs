@@ -27,7 +27,7 @@ pub(super) fn mutations(run: &Run, samplers: usize) -> u64 {
     each * samplers as u64
 }
 
-/// Tunes the kernels of all budgets, as the settings ask for. `ended` is asked whether to stop,
+/// Tunes the proposals of all budgets, as the settings ask for. `ended` is asked whether to stop,
 /// and by whom; what is not known then stays as it was. `progress` is told the part of them that is
 /// done.
 pub(super) fn tune<L: Lanes>(
@@ -51,7 +51,7 @@ pub(super) fn tune<L: Lanes>(
                 &a.sampler,
                 bootstrap,
                 seed,
-                a.kernel,
+                a.proposals,
                 tune,
                 a.iterations,
             )
@@ -63,8 +63,8 @@ pub(super) fn tune<L: Lanes>(
             progress(f64::from(done) / f64::from(steps));
             ended_by = ended().filter(|_| done < steps);
         }
-        let kernels = tuners.par_iter().map(Tuner::kernel);
-        (budgets.par_iter_mut().zip(kernels)).for_each(|(a, kernel)| a.kernel = kernel);
+        let tuned = tuners.par_iter().map(Tuner::proposals);
+        (budgets.par_iter_mut().zip(tuned)).for_each(|(a, proposals)| a.proposals = proposals);
         rays = tuners.iter().map(Tuner::rays).sum();
     }
     let part = if steps > 0 {

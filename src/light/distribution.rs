@@ -2,6 +2,7 @@
 //! columns.
 
 use super::choice::CELLS;
+use crate::scene::Rgb;
 
 /// Cumulative tables. Intervals end on the grid of primary samples ([`CELLS`]), so the probability
 /// of a texel is exactly how many of them choose it; one that shines has at least a cell of its
@@ -85,6 +86,11 @@ pub fn intervals(values: &[f64]) -> Vec<f32> {
     (ends.into_iter())
         .map(|end| end as f32 / CELLS as f32)
         .collect()
+}
+
+/// Mean of the channels: what a colour counts for in a density, and in a light's power.
+pub fn mean(colour: Rgb) -> f32 {
+    (colour[0] + colour[1] + colour[2]) / 3.0
 }
 
 /// What a bilinear look-up within texel `(x, y)` comes to on average: the tent-filtered image,

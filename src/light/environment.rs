@@ -1,7 +1,7 @@
 //! Spherical maps: radiance or intensity by direction, importance sampled by a piecewise-constant
 //! density over their texels.
 
-use super::distribution::{Distribution, bilinear, tent};
+use super::distribution::{Distribution, bilinear, mean, tent};
 use crate::scene::{EnvLayout, Filtering, Image, Rgb};
 use crate::simd::{Lanes, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
@@ -32,7 +32,7 @@ impl Environment {
             .collect();
         let size = [width, height];
         let value = |x: i64, y: i64| {
-            f64::from(super::mean(texels[wrapped(layout, size, x, y)]).clamp(0.0, f32::MAX))
+            f64::from(mean(texels[wrapped(layout, size, x, y)]).clamp(0.0, f32::MAX))
         };
         let distribution = Distribution::new(
             size,

@@ -39,7 +39,7 @@ use self::picture::Picture;
 use self::projector::Projector;
 use self::records::{Base, BaseLanes, Place};
 use crate::geometry::Geometry;
-use crate::scene::{NONE, Rgb};
+use crate::scene::NONE;
 use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 
 /// The kinds of light kernels.
@@ -426,9 +426,4 @@ impl LightTable {
 /// An area light that no ray meets, by what its row of [`LightTable::base`] says of its sides.
 fn is_hidden(sides: f32) -> bool {
     !(0.0..=1.0).contains(&sides)
-}
-
-/// Mean of the channels, the measure of power here and of a path's contribution in the chains.
-pub fn mean(colour: Rgb) -> f32 {
-    (colour[0] + colour[1] + colour[2]) / 3.0
 }

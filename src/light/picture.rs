@@ -1,6 +1,6 @@
 //! Images on area lights: radiance by texture coordinates.
 
-use super::distribution::bilinear;
+use super::distribution::{bilinear, mean};
 use crate::scene::{Image, Rgb};
 
 /// An image that area lights show.
@@ -48,7 +48,7 @@ impl Picture {
         let mut sum = 0.0;
         let mut add = |s: f32, t: f32| {
             let mix = |k: usize| a[k] + s / n as f32 * (b[k] - a[k]) + t / n as f32 * (c[k] - a[k]);
-            sum += f64::from(super::mean(self.at(mix(0), mix(1))));
+            sum += f64::from(mean(self.at(mix(0), mix(1))));
         };
         for j in 0..n {
             for i in 0..n - j {
@@ -72,7 +72,7 @@ impl Picture {
             let z = (j as f32 + 0.5) / n as f32 * 2.0 - 1.0;
             let v = 1.0 - z.acos() * std::f32::consts::FRAC_1_PI;
             for i in 0..n {
-                sum += f64::from(super::mean(self.at((i as f32 + 0.5) / n as f32, v)));
+                sum += f64::from(mean(self.at((i as f32 + 0.5) / n as f32, v)));
             }
         }
         sum / f64::from(n * n)

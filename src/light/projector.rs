@@ -1,7 +1,7 @@
 //! Slide projectors: an image thrown through a frustum, importance sampled by texel and solid angle
 //! (pbrt-v4, section 12.2.3).
 
-use super::distribution::{Distribution, bilinear, tent};
+use super::distribution::{Distribution, bilinear, mean, tent};
 use crate::scene::{Filtering, Image, Rgb};
 
 /// Cosine to the axis from which on pbrt's projection takes directions for such as lie before it:
@@ -34,9 +34,8 @@ impl Projector {
         let texels: Vec<Rgb> = (image.texels.iter())
             .map(|t| std::array::from_fn(|c| (t[c] * scale[c]).clamp(0.0, f32::MAX)))
             .collect();
-        let value = |x: i64, y: i64| {
-            f64::from(super::mean(texels[repeated([width, height], x, y)]).min(f32::MAX))
-        };
+        let value =
+            |x: i64, y: i64| f64::from(mean(texels[repeated([width, height], x, y)]).min(f32::MAX));
         let distribution = Distribution::new(
             [width, height],
             |x, y| {

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     fn of(text: &str) -> Dialect {
-        detect(&Text::held("t", text), Path::new("."))
+        detect(&Text::held("t", text.as_bytes()), Path::new("."))
     }
 
     #[test]
@@ -197,7 +197,7 @@ mod tests {
     fn includes_decide_what_the_main_file_leaves_open() {
         let dir = tempfile::tempdir().expect("a folder");
         std::fs::write(dir.path().join("a.pbrt"), "Material \"matte\"").expect("written");
-        let main = |text: &str| Text::held("t", text);
+        let main = |text: &str| Text::held("t", text.as_bytes());
         assert_eq!(detect(&main("Include \"a.pbrt\""), dir.path()), Dialect::V3);
         assert_eq!(
             detect(&main("Film \"rgb\" Include \"a.pbrt\""), dir.path()),

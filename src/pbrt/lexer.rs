@@ -311,7 +311,11 @@ mod tests {
     use super::*;
 
     fn lexer(text: &str) -> Lexer {
-        Lexer::new(Text::held("t", text).open(&Rc::default()).expect("opens"))
+        Lexer::new(
+            Text::held("t", text.as_bytes())
+                .open(&Rc::default())
+                .expect("opens"),
+        )
     }
 
     fn tokens(text: &str) -> Vec<Token> {

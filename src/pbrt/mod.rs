@@ -80,7 +80,19 @@ pub fn load_within(path: &Path, memory: u64, loading: &Arc<Loading>) -> Result<S
 
 /// Loads a scene from text. Messages call it `name`; files it refers to are looked for in `dir`.
 pub fn load_str(text: &str, name: &str, dir: &Path) -> Result<Scene, SceneError> {
-    load_text(&Text::held(name, text), dir, Budget::default())
+    load_text(&Text::held(name, text.as_bytes()), dir, Budget::default())
+}
+
+/// Loads a scene from the bytes of a scene file, compressed or not, as [`load_within`] does.
+/// Messages call it `name`; files it refers to are looked for in the current folder.
+pub fn load_bytes(
+    content: &[u8],
+    name: &str,
+    memory: u64,
+    loading: &Arc<Loading>,
+) -> Result<Scene, SceneError> {
+    let budget = Budget::new(memory, Arc::clone(loading));
+    load_text(&Text::held(name, content), Path::new(""), budget)
 }
 
 fn load_text(text: &Text, dir: &Path, budget: Budget) -> Result<Scene, SceneError> {

@@ -159,12 +159,15 @@ fn left_out(set: &ParamSet, report: &mut Report, why: &str) -> Result<(), SceneE
     if set.dialect == Dialect::V4 {
         return Err(set.error(why));
     }
-    report.warn_at(
-        &set.site,
-        format_args!("{why}; it is left out, as in pbrt-v3"),
-    );
-    set.accept_all();
+    leave_out(set, report, why, "pbrt-v3");
     Ok(())
+}
+
+/// Goes on without a shape, as `whose` renderer does.
+fn leave_out(set: &ParamSet, report: &mut Report, why: &str, whose: &str) {
+    let warning = format_args!("{why}; it is left out, as in {whose}");
+    report.warn_at(&set.site, warning);
+    set.accept_all();
 }
 
 /// The mesh, or why there is none.
@@ -358,8 +361,7 @@ fn curve(
     let pieces = match curves::pieces(set, report)? {
         Ok(pieces) => pieces,
         Err(why) => {
-            report.warn_at(&set.site, format_args!("{why}; it is left out, as in pbrt"));
-            set.accept_all();
+            leave_out(set, report, &why, "pbrt");
             return Ok(());
         }
     };

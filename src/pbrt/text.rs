@@ -18,6 +18,9 @@ const MAX_TEXT: u64 = 4 << 30;
 /// Bytes that are read at once.
 const BLOCK: usize = 1 << 16;
 
+/// What compressed text begins with.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
 /// Memory that a file takes while it is read, roughly: a block as it is read and as text, and the
 /// state of inflation.
 pub(super) const OPEN_FILE_BYTES: u64 = 5 * BLOCK as u64;
@@ -26,13 +29,13 @@ pub(super) const OPEN_FILE_BYTES: u64 = 5 * BLOCK as u64;
 #[derive(Clone, Debug)]
 pub(super) enum Text {
     File(PathBuf),
-    /// Its name in messages, and all of it.
+    /// Its name in messages, and all of it, perhaps compressed.
     Held(Rc<str>, Rc<[u8]>),
 }
 
 impl Text {
-    pub fn held(name: &str, text: &str) -> Self {
-        Self::Held(name.into(), text.as_bytes().into())
+    pub fn held(name: &str, content: &[u8]) -> Self {
+        Self::Held(name.into(), content.into())
     }
 
     /// As messages call it.
@@ -57,7 +60,13 @@ impl Text {
             name: self.name(),
             reader: match self {
                 Self::File(path) => open(path)?,
-                Self::Held(_, text) => Box::new(Cursor::new(Rc::clone(text))),
+                Self::Held(_, content) => {
+                    let bytes = Cursor::new(Rc::clone(content));
+                    match content.starts_with(&GZIP) {
+                        true => Box::new(MultiGzDecoder::new(bytes)),
+                        false => Box::new(bytes),
+                    }
+                }
             },
             decoder: None,
             total: Rc::clone(total),
@@ -73,7 +82,7 @@ fn open(path: &Path) -> Result<Box<dyn Read>, String> {
     }
     let mut file = File::open(path).map_err(describe)?;
     let mut magic = [0; 2];
-    let gzipped = file.read_exact(&mut magic).is_ok() && magic == [0x1f, 0x8b];
+    let gzipped = file.read_exact(&mut magic).is_ok() && magic == GZIP;
     file.seek(SeekFrom::Start(0)).map_err(describe)?;
     Ok(if gzipped {
         Box::new(MultiGzDecoder::new(BufReader::new(file)))
@@ -152,7 +161,7 @@ mod tests {
     #[test]
     fn blocks_make_up_the_text() {
         let long = "é€𝄞".repeat(30_000);
-        assert_eq!(read(&Text::held("t", &long)).unwrap(), long);
+        assert_eq!(read(&Text::held("t", long.as_bytes())).unwrap(), long);
         let bytes: Rc<[u8]> = b"a\xffb\xe2\x82".as_slice().into();
         let broken = Text::Held("t".into(), bytes);
         assert_eq!(read(&broken).unwrap(), "a\u{fffd}b\u{fffd}");

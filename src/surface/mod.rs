@@ -26,13 +26,13 @@
 //!   there a BSDF needs its formulas in `replay/oracle/bsdf.rs` or, if it is a delta, in
 //!   `replay/oracle/reference.rs`, and its way of sampling in `replay/oracle/bend.rs`.
 
-/// The table: a line for each material of one BSDF, with its kernels as `Kind: type`. It calls the
-/// macro `$then` of [`table`] with all lines, and with what else was given.
+/// The table: a line for each material of one BSDF, with its kernels as `Kind: type`. It calls a
+/// macro, `$then`, with all lines and with what else was given.
 ///
 /// Their order is that of queues and of reports; pictures do not depend on it.
 macro_rules! bsdfs {
-    ($then:ident! $($rest:tt)*) => {
-        $crate::surface::table::$then! {
+    ($then:path; $($rest:tt)*) => {
+        $then! {
             [
                 diffuse::DiffuseMaterial =>
                     Diffuse: diffuse::Diffuse, OrenNayar: diffuse::OrenNayar;

@@ -10,7 +10,7 @@ use std::any::Any;
 macro_rules! for_kind {
     ($kind:expr, $self:ident . $f:ident :: <_ $(, $g:ty)*> ($($arg:expr),* $(,)?)) => {
         $crate::surface::bsdfs!(
-            dispatch! $kind, $self, $f, [$(, $g)*], ($($arg),*)
+            $crate::surface::table::dispatch; $kind, $self, $f, [$(, $g)*], ($($arg),*)
         )
     };
 }
@@ -148,9 +148,9 @@ macro_rules! kinds {
     };
 }
 
-pub(crate) use {call, dispatch, for_kind, kinds};
+pub(crate) use {call, dispatch, for_kind};
 
-bsdfs!(kinds!);
+bsdfs!(kinds;);
 
 /// What materials of one BSDF are called in a dialect.
 pub fn names(dialect: Dialect) -> impl Iterator<Item = &'static str> {

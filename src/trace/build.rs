@@ -12,37 +12,13 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 
 use super::crowd;
+use super::flatten::{Flattening, LEAF_SIZE, Pending, Primitive, Tree};
 use super::large::{LargeSurface, surfaces};
-use super::node::{Bounds, Child, Link, MAX_DEPTH, NOWHERE, Node, union};
-use super::ray::Extent;
-use super::sphere::{LeafSphere, bounds as sphere_bounds};
+use super::node::{Bounds, Child, MAX_DEPTH};
+use super::sphere::bounds as sphere_bounds;
 use super::split::Split;
 use super::triangle::is_degenerate;
 use crate::scene::{MaterialKind, NONE, Scene, Shape};
-
-/// Most primitives per leaf.
-pub const LEAF_SIZE: u32 = 4;
-
-/// What a build yields.
-pub struct Tree {
-    pub nodes: Vec<Node>,
-    /// Triangles in leaf order; those of a subtree are neighbours.
-    pub triangles: Vec<u32>,
-    pub spheres: Vec<LeafSphere>,
-    /// What leaves of spheres refer to beside spheres.
-    pub large: Vec<LargeSurface>,
-    pub extent: Extent,
-    pub depth: usize,
-}
-
-/// A primitive to be sorted into the tree.
-#[derive(Clone, Copy)]
-pub enum Primitive {
-    Triangle(u32),
-    Sphere(u32),
-    /// Index into [`Tree::large`].
-    Large(u32),
-}
 
 /// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many
 /// primitives lie in one place.
@@ -61,7 +37,7 @@ pub fn best(scene: &Scene) -> Option<Tree> {
     }
     let boxes: &[Boxed] = bytemuck::cast_slice(&boxes);
     let bvh = build_bvh2(boxes, quality(boxes.len()), &mut Duration::default());
-    flat.flatten(&bvh).then_some(flat.tree)
+    flat.copy(&bvh).then_some(flat.tree)
 }
 
 /// Leaves out what lies where an earlier primitive lies.
@@ -180,46 +156,9 @@ fn quality(primitives: usize) -> BvhBuildParams {
     }
 }
 
-/// A tree that is being put together.
-pub struct Flattening<'a> {
-    scene: &'a Scene,
-    pub primitives: &'a [Primitive],
-    pub boxes: &'a [Bounds],
-    pub tree: Tree,
-}
-
-/// A node waiting to be filled, and what belongs there.
-pub struct Pending<T> {
-    pub node: usize,
-    pub depth: usize,
-    pub content: T,
-}
-
-impl<'a> Flattening<'a> {
-    fn new(
-        scene: &'a Scene,
-        primitives: &'a [Primitive],
-        boxes: &'a [Bounds],
-        large: Vec<LargeSurface>,
-    ) -> Self {
-        let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
-        Self {
-            scene,
-            primitives,
-            boxes,
-            tree: Tree {
-                nodes: vec![EMPTY_NODE],
-                triangles: Vec::with_capacity(primitives.len()),
-                spheres: Vec::new(),
-                extent: Extent::new(bounds, !large.is_empty()),
-                large,
-                depth: 1,
-            },
-        }
-    }
-
+impl Flattening<'_> {
     /// Copies the tree of obvhs; false if it is too deep to be traversed.
-    fn flatten(&mut self, bvh: &Bvh2) -> bool {
+    fn copy(&mut self, bvh: &Bvh2) -> bool {
         let Some(root) = bvh.nodes.first() else {
             return true;
         };
@@ -268,67 +207,4 @@ impl<'a> Flattening<'a> {
         }
         true
     }
-
-    pub fn push_node(&mut self) -> usize {
-        self.tree.nodes.push(EMPTY_NODE);
-        self.tree.nodes.len() - 1
-    }
-
-    /// Stores the members of a leaf. Triangles and others that share one are parted by a node.
-    pub fn leaf(&mut self, members: &[u32]) -> Child {
-        if self.scene.spheres.is_empty() && self.tree.large.is_empty() {
-            return self.homogeneous_leaf(members);
-        }
-        let is_sphere = |i: &u32| !matches!(self.primitives[*i as usize], Primitive::Triangle(_));
-        let (spheres, triangles): (Vec<u32>, Vec<u32>) = members.iter().partition(|i| is_sphere(i));
-        match (triangles.is_empty(), spheres.is_empty()) {
-            (_, true) => self.homogeneous_leaf(&triangles),
-            (true, false) => self.homogeneous_leaf(&spheres),
-            (false, false) => {
-                let node = Node {
-                    bounds: [self.padded(&triangles), self.padded(&spheres)],
-                    link: [
-                        Link::to(self.homogeneous_leaf(&triangles)),
-                        Link::to(self.homogeneous_leaf(&spheres)),
-                    ],
-                };
-                self.tree.nodes.push(node);
-                Child::inner(self.tree.nodes.len() - 1)
-            }
-        }
-    }
-
-    fn homogeneous_leaf(&mut self, members: &[u32]) -> Child {
-        let first = [self.tree.triangles.len(), self.tree.spheres.len()];
-        let mut spheres = false;
-        for &i in members {
-            match self.primitives[i as usize] {
-                Primitive::Triangle(index) => self.tree.triangles.push(index),
-                Primitive::Sphere(index) => {
-                    spheres = true;
-                    let prim = self.scene.triangles.len() as u32 + index;
-                    let sphere = &self.scene.spheres[index as usize];
-                    self.tree.spheres.push(LeafSphere::new(sphere, prim));
-                }
-                Primitive::Large(index) => {
-                    spheres = true;
-                    self.tree.spheres.push(LeafSphere::large(index));
-                }
-            }
-        }
-        Child::leaf(spheres, first[spheres as usize], members.len())
-    }
-
-    pub fn padded(&self, members: &[u32]) -> Bounds {
-        members
-            .iter()
-            .map(|&i| self.boxes[i as usize])
-            .reduce(union)
-            .map_or(NOWHERE, |b| self.tree.extent.grown(b))
-    }
 }
-
-const EMPTY_NODE: Node = Node {
-    bounds: [NOWHERE; 2],
-    link: [Link::EMPTY; 2],
-};

@@ -9,7 +9,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::build::Tree;
+use super::flatten::Tree;
 use super::node::{Bounds, Child, NOWHERE, Node, Part};
 use super::store::{Builder, Triangles, WIDTH};
 

@@ -24,6 +24,7 @@ mod build;
 mod bvh8;
 mod crowd;
 mod eight;
+mod flatten;
 mod large;
 mod node;
 pub mod offset;
@@ -46,8 +47,8 @@ use crate::scene::Scene;
 use crate::simd::Lanes;
 
 use self::best::Best;
-use self::build::Tree;
 use self::bvh8::{Bvh8, Node8};
+use self::flatten::Tree;
 use self::large::LargeSurface;
 use self::node::Node;
 use self::ray::Extent;

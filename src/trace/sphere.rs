@@ -26,7 +26,8 @@ pub struct LeafSphere {
     shift: f32,
     /// Number of triangles plus index of the sphere.
     index: u32,
-    /// Not a sphere but this entry of [`Tree::large`](super::build::Tree::large), unless [`NONE`].
+    /// Not a sphere but this entry of [`Tree::large`](super::flatten::Tree::large), unless
+    /// [`NONE`].
     large: u32,
 }
 

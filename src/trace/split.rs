@@ -1,8 +1,8 @@
 //! Trees from the top down, for what no clustering sorts well: of good quality by the surface area
 //! heuristic, or of the least depth.
 
-use super::build::{Flattening, LEAF_SIZE, Pending};
 use super::crowd::half_area;
+use super::flatten::{Flattening, LEAF_SIZE, Pending};
 use super::node::{Bounds, Child, union};
 
 /// Intervals along an axis between which a part is split.

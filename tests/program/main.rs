@@ -8,5 +8,6 @@ mod command;
 mod compare;
 mod converge;
 mod converge_page;
+mod docs;
 mod house;
 mod limits;

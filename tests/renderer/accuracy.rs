@@ -176,7 +176,7 @@ fn check(side: u32, renders: u64, effort: u64) {
 
 #[test]
 fn claims_hold() {
-    check(48, 64, 1);
+    check(32, 64, 1);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         samples_per_pixel: 1 << 20,
         bootstrap: 20_000,
         chains: 1024,
-        target_error: Some(0.1),
+        target_error: Some(0.15),
         time: Some(Duration::from_secs(60)),
         ..Settings::of(&scene)
     };
@@ -208,7 +208,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         assert_eq!(done.ended_by, EndedBy::Target, "{integrator:?}");
         let error = done.stats.relative_error.unwrap();
         // Chains go on until the end of a round of a quarter second, and until they have mixed.
-        assert!(error <= 0.1, "{integrator:?}: {error}");
+        assert!(error <= 0.15, "{integrator:?}: {error}");
     }
     // Chains that only ever make small steps do not mix, however good the picture looks.
     let stuck = support::run(
@@ -218,7 +218,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
             large_step_probability: 0.0,
             sigma: 1e-4,
             target_error: Some(100.0),
-            time: Some(Duration::from_secs(2)),
+            time: Some(Duration::from_secs(1)),
             ..endless
         },
     );

@@ -17,12 +17,12 @@ use support::stage::lit_stage;
 use support::{Estimate, Runs, run, scene, settings};
 
 const DEPTH: u32 = 4;
-const SEEDS: u64 = 12;
+const SEEDS: u64 = 8;
 
 /// Mean channel of all that paths of a sampler bring.
 fn mean_of(world: &World, sampler: &PathSampler, random: &mut Random) -> Mean {
     const N: usize = 2048;
-    const BATCHES: usize = 24;
+    const BATCHES: usize = 12;
     let mut mean = Mean::default();
     let mut paths = Paths::new(world);
     let mut samples = Samples::new(sampler.dimensions(), N);

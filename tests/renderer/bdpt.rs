@@ -14,7 +14,7 @@ use support::{Estimate, Runs, run, scene, settings, standard_errors};
 const GRID: u32 = 2;
 /// Many short renders know their error better than few long ones: 24 bound a difference as tightly
 /// as 12 of six times the samples.
-const SEEDS: u64 = 24;
+const SEEDS: u64 = 16;
 
 #[test]
 fn pictures_are_those_of_path_tracing() {
@@ -331,7 +331,7 @@ fn expect_true_claims(filters: &[(IntegratorKind, FilterKind, f32)]) {
                 let settings = Settings {
                     seed,
                     error_layers: true,
-                    ..settings(&scene, kind, 32)
+                    ..settings(&scene, kind, 16)
                 };
                 run(&scene, &settings)
             })

@@ -2,41 +2,26 @@
 
 use crate::support;
 
-use phalanx::film::output::{Picture, write};
-use phalanx::formats::tone::Display;
 use phalanx::pbrt::load_str;
 use phalanx::scene::Scene;
 use std::f64::consts::PI;
 use std::path::Path;
-use support::{BOTH, Runs, run, settings};
+use support::{BOTH, Runs, run, settings, write_pfm};
 
 const SEEDS: u64 = 12;
-
-/// An image of a few texels as a float file, which keeps its values.
-fn image(dir: &Path, name: &str, width: u32, texels: &[[f32; 3]]) {
-    let height = texels.len() as u32 / width;
-    let picture = Picture {
-        width,
-        height,
-        offset: [0, 0],
-        full: [width, height],
-        pixels: texels.to_vec(),
-    };
-    write(&dir.join(name), &picture, &[], &Display::LINEAR).unwrap();
-}
 
 /// A folder with a ramp that rises by 1 from u = 1/4 to u = 3/4, one along v, an even grey, and
 /// three directions.
 fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     let grey = |v: &[f32]| v.iter().map(|v| [*v; 3]).collect::<Vec<_>>();
-    image(dir.path(), "ramp-u.pfm", 2, &grey(&[0.0, 1.0]));
+    write_pfm(&dir.path().join("ramp-u.pfm"), 2, &grey(&[0.0, 1.0]));
     // Row 0 is the top.
-    image(dir.path(), "ramp-v.pfm", 1, &grey(&[1.0, 0.0]));
-    image(dir.path(), "even.pfm", 2, &grey(&[0.7; 4]));
-    image(dir.path(), "up.pfm", 1, &[[0.5, 0.5, 1.0]]);
-    image(dir.path(), "along.pfm", 1, &[[0.8, 0.5, 0.9]]);
-    image(dir.path(), "across.pfm", 1, &[[0.5, 0.2, 0.9]]);
+    write_pfm(&dir.path().join("ramp-v.pfm"), 1, &grey(&[1.0, 0.0]));
+    write_pfm(&dir.path().join("even.pfm"), 2, &grey(&[0.7; 4]));
+    write_pfm(&dir.path().join("up.pfm"), 1, &[[0.5, 0.5, 1.0]]);
+    write_pfm(&dir.path().join("along.pfm"), 1, &[[0.8, 0.5, 0.9]]);
+    write_pfm(&dir.path().join("across.pfm"), 1, &[[0.5, 0.2, 0.9]]);
     dir
 }
 

@@ -5,33 +5,18 @@ use crate::support;
 
 use phalanx::chain::mutate::Mutation;
 use phalanx::chain::tune::Tune;
-use phalanx::film::output::{Picture, write};
 use phalanx::integrate::{Settings, Width};
 use phalanx::pbrt::{load, load_str};
 use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use std::path::Path;
-use support::run;
+use support::{run, write_pfm};
 
 /// Every kind of light, material, shape and texture at once, through an open lens, a wide filter
 /// and a crop window.
 fn everything() -> Scene {
     let dir = tempfile::tempdir().unwrap();
-    let sky = Picture {
-        width: 8,
-        height: 4,
-        offset: [0, 0],
-        full: [8, 4],
-        pixels: (0..32)
-            .map(|i| [0.1 * i as f32, 0.5, 3.0 / (i + 1) as f32])
-            .collect(),
-    };
-    write(
-        &dir.path().join("sky.pfm"),
-        &sky,
-        &[],
-        &phalanx::formats::tone::Display::LINEAR,
-    )
-    .unwrap();
+    let sky: [[f32; 3]; 32] = std::array::from_fn(|i| [0.1 * i as f32, 0.5, 3.0 / (i + 1) as f32]);
+    write_pfm(&dir.path().join("sky.pfm"), 8, &sky);
     let text = r#"
 LookAt 0 2 7  0 0.8 0  0 1 0
 Camera "perspective" "float fov" [45] "float lensradius" [0.1] "float focaldistance" [7]
@@ -248,7 +233,7 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-1 0 1.5 1 0 1.
     expect_one_picture(&scene, [8, 32], FEW);
 }
 
-/// Other laws of mutation, tuned by chains of their own.
+/// Other distributions of mutations, tuned by chains of their own.
 #[test]
 fn mutations() {
     let scene = reference("cornell-glass.pbrt");

@@ -1,9 +1,8 @@
 //! A glass ball under a coarse map: what pixels see of its poles, against an integration in `f64`
 //! by the rules of both pbrts.
 
-use crate::support::{Runs, settings};
+use crate::support::{Runs, settings, write_pfm};
 
-use phalanx::film::output::{Picture, write};
 use phalanx::pbrt::load_str;
 use phalanx::replay::vector::{V, add, dot, length, scale, sub, unit};
 use phalanx::scene::IntegratorKind;
@@ -111,23 +110,11 @@ fn seen([x, y]: [f64; 2], sky: fn(V) -> f64) -> f64 {
 fn a_glass_ball_under_a_coarse_map_is_what_the_rules_of_pbrt_say() {
     let dir = tempfile::tempdir().expect("a folder");
     for (of_v3, sky) in [(true, look_up_v3 as fn(V) -> f64), (false, look_up_v4)] {
-        let columns = if of_v3 { 32 } else { 16 };
-        let picture = Picture {
-            width: columns,
-            height: 16,
-            offset: [0, 0],
-            full: [columns, 16],
-            pixels: (0..columns as usize * 16)
-                .map(|i| [texel(i % columns as usize, i / columns as usize, of_v3) as f32; 3])
-                .collect(),
-        };
-        write(
-            &dir.path().join("a.pfm"),
-            &picture,
-            &[],
-            &phalanx::formats::tone::Display::LINEAR,
-        )
-        .expect("a written image");
+        let columns: usize = if of_v3 { 32 } else { 16 };
+        let texels: Vec<[f32; 3]> = (0..columns * 16)
+            .map(|i| [texel(i % columns, i / columns, of_v3) as f32; 3])
+            .collect();
+        write_pfm(&dir.path().join("a.pfm"), columns as u32, &texels);
         let (film, map, glass) = match of_v3 {
             true => ("image", "mapname", "\"glass\" \"float eta\" 1.5"),
             false => ("rgb", "filename", "\"dielectric\" \"float eta\" 1.5"),

@@ -244,13 +244,13 @@ fn two_hundred_bounces() {
             bootstrap: 256,
             ..Settings::of(&scene)
         };
-        let runs = Runs::new(&scene, &settings, 16);
+        let runs = Runs::new(&scene, &settings, 10);
         for (i, block) in blocks(&runs).iter().enumerate() {
             let what = format!("furnace {integrator:?}, block {}, channel {}", i / 3, i % 3);
             block.expect_among(COMPARISONS, truth, &what);
         }
         let whole = runs.whole(0);
-        assert!(whole.error < 0.004 * truth, "too noisy to tell: {whole:?}");
+        assert!(whole.error < 0.005 * truth, "too noisy to tell: {whole:?}");
     }
 }
 

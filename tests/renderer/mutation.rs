@@ -1,12 +1,12 @@
-//! Small mutations by every law, tuned and not: where proposals go, and that pictures stay what
-//! they are.
+//! Small mutations of every distribution, tuned and not: where proposals go, and that pictures stay
+//! what they are.
 
 use crate::common;
 use crate::support;
 
 use common::stats::{FALSE_ALARM, assert_follows, chi_square_tail};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::{DEFAULT_SIGMA, Kernel, Mutation, ONE_MINUS_EPSILON};
+use phalanx::chain::mutate::{DEFAULT_SIGMA, Mutation, ONE_MINUS_EPSILON, ProposalDistribution};
 use phalanx::chain::tune::{ACCEPTANCE, Tune};
 use phalanx::integrate::{EndedBy, Observer, Phase, Settings, render};
 use phalanx::pbrt::load;
@@ -23,7 +23,7 @@ const DIMENSIONS: usize = 5;
 const CHAINS: usize = 1024;
 
 /// Proposals of small steps of many chains that stand at `from` in every dimension.
-fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
+fn proposals(distribution: &ProposalDistribution, from: f32, steps: u32) -> Vec<f32> {
     let ids: Vec<u32> = (0..CHAINS as u32).collect();
     let mut current = Samples::new(DIMENSIONS, CHAINS);
     for d in 0..DIMENSIONS {
@@ -34,7 +34,7 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
     let mut all = Vec::new();
     for i in 0..steps {
         Evaluator::EIGHT.propose(
-            kernel,
+            distribution,
             &ids,
             i,
             &current,
@@ -44,7 +44,7 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
         );
         assert!(large.iter().all(|l| *l == 0.0));
         Evaluator::ONE.propose(
-            kernel,
+            distribution,
             &ids,
             i,
             &current,
@@ -62,7 +62,7 @@ fn proposals(kernel: &Kernel, from: f32, steps: u32) -> Vec<f32> {
 }
 
 /// Probability of an offset in `[-1/2, d)` around the ring, in closed form.
-fn law(mutation: Mutation, sigma: f64, d: f64) -> f64 {
+fn probability(mutation: Mutation, sigma: f64, d: f64) -> f64 {
     match mutation {
         Mutation::Gaussian => {
             let cdf = |z: f64| {
@@ -90,16 +90,16 @@ fn offsets_follow_their_laws() {
     let cells = 64;
     for mutation in Mutation::ALL {
         for sigma in [0.002f32, DEFAULT_SIGMA, 0.3] {
-            let kernel = Kernel::new(11, 0.0, sigma).with_proposals(mutation);
+            let distribution = ProposalDistribution::new(11, 0.0, sigma).with_mutation(mutation);
             for from in [0.0, 0.3, ONE_MINUS_EPSILON] {
-                let all = proposals(&kernel, from, 20);
+                let all = proposals(&distribution, from, 20);
                 let mut counts = vec![0.0; cells];
                 for u in &all {
                     assert!((0.0..1.0).contains(u), "{u}");
                     let d = f64::from(*u) - f64::from(from);
                     let d = d - (d + 0.5).floor();
-                    let part = law(mutation, f64::from(sigma), d);
-                    // Equal shares: a gap of the law, as about 0, is between two.
+                    let part = probability(mutation, f64::from(sigma), d);
+                    // Equal shares: a gap of the distribution, as about 0, is between two.
                     counts[((part * cells as f64) as usize).min(cells - 1)] += 1.0;
                 }
                 let what = format!("{mutation:?}, sigma {sigma}, from {from}");
@@ -112,8 +112,9 @@ fn offsets_follow_their_laws() {
 
 #[test]
 fn kelemen_has_the_bounds_of_the_paper() {
-    let kernel = Kernel::new(12, 0.0, DEFAULT_SIGMA).with_proposals(Mutation::Kelemen);
-    let all = proposals(&kernel, 0.5, 200);
+    let distribution =
+        ProposalDistribution::new(12, 0.0, DEFAULT_SIGMA).with_mutation(Mutation::Kelemen);
+    let all = proposals(&distribution, 0.5, 200);
     let sizes: Vec<f32> = all.iter().map(|u| (u - 0.5).abs()).collect();
     let least = sizes.iter().copied().fold(1.0, f32::min);
     let most = sizes.iter().copied().fold(0.0, f32::max);
@@ -207,8 +208,8 @@ fn hard_scenes_are_tuned() {
         );
         assert!(after.rays > before.rays);
         for depth in &before.depths {
-            let kernel = (depth.sigma, depth.large_step_probability);
-            assert_eq!(kernel, (plain.sigma, plain.large_step_probability));
+            let tuned = (depth.sigma, depth.large_step_probability);
+            assert_eq!(tuned, (plain.sigma, plain.large_step_probability));
         }
         for depth in &after.depths {
             println!(

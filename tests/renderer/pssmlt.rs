@@ -7,7 +7,7 @@ use crate::support;
 use common::scenes;
 use phalanx::chain::batch::Workspace;
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::{Kernel, Mutation, large_step_probability};
+use phalanx::chain::mutate::{Mutation, ProposalDistribution, large_step_probability};
 use phalanx::chain::tune::Tune;
 use phalanx::film::{Destination, FilterTable, SplatFilm};
 use phalanx::integrate::{EndedBy, Settings};
@@ -71,7 +71,7 @@ fn any_part_of_large_steps_will_do() {
     let means = |kind, change: &dyn Fn(&mut Settings)| {
         let mut settings = settings(&scene, kind, 104);
         change(&mut settings);
-        Runs::new(&scene, &settings, 32).grid(GRID[0], GRID[1])
+        Runs::new(&scene, &settings, 16).grid(GRID[0], GRID[1])
     };
     let pt = means(IntegratorKind::Pt, &|_| {});
     let all = [1.0, 0.03, 1e-9, 0.0].map(|p| (OVER_PT, p));
@@ -146,11 +146,11 @@ fn the_constant_of_the_weights_is_free() {
                 scale: 1.0,
                 half: false,
             };
-            let kernel = Kernel::new(seed, P, 0.01);
+            let proposals = ProposalDistribution::new(seed, P, 0.01);
             Evaluator::EIGHT.march(
                 &mut batch,
                 &world,
-                &kernel,
+                &proposals,
                 STEPS,
                 &mut workspace,
                 &film,

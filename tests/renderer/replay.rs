@@ -12,7 +12,7 @@ use command::{command, refused, run, text};
 use common::scenes;
 use common::stats::Random;
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::{Kernel, Mutation};
+use phalanx::chain::mutate::{Mutation, ProposalDistribution};
 use phalanx::chain::strategy_choice::learned;
 use phalanx::chain::tune::Tune;
 use phalanx::formats::tone::Display;
@@ -239,7 +239,7 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         let of_depth = &stats.depths[depth];
         let about = &replayed["iteration"];
         let (p, sigma) = (of_depth.large_step_probability, of_depth.sigma);
-        let kernel = Kernel::new(7, p, sigma).with_proposals(settings.mutation);
+        let proposals = ProposalDistribution::new(7, p, sigma).with_mutation(settings.mutation);
         let figure = |name: &str| about[name].as_f64().unwrap() as f32;
         assert_eq!(
             (figure("large_step_probability"), figure("sigma")),
@@ -261,10 +261,10 @@ fn expect_chains_of(scene: &Scene, settings: &Settings, folder: &Path) {
         let mut paths = Paths::new(&world);
         let mut batch = Evaluator::ONE.batch(&world, &plan, 0, &seeds, 7, &mut paths);
         for _ in 0..iteration {
-            Evaluator::ONE.step(&mut batch, &world, &kernel, &mut paths);
+            Evaluator::ONE.step(&mut batch, &world, &proposals, &mut paths);
         }
         let state = batch.state(chain);
-        Evaluator::ONE.step(&mut batch, &world, &kernel, &mut paths);
+        Evaluator::ONE.step(&mut batch, &world, &proposals, &mut paths);
         let step = batch.latest(chain);
         assert_eq!(floats(&replayed["current"]["samples"]), state.samples);
         assert_eq!(floats(&replayed["proposal"]["samples"]), step.proposal);

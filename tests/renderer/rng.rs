@@ -4,7 +4,7 @@ use crate::common;
 
 use common::stats::{FALSE_ALARM, Random, assert_follows, normal_quantile};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::{Kernel, Mutation, ONE_MINUS_EPSILON, normals};
+use phalanx::chain::mutate::{Mutation, ONE_MINUS_EPSILON, ProposalDistribution, normals};
 use phalanx::simd::rng::{Purpose, Stream, unit_float};
 use phalanx::simd::{Lanes, UintLanes, f32x8};
 use phalanx::transport::samples::Samples;
@@ -202,7 +202,7 @@ fn cdf(z: f64) -> f64 {
 
 /// Marches chains by small steps only, and returns the samples of all.
 fn march(proposal: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: usize) -> Samples {
-    let kernel = Kernel::new(5, 0.0, sigma).with_proposals(proposal);
+    let proposals = ProposalDistribution::new(5, 0.0, sigma).with_mutation(proposal);
     let ids: Vec<u32> = (0..chains as u32).collect();
     let mut current = Samples::new(dimensions, chains);
     let mut random = Random(8);
@@ -213,7 +213,7 @@ fn march(proposal: Mutation, sigma: f32, chains: usize, steps: u32, dimensions: 
     let (mut large, mut decide) = (vec![0.0; chains], vec![0.0; chains]);
     for i in 0..steps {
         Evaluator::EIGHT.propose(
-            &kernel,
+            &proposals,
             &ids,
             i,
             &current,
@@ -264,7 +264,7 @@ fn small_steps_keep_samples_uniform() {
 fn one_long_chain_visits_everything_alike() {
     // 10^6 steps with sigma 0.3: the first Fourier mode decays by exp(-2 (pi 0.3)^2) = 0.17 a step,
     // so that each tenth state is independent of the last to 1e-8.
-    let kernel = Kernel::new(6, 0.0, 0.3);
+    let proposals = ProposalDistribution::new(6, 0.0, 0.3);
     let ids: Vec<u32> = (0..8).collect();
     let mut current = Samples::new(1, 8);
     let mut proposed = current.clone();
@@ -273,7 +273,7 @@ fn one_long_chain_visits_everything_alike() {
     let mut count = 0.0;
     for i in 0..125_000 {
         Evaluator::EIGHT.propose(
-            &kernel,
+            &proposals,
             &ids,
             i,
             &current,
@@ -295,7 +295,7 @@ fn one_long_chain_visits_everything_alike() {
 #[test]
 fn large_steps_are_as_frequent_as_asked_and_uniform() {
     let (chains, steps) = (64, 2000);
-    let kernel = Kernel::new(4, 0.3, 0.0);
+    let proposals = ProposalDistribution::new(4, 0.3, 0.0);
     let ids: Vec<u32> = (0..chains as u32).collect();
     let mut start = Samples::new(2, chains);
     for d in 0..2 {
@@ -307,7 +307,7 @@ fn large_steps_are_as_frequent_as_asked_and_uniform() {
     let mut cells = vec![0.0; 64];
     for i in 0..steps {
         Evaluator::EIGHT.propose(
-            &kernel,
+            &proposals,
             &ids,
             i,
             &start,

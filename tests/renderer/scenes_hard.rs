@@ -5,9 +5,8 @@ use crate::support;
 use crate::support::dialect;
 
 use dialect::to_v4;
-use phalanx::film::output::{Picture, write};
 use phalanx::pbrt::load_str;
-use support::{expect_integrators_agree, head, scene};
+use support::{expect_integrators_agree, head, scene, write_pfm};
 
 const SEEDS: u64 = 48;
 const CAMERA: &str = "LookAt 0 1.6 5  0 0.6 0  0 1 0\nCamera \"perspective\" \"float fov\" [40]";
@@ -65,20 +64,8 @@ fn infinite_image() {
             [0.2, 0.1 * (i % 4) as f32, 0.4]
         }
     });
-    let sky = Picture {
-        width: 16,
-        height: 8,
-        offset: [0, 0],
-        full: [16, 8],
-        pixels: pixels.collect(),
-    };
-    write(
-        &dir.path().join("sky.pfm"),
-        &sky,
-        &[],
-        &phalanx::formats::tone::Display::LINEAR,
-    )
-    .unwrap();
+    let sky: Vec<[f32; 3]> = pixels.collect();
+    write_pfm(&dir.path().join("sky.pfm"), 16, &sky);
     let light = "AttributeBegin\nRotate -70 1 0 0\nRotate 40 0 0 1\nLightSource \"infinite\" \"string mapname\" \"sky.pfm\"\nAttributeEnd\n";
     let text = head(24, 18, 4, CAMERA) + light + STAGE;
     let scene = load_str(&text, "sky.pbrt", dir.path()).unwrap();

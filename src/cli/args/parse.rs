@@ -1,10 +1,21 @@
 //! Values that flags take as text, in their range or with a message.
 
+use std::path::PathBuf;
 use std::time::Duration;
+
+use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use super::values::{Exposure, Tuned};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::scene::Film;
+
+/// A file to write; `-` stands for standard output, where that is a file.
+pub(super) fn file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(|path| match path.as_os_str() == "-" && cfg!(unix) {
+        true => PathBuf::from("/dev/stdout"),
+        false => path,
+    })
+}
 
 /// Thirty years.
 pub(super) const MAX_SECONDS: f64 = 1e9;

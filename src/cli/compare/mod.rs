@@ -3,6 +3,7 @@
 
 pub mod args;
 mod canvas;
+mod document;
 mod draw;
 pub mod pictures;
 mod text;
@@ -10,16 +11,15 @@ mod text;
 use std::path::Path;
 use std::process::ExitCode;
 
-use serde::Serialize;
-
 use self::args::{CompareArgs, Limit};
+use self::document::Document;
 use self::pictures::Input;
 use super::messages::Messages;
 use super::{Failure, outputs, units};
 use crate::film::output::{self, Attribute, AttributeValue};
 use crate::formats::Picture;
 use crate::formats::tone::Display;
-use crate::metrics::{Comparison, Figures, Flip, NotFinite, Tile};
+use crate::metrics::{Comparison, Figures};
 
 pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
@@ -64,74 +64,6 @@ pub fn run(args: &CompareArgs, messages: Messages) -> Result<ExitCode, Failure> 
     }
     messages.error(broken.join("; "));
     Ok(ExitCode::from(1))
-}
-
-/// All that is known, as JSON has it.
-#[derive(Serialize)]
-struct Document<'a> {
-    version: &'static str,
-    a: File<'a>,
-    b: File<'a>,
-    width: u32,
-    height: u32,
-    flip_settings: FlipSettings,
-    #[serde(flatten)]
-    whole: Figures,
-    tile_size: u32,
-    tiles: Vec<Tile>,
-}
-
-#[derive(Serialize)]
-struct File<'a> {
-    file: &'a str,
-    not_finite: Option<NotFinite>,
-}
-
-#[derive(Serialize)]
-struct FlipSettings {
-    /// `LDR` or `HDR`
-    kind: &'static str,
-    pixels_per_degree: f32,
-    /// For HDR: exposures, in stops.
-    exposures: Option<usize>,
-    first_exposure: Option<f32>,
-    last_exposure: Option<f32>,
-}
-
-impl<'a> Document<'a> {
-    fn new(
-        args: &CompareArgs,
-        [a, b]: &'a [Input; 2],
-        kind: Flip,
-        comparison: &Comparison,
-        whole: Figures,
-    ) -> Self {
-        let file = |input: &'a Input| File {
-            file: &input.name,
-            not_finite: input.not_finite,
-        };
-        let exposures = comparison.exposures;
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            a: file(a),
-            b: file(b),
-            width: a.picture.width,
-            height: a.picture.height,
-            flip_settings: FlipSettings {
-                kind: match kind {
-                    Flip::Ldr => "LDR",
-                    Flip::Hdr => "HDR",
-                },
-                pixels_per_degree: args.ppd,
-                exposures: exposures.map(|e| e.count),
-                first_exposure: exposures.map(|e| e.start),
-                last_exposure: exposures.map(|e| e.stop),
-            },
-            whole,
-            tile_size: args.tiles,
-            tiles: comparison.tiles(args.tiles as usize),
-        }
-    }
 }
 
 /// Writes the errors of pixels: as they are, or in false colours.

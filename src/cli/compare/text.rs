@@ -1,7 +1,7 @@
 //! A comparison as tables.
 
-use super::Document;
 use super::args::MapName;
+use super::document::Document;
 use crate::cli::table::{Table, heading};
 use crate::cli::units::digits;
 use crate::metrics::{Figures, Tile};

@@ -9,7 +9,8 @@ use crate::cli::messages::Messages;
 use crate::cli::progress::bar;
 use crate::cli::signals::Signals;
 use crate::cli::units;
-use crate::converge::run::{Run, StudyStep, Watch};
+use crate::converge::subject::Run;
+use crate::converge::watch::{StudyStep, Watch};
 
 pub struct Progress<'a> {
     signals: &'a Signals,

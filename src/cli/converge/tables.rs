@@ -2,7 +2,7 @@
 
 use crate::cli::table::{Table, heading};
 use crate::converge::figures::{SceneFigures, TARGETS};
-use crate::converge::report::cells::{self, WITHIN_REFERENCE};
+use crate::converge::report::cells;
 use crate::converge::run::Study;
 
 pub fn text(study: &Study) -> String {
@@ -62,23 +62,12 @@ fn budgets(out: &mut String, figures: &SceneFigures) {
     ]);
     for variant in &figures.variants {
         for (i, budget) in variant.budgets.iter().enumerate() {
-            let mark = if budget.within_reference_error {
-                WITHIN_REFERENCE
-            } else {
-                " "
+            let name = match i {
+                0 => variant.name.clone(),
+                _ => String::new(),
             };
-            table.row([
-                if i == 0 {
-                    variant.name.clone()
-                } else {
-                    String::new()
-                },
-                budget.effort.to_string(),
-                budget.runs.to_string(),
-                cells::relative(&budget.seconds),
-                cells::relative(&budget.relmse),
-                format!("{}{mark}", cells::relative(&budget.relmse_corrected)),
-            ]);
+            let [effort, runs, time, error, corrected] = cells::of_budget(budget, " ");
+            table.row([name, effort, runs, time, error, corrected]);
         }
     }
     table.print(out);

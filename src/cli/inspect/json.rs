@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::super::input::Input;
-use super::{film_filter, light_name, projection_name, texture_name, to_world};
+use super::names::{film_filter, light_name, projection_name, texture_name, to_world};
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::plan;
 use crate::scene::{Camera, Image, Scene, Space};

@@ -1,23 +1,23 @@
 //! `phalanx replay`: one path again, step by step. To stdout.
 
 pub mod args;
+mod document;
 mod text;
 
 use std::io::{self, Read};
 use std::path::Path;
 use std::process::ExitCode;
 
-use serde::Serialize;
-
 use self::args::ReplayArgs;
+use self::document::{Document, Iteration};
 use super::failure::Failure;
 use super::input;
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
-use crate::integrate::{RenderError, Settings, Silent, Visit, Whose, rerun};
+use crate::integrate::{RenderError, Settings, Silent, Whose, rerun};
 use crate::plan::DepthPlan;
-use crate::replay::{PathReport, Recorder};
+use crate::replay::Recorder;
 use crate::scene::IntegratorKind;
 use crate::transport::World;
 
@@ -94,60 +94,6 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
     };
     outputs::print(&out)?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// What is printed: a path, or an iteration of a chain.
-#[derive(Default, Serialize)]
-struct Document<'a> {
-    scene_file: &'a str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    path: Option<PathReport>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    iteration: Option<Iteration>,
-    /// The chain's state before the iteration.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    current: Option<PathReport>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    proposal: Option<PathReport>,
-}
-
-/// What a chain did.
-#[derive(Serialize)]
-struct Iteration {
-    depth: u32,
-    chain: usize,
-    iteration: u32,
-    /// Chains of the depth; iterations of each in the whole render.
-    chains: usize,
-    iterations: u32,
-    /// How chains of the depth mutate, as set or as tuned.
-    sigma: f32,
-    large_step_probability: f32,
-    /// Number of the bootstrap path that the chain started from.
-    bootstrap_path: u64,
-    large: bool,
-    acceptance: f32,
-    drawn: f32,
-    accepted: bool,
-}
-
-impl Iteration {
-    fn of(whose: &Whose, visit: &Visit) -> Self {
-        Self {
-            depth: whose.depth,
-            chain: whose.chain,
-            iteration: whose.iteration,
-            chains: visit.chains,
-            iterations: visit.iterations,
-            sigma: visit.kernel.sigma,
-            large_step_probability: visit.kernel.large_step_probability,
-            bootstrap_path: visit.start,
-            large: visit.step.large,
-            acceptance: visit.step.acceptance,
-            drawn: visit.step.drawn,
-            accepted: visit.step.accepted,
-        }
-    }
 }
 
 fn plan<'a>(world: &'a World, depth: u32) -> Result<&'a DepthPlan, Failure> {

@@ -2,7 +2,7 @@
 
 use super::super::table::{Table, heading};
 use super::super::units;
-use super::{Document, Iteration};
+use super::document::{Document, Iteration};
 use crate::replay::PathReport;
 use crate::replay::report::{MeetingReport, VertexReport};
 
@@ -37,7 +37,7 @@ fn about_chain(out: &mut String, i: &Iteration) {
         ),
         ("iteration", format!("{} of {}", i.iteration, i.iterations)),
         (
-            "kernel",
+            "mutations",
             format!(
                 "sigma {}, large steps {}",
                 i.sigma, i.large_step_probability

@@ -1,12 +1,12 @@
 //! Figures as people read them, the same in tables on a terminal and on a page.
 
-use crate::converge::figures::{SceneFigures, TargetFigures, VariantFigures};
+use crate::converge::figures::{BudgetFigures, SceneFigures, TargetFigures, VariantFigures};
 use crate::converge::fit::Estimate;
 
 /// Behind a figure that lies outside what was measured.
 pub const EXTRAPOLATED: &str = "*";
 /// Behind an error that the reference cannot resolve.
-pub const WITHIN_REFERENCE: &str = "†";
+const WITHIN_REFERENCE: &str = "†";
 /// What is not known.
 pub const NOTHING: &str = "-";
 
@@ -28,6 +28,22 @@ pub fn number(value: f64) -> String {
         e @ -2..=4 => format!("{value:.*}", (2 - e).max(0) as usize),
         _ => scientific,
     }
+}
+
+/// Effort, runs, time and errors of a budget; `clear` stands behind errors that the reference can
+/// resolve.
+pub fn of_budget(budget: &BudgetFigures, clear: &str) -> [String; 5] {
+    let mark = match budget.within_reference_error {
+        true => WITHIN_REFERENCE,
+        false => clear,
+    };
+    [
+        budget.effort.to_string(),
+        budget.runs.to_string(),
+        relative(&budget.seconds),
+        relative(&budget.relmse),
+        format!("{}{mark}", relative(&budget.relmse_corrected)),
+    ]
 }
 
 /// `1e-2`, as targets are called.

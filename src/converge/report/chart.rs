@@ -3,6 +3,9 @@
 
 use super::axis::{LogAxis, Tick, TickLabel};
 use super::cells::{self, number};
+use super::draw::{
+    Axes, BOTTOM, FONT, LEFT, LEGEND, Point, RIGHT, ROW, Series, TOP, line, round, text,
+};
 use super::series::{curve, legend};
 use crate::converge::run::SceneStudy;
 use svg::node::element::{ClipPath, Definitions, Group, Line, Rectangle, SVG, TSpan, Text};
@@ -13,23 +16,6 @@ pub struct Chart {
     pub series: Vec<Series>,
     /// An error below which the reference says nothing.
     pub floor: Option<f64>,
-}
-
-pub struct Series {
-    pub name: String,
-    pub points: Vec<Point>,
-}
-
-/// Seconds and error, each with a standard error.
-pub struct Point {
-    pub seconds: f64,
-    pub seconds_stderr: f64,
-    pub error: f64,
-    pub error_stderr: f64,
-    /// Within the error of the reference: the marker is hollow.
-    pub doubtful: bool,
-    /// What it says when pointed at, line by line.
-    pub lines: Vec<String>,
 }
 
 /// The chart of a scene.
@@ -69,16 +55,9 @@ pub fn of(scene: &SceneStudy) -> Chart {
     }
 }
 
-/// The plot, in pixels.
-const LEFT: f64 = 72.0;
-pub(super) const TOP: f64 = 40.0;
-const RIGHT: f64 = 620.0;
-pub(super) const BOTTOM: f64 = 430.0;
+/// Least height of a picture.
 const HEIGHT: f64 = 484.0;
-pub(super) const LEGEND: f64 = RIGHT + 22.0;
-pub(super) const ROW: f64 = 21.0;
-const FONT: f64 = 12.5;
-/// Of a character of the font, on average.
+/// Width of a character of the font, on average.
 const CHARACTER: f64 = 6.6;
 
 /// A file of its own, on white. Names of things in it begin with `prefix`.
@@ -121,13 +100,6 @@ fn root(chart: &Chart) -> SVG {
         .set("fill", "currentColor")
         .set("font-family", "Helvetica, Arial, sans-serif")
         .set("font-size", FONT)
-}
-
-pub(super) struct Axes {
-    pub x: LogAxis,
-    pub y: LogAxis,
-    /// Where the reference's own error is, if that can be seen.
-    floor: Option<f64>,
 }
 
 fn axes(chart: &Chart) -> Axes {
@@ -211,27 +183,6 @@ fn drawing(chart: &Chart, prefix: &str) -> Group {
         )
         .set("transform", format!("rotate(-90 18 {middle})")),
     )
-}
-
-pub(super) fn text(x: f64, y: f64, content: &str, anchor: &str) -> Text {
-    Text::new(content)
-        .set("x", round(x))
-        .set("y", round(y))
-        .set("text-anchor", anchor)
-}
-
-/// A hundredth of a pixel is enough.
-pub(super) fn round(v: f64) -> f64 {
-    (v * 100.0).round() / 100.0
-}
-
-pub(super) fn line(x1: f64, y1: f64, x2: f64, y2: f64) -> Line {
-    Line::new()
-        .set("x1", round(x1))
-        .set("y1", round(y1))
-        .set("x2", round(x2))
-        .set("y2", round(y2))
-        .set("stroke", "currentColor")
 }
 
 fn grid(axes: &Axes) -> Group {

@@ -1,6 +1,6 @@
 //! `index.html`: one page that needs no other file and no network.
 
-use super::cells::{self, EXTRAPOLATED, WITHIN_REFERENCE, number};
+use super::cells::{self, EXTRAPOLATED, number};
 use super::heat::{self, Scale, VIRIDIS};
 use super::{chart, style};
 use crate::converge::figures::{SceneFigures, TARGETS};
@@ -199,23 +199,12 @@ fn budgets(figures: &SceneFigures) -> String {
     let mut body = String::new();
     for (i, variant) in figures.variants.iter().enumerate() {
         for (j, budget) in variant.budgets.iter().enumerate() {
-            let mark = if budget.within_reference_error {
-                WITHIN_REFERENCE
-            } else {
-                ""
+            let name = match j {
+                0 => named(figures, i),
+                _ => String::new(),
             };
-            body += &row(&[
-                if j == 0 {
-                    named(figures, i)
-                } else {
-                    String::new()
-                },
-                budget.effort.to_string(),
-                budget.runs.to_string(),
-                cells::relative(&budget.seconds),
-                cells::relative(&budget.relmse),
-                format!("{}{mark}", cells::relative(&budget.relmse_corrected)),
-            ]);
+            let [effort, runs, time, error, corrected] = cells::of_budget(budget, "");
+            body += &row(&[name, effort, runs, time, error, corrected]);
         }
     }
     table("Means over seeds", &header, &body)

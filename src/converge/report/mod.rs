@@ -5,6 +5,7 @@ mod axis;
 pub mod cells;
 mod chart;
 mod csv;
+mod draw;
 mod heat;
 mod html;
 mod series;

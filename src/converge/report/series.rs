@@ -1,7 +1,7 @@
 //! The curves of a chart, their marks, and the legend.
 
 use super::axis::LogAxis;
-use super::chart::{Axes, BOTTOM, LEGEND, Point, ROW, Series, TOP, line, round, text};
+use super::draw::{Axes, BOTTOM, LEGEND, Point, ROW, Series, TOP, line, round, text};
 use super::style::{self, Marker, Style};
 use svg::node::element::{Group, Line, Polygon, Polyline, Title};
 

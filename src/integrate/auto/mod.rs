@@ -242,7 +242,7 @@ fn try_chains<L: Lanes>(
     let cancelled = || ready(run).is_some();
     let trial = Trial {
         seed: settings.seed,
-        kernel: settings.kernel(),
+        proposals: settings.proposal_distribution(),
         iterations: (wanted / settings.chains as f64).min(1e9) as u32,
         chains,
     };

@@ -1,9 +1,9 @@
 //! What it costs that a render knows its own error: the same chains, watched and splatted to a film
 //! that is judged, and neither.
 
+use super::bench::{Bench, ROUNDS};
 use super::report::Spread;
 use super::work::Work;
-use super::{Bench, ROUNDS};
 use crate::simd::f32x8;
 
 /// Seconds with over seconds without, round by round, at eight lanes on one thread.

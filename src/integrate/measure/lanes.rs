@@ -1,9 +1,9 @@
 //! Eight lanes against one, on one thread: the same chains make the same mutations, so that nothing
 //! differs but the width.
 
+use super::bench::{Bench, ROUNDS};
 use super::report::{LaneFigures, Rates, Spread, StageFigures};
 use super::work::{Taken, Work};
-use super::{Bench, ROUNDS};
 use crate::simd::f32x8;
 use crate::transport::clock::{Spent, Stage};
 

@@ -6,6 +6,7 @@
 //! turns in short rounds, so that a machine whose speed drifts is equally fast for both sides;
 //! figures are medians over the rounds. The stage clock runs only where stages are measured.
 
+mod bench;
 mod judged;
 mod lanes;
 mod machine;
@@ -13,11 +14,13 @@ mod report;
 mod threads;
 mod work;
 
+use self::bench::{Bench, ROUNDS};
 pub use self::machine::Machine;
 pub use self::report::{
     BootstrapFigures, LaneFigures, Rates, SceneFigures, Spread, StageFigures, ThreadFigures,
     ThroughputReport,
 };
+pub use self::threads::thread_counts;
 
 use super::bootstraps::bootstraps;
 use super::method::Method;
@@ -25,15 +28,12 @@ use super::schedule::{LARGEST_BATCH, chosen};
 use super::{RenderError, Settings, check, mmlt, per_second, pool, pssmlt};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
-use crate::chain::mutate::Kernel;
 use crate::film::{FilterTable, Half, SplatFilm};
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
-use crate::transport::{PathSampler, World};
+use crate::transport::World;
 use std::time::{Duration, Instant};
 
-/// Rounds of a comparison; an odd number, so that the median is one of them.
-const ROUNDS: usize = 7;
 /// Bound of the weight that measurements splat, more than an hour of any machine: the picture is
 /// thrown away.
 const MOST_WEIGHT: f64 = 1e15;
@@ -53,33 +53,6 @@ pub enum MeasureError {
     /// Nothing in the scene carries light to the camera; why.
     #[error("{0}")]
     Dark(String),
-}
-
-/// What all measurements share.
-struct Bench<'a> {
-    world: &'a World<'a>,
-    film: SplatFilm,
-    /// One that knows its own error.
-    judged: SplatFilm,
-    /// `[x0, x1, y0, y1]` of the picture.
-    crop: [u32; 4],
-    kernel: Kernel,
-    bootstraps: Vec<Bootstrap>,
-    /// As chains choose strategies.
-    samplers: Vec<PathSampler>,
-    /// The layer of large steps, if they are splatted as independent samples.
-    independent: Option<usize>,
-    seed: u64,
-    /// Chains of a batch.
-    chains: usize,
-    /// Time that one side of a comparison gets.
-    time: Duration,
-}
-
-/// Numbers of threads to compare: powers of two, and `most`.
-pub fn thread_counts(most: usize) -> Vec<usize> {
-    let powers = std::iter::successors(Some(1), |n| Some(2 * n));
-    powers.take_while(|n| *n < most).chain([most]).collect()
 }
 
 /// Measures a scene. Of the settings, those of Metropolis integrators count; `settings.threads` is
@@ -120,7 +93,7 @@ pub fn measure(
         film: SplatFilm::new(filter.clone(), layers, MOST_WEIGHT),
         judged: SplatFilm::judged(filter, MOST_WEIGHT, vec![HALF; layers]),
         crop: scene.film.crop,
-        kernel: settings.kernel(),
+        proposals: settings.proposal_distribution(),
         bootstraps,
         samplers,
         independent: method.independent(),
@@ -192,17 +165,4 @@ fn dark(world: &World, settings: &Settings) -> MeasureError {
             settings.bootstrap
         )
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn counts_of_threads() {
-        assert_eq!(thread_counts(1), [1]);
-        assert_eq!(thread_counts(2), [1, 2]);
-        assert_eq!(thread_counts(8), [1, 2, 4, 8]);
-        assert_eq!(thread_counts(12), [1, 2, 4, 8, 12]);
-    }
 }

@@ -1,13 +1,19 @@
 //! More threads against one: chains of their own, on one scene and one film, as in a render.
 
+use super::bench::{Bench, ROUNDS};
 use super::report::{Spread, ThreadFigures};
 use super::work::Work;
-use super::{Bench, ROUNDS, thread_counts};
 use crate::simd::f32x8;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
+
+/// Numbers of threads to compare: powers of two, and `most`.
+pub fn thread_counts(most: usize) -> Vec<usize> {
+    let powers = std::iter::successors(Some(1), |n| Some(2 * n));
+    powers.take_while(|n| *n < most).chain([most]).collect()
+}
 
 /// Throughput at eight lanes of 1, 2, 4 ... threads, up to all of the pool, in rounds in which
 /// every count has its time.
@@ -56,4 +62,17 @@ fn rate(bench: &Bench, pool: &ThreadPool, works: &[Mutex<Work<f32x8>>], time: Du
         }
     });
     rates.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_of_threads() {
+        assert_eq!(thread_counts(1), [1]);
+        assert_eq!(thread_counts(2), [1, 2]);
+        assert_eq!(thread_counts(8), [1, 2, 4, 8]);
+        assert_eq!(thread_counts(12), [1, 2, 4, 8, 12]);
+    }
 }

@@ -1,6 +1,6 @@
 //! The work that is timed: chains of every depth, as one thread of a render marches them.
 
-use super::Bench;
+use super::bench::Bench;
 use crate::chain::batch::{Batch, Workspace};
 use crate::chain::mutate::large_step_probability;
 use crate::film::{Destination, GROUPS, Tiling};
@@ -50,7 +50,7 @@ impl<L: Lanes> Work<L> {
         let batches = depths
             .filter(|i| light(*i) > 0.0)
             .map(|i| {
-                let p = large_step_probability(bench.kernel.large_step_probability);
+                let p = large_step_probability(bench.proposals.large_step_probability);
                 let sampler = &bench.samplers[i];
                 let all = threads * bench.chains;
                 let seeds = bench.bootstraps[i].seeds(bench.seed, sampler.id(), all);
@@ -145,7 +145,7 @@ impl<L: Lanes> Work<L> {
             share.due -= 1.0;
             share.batch.march::<L>(
                 bench.world,
-                &bench.kernel,
+                &bench.proposals,
                 STRIDE,
                 &mut self.workspace,
                 film,

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use glam::{DVec3, Vec3};
 
 use super::scenes::*;
-use super::surfaces::globe;
+use super::surfaces::{globe, ray_to_seam};
 use crate::scene::Scene;
 use crate::scene::large::{LargeSphere, LargeTriangle};
 use crate::simd::f32x8;
@@ -81,15 +81,7 @@ fn meshes_of_both_sorts_do_not_leak() {
                     0 => Vec3::ZERO,
                     _ => random.cube() * 0.5,
                 };
-                let [a, b, c] = triangles[random.below(triangles.len())];
-                let at = match random.below(4) {
-                    0 => a,
-                    1 => (b + c) * 0.5,
-                    2 => a.lerp(b, random.unit()),
-                    _ => c.lerp(a, random.unit()),
-                };
-                let d = at - o;
-                Ray::endless(o, d)
+                ray_to_seam(o, &triangles, &mut random)
             })
             .collect();
         let (hits, blocked) = trace_all(&mut tracer, &rays);

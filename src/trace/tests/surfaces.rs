@@ -37,6 +37,18 @@ pub fn globe(rings: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
+/// A ray to a corner or an edge of some triangle, where meshes leak if they do.
+pub fn ray_to_seam(o: Vec3, triangles: &[[Vec3; 3]], random: &mut Random) -> Ray {
+    let [a, b, c] = triangles[random.below(triangles.len())];
+    let at = match random.below(4) {
+        0 => a,
+        1 => (b + c) * 0.5,
+        2 => a.lerp(b, random.unit()),
+        _ => c.lerp(a, random.unit()),
+    };
+    Ray::endless(o, at - o)
+}
+
 #[test]
 fn closed_meshes_do_not_leak() {
     let mut random = Random(7);
@@ -55,15 +67,7 @@ fn closed_meshes_do_not_leak() {
                     0 => Vec3::ZERO,
                     _ => random.cube() * 0.5,
                 };
-                let [a, b, c] = triangles[random.below(triangles.len())];
-                let at = match random.below(4) {
-                    0 => a,
-                    1 => (b + c) * 0.5,
-                    2 => a.lerp(b, random.unit()),
-                    _ => c.lerp(a, random.unit()),
-                };
-                let d = at - o;
-                Ray::endless(o, d)
+                ray_to_seam(o, &triangles, &mut random)
             })
             .collect();
         // One method in each half: they agree, and this is enough rays for each.

@@ -1,7 +1,8 @@
 //! What is shown rather than kept: .png files beside others, exposure and tone curves, `convert`;
 //! and what shells and `man` are told.
 
-use super::*;
+use super::{Folder, TINY};
+use std::fs;
 
 #[test]
 fn a_png_lies_beside_every_exr() {

@@ -2,9 +2,12 @@
 //! nothing else left.
 
 use super::signals::send;
-use super::*;
+use super::{Folder, Ran, bright};
+use phalanx::film::output::{read_exr, read_pfm};
+use std::fs;
 use std::os::unix::process::ExitStatusExt;
-use std::process::Child;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 const HANGUP: i32 = 1;
 const INTERRUPT: i32 = 2;

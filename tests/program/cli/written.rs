@@ -1,6 +1,8 @@
 //! What a render may overwrite, and what becomes of what was there.
 
-use super::*;
+use super::{Folder, Ran, TINY, bright};
+use std::fs;
+use std::process::Command;
 
 const SCENE: &str = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8 \"string filename\" \"film.png\"\n\
     WorldBegin\n\

@@ -4,52 +4,10 @@
 pub const UPWARDS: &[&str] = &[];
 
 /// Files that use each other in a circle.
-pub const CIRCLES: &[&str] = &[
-    "src/cli/compare/mod.rs",
-    "src/cli/compare/text.rs",
-    "src/cli/inspect.rs",
-    "src/cli/inspect/json.rs",
-    "src/cli/replay/mod.rs",
-    "src/cli/replay/text.rs",
-    "src/converge/figures.rs",
-    "src/converge/gallery.rs",
-    "src/converge/report/chart.rs",
-    "src/converge/report/series.rs",
-    "src/converge/run.rs",
-    "src/converge/trial.rs",
-    "src/film/error_halves.rs",
-    "src/film/locked_stripe.rs",
-    "src/film/sums.rs",
-    "src/geometry/large.rs",
-    "src/geometry/mod.rs",
-    "src/integrate/measure/judged.rs",
-    "src/integrate/measure/lanes.rs",
-    "src/integrate/measure/mod.rs",
-    "src/integrate/measure/threads.rs",
-    "src/integrate/measure/work.rs",
-    "src/light/environment.rs",
-    "src/light/mod.rs",
-    "src/light/picture.rs",
-    "src/light/projector.rs",
-    "src/surface/mod.rs",
-    "src/surface/table.rs",
-    "src/trace/build.rs",
-    "src/trace/split.rs",
-];
+pub const CIRCLES: &[&str] = &[];
 
 /// Files of more than 500 lines.
-pub const LONG: &[&str] = &[
-    "tests/program/cli.rs",
-    "tests/renderer/analytic.rs",
-    "tests/renderer/bsdf.rs",
-    "tests/renderer/coated.rs",
-    "tests/renderer/common/scenes.rs",
-    "tests/renderer/dispersion.rs",
-    "tests/renderer/hard_cases/geometry.rs",
-    "tests/renderer/image_lights.rs",
-    "tests/renderer/lights.rs",
-    "tests/renderer/textures.rs",
-];
+pub const LONG: &[&str] = &[];
 
 /// Files, or whole folders, with lines of more than 100 columns.
 pub const WIDE: &[&str] = &[];

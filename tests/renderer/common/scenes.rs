@@ -1,143 +1,20 @@
 //! Small scenes that between them have every material, light and camera.
 
+#[path = "../support/dialect.rs"]
+mod dialect;
+// Fuzz targets include this file by its path: so does it its own.
+#[path = "scenes/materials.rs"]
+mod materials;
+#[path = "scenes/parts.rs"]
+mod parts;
+
+use self::materials::*;
+use self::parts::{area, crooked_walls, front, lamp, sphere, walls, wave, wedge};
 use phalanx::film::output::{Picture, write};
 use phalanx::pbrt::load_str;
 use phalanx::scene::{Light, LightKind, MaterialKind, Param, Scene};
 use phalanx::surface::{DielectricMaterial, MirrorMaterial};
 use std::path::{Path, PathBuf};
-
-#[path = "../support/dialect.rs"]
-mod dialect;
-
-/// A bilinear quad as two triangles; its front is where `a b c` turns counterclockwise.
-fn quad(corners: [[f32; 3]; 4]) -> String {
-    let p: Vec<String> = corners.iter().flatten().map(f32::to_string).collect();
-    format!(
-        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{}]\n",
-        p.join(" ")
-    )
-}
-
-/// A patch of a wavy surface around the origin, `n` by `n` quads, with smooth vertex normals.
-fn wave(n: usize) -> String {
-    let (mut p, mut normals, mut uv, mut index) = (vec![], vec![], vec![], vec![]);
-    for j in 0..=n {
-        for i in 0..=n {
-            let (u, v) = (i as f32 / n as f32, j as f32 / n as f32);
-            let (x, z) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-            let y = 0.15 * (4.0 * x).sin() * (3.0 * z).cos();
-            let dx = 0.6 * (4.0 * x).cos() * (3.0 * z).cos();
-            let dz = -0.45 * (4.0 * x).sin() * (3.0 * z).sin();
-            p.extend([x, y, z]);
-            normals.extend([-dx, 1.0, -dz]);
-            uv.extend([u, v]);
-            if i < n && j < n {
-                let a = j * (n + 1) + i;
-                let (b, c, d) = (a + n + 1, a + n + 2, a + 1);
-                index.extend([a, b, c, a, c, d]);
-            }
-        }
-    }
-    let text = |v: &[f32]| v.iter().map(f32::to_string).collect::<Vec<_>>().join(" ");
-    let index: Vec<String> = index.iter().map(usize::to_string).collect();
-    format!(
-        "Shape \"trianglemesh\" \"integer indices\" [{}] \"point P\" [{}] \"normal N\" [{}] \"float uv\" [{}]\n",
-        index.join(" "),
-        text(&p),
-        text(&normals),
-        text(&uv)
-    )
-}
-
-/// A quad whose vertex normals are not its own.
-fn crooked(corners: [[f32; 3]; 4], normals: [[f32; 3]; 4]) -> String {
-    let n: Vec<String> = normals.iter().flatten().map(f32::to_string).collect();
-    format!("{}\"normal N\" [{}]\n", quad(corners), n.join(" "))
-}
-
-/// A floor, a wall and a screen between them, of normals that are tilted far and across their
-/// faces.
-fn crooked_walls([floor, wall, screen]: [&str; 3]) -> String {
-    [
-        floor.to_string(),
-        crooked(
-            [
-                [-1., -1., -1.],
-                [-1., -1., 1.],
-                [1., -1., 1.],
-                [1., -1., -1.],
-            ],
-            [
-                [0.9, 0.3, 0.],
-                [0., 0.2, -1.],
-                [-0.8, 0.5, 0.2],
-                [0.3, 0.1, 1.],
-            ],
-        ),
-        wall.to_string(),
-        crooked(
-            [[-1., -1., 1.], [-1., 1., 1.], [1., 1., 1.], [1., -1., 1.]],
-            [
-                [0., 1., -0.1],
-                [0.5, 0., -0.5],
-                [-2., 0., -1.],
-                [0., -1., 0.1],
-            ],
-        ),
-        screen.to_string(),
-        crooked(
-            [
-                [-0.6, -0.7, 0.1],
-                [-0.6, 0.2, 0.3],
-                [0.5, 0.2, 0.3],
-                [0.5, -0.7, 0.1],
-            ],
-            [
-                [1., 0., -0.5],
-                [0.2, 1., -0.3],
-                [-1., 0., -0.2],
-                [0., -0.7, -0.3],
-            ],
-        ),
-    ]
-    .join("\n")
-}
-
-/// Walls of the box `[-1, 1]^3` without its front (`z = -1`): floor, ceiling, back, left, right;
-/// all face inwards.
-fn walls(materials: [&str; 5]) -> String {
-    let faces = [
-        [
-            [-1., -1., -1.],
-            [-1., -1., 1.],
-            [1., -1., 1.],
-            [1., -1., -1.],
-        ],
-        [[-1., 1., -1.], [1., 1., -1.], [1., 1., 1.], [-1., 1., 1.]],
-        [[-1., -1., 1.], [-1., 1., 1.], [1., 1., 1.], [1., -1., 1.]],
-        [
-            [-1., -1., -1.],
-            [-1., 1., -1.],
-            [-1., 1., 1.],
-            [-1., -1., 1.],
-        ],
-        [[1., -1., -1.], [1., -1., 1.], [1., 1., 1.], [1., 1., -1.]],
-    ];
-    (materials.iter().zip(faces))
-        .map(|(m, f)| format!("{m}\n{}", quad(f)))
-        .collect()
-}
-
-/// The side of the box `[-1, 1]^3` that [`walls`] leaves open.
-fn front(material: &str) -> String {
-    let face = [
-        [-1., -1., -1.],
-        [1., -1., -1.],
-        [1., 1., -1.],
-        [-1., 1., -1.],
-    ];
-    format!("{material}\n{}", quad(face))
-}
 
 const LOOK: &str = "LookAt 0 0.1 -2.6  0 0 0  0 1 0\n";
 const INSIDE: &str = "LookAt 0 0.1 -0.9  0 -0.1 0  0 1 0\n";
@@ -146,77 +23,6 @@ const PINHOLE: &str = "Camera \"perspective\" \"float fov\" 50\n";
 const LENS: &str = "Camera \"perspective\" \"float fov\" 50 \"float lensradius\" 0.1 \"float focaldistance\" 2.5\n";
 const WIDE: &str = "Camera \"perspective\" \"float fov\" 90\n";
 const PARALLEL: &str = "Camera \"orthographic\" \"float screenwindow\" [-0.9 0.9 -0.9 0.9]\n";
-
-const MATTE: &str = "Material \"matte\" \"rgb Kd\" [0.7 0.6 0.5]";
-const BLUE: &str = "Material \"matte\" \"rgb Kd\" [0.2 0.3 0.8]";
-const ROUGH: &str = "Material \"matte\" \"rgb Kd\" [0.6 0.7 0.6] \"float sigma\" 40";
-const MIRROR: &str = "Material \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]";
-const GLASS: &str = "Material \"glass\" \"float eta\" 1.5";
-const FROSTED: &str = "Material \"glass\" \"rgb Kr\" [0.9 1 0.8] \"rgb Kt\" [0.8 0.9 1] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
-const METAL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
-const STEEL: &str = "Material \"metal\" \"rgb eta\" [0.2 0.9 1.4] \"rgb k\" [3.9 2.4 2.1] \"float roughness\" 0.0 \"bool remaproughness\" \"false\"";
-const BRUSHED: &str = "Material \"metal\" \"float uroughness\" 0.15 \"float vroughness\" 0.5 \"bool remaproughness\" \"false\"";
-const PANE: &str = "Material \"thindielectric\" \"float eta\" 1.5";
-const PAPER: &str = "Material \"diffusetransmission\" \"rgb reflectance\" [0.3 0.25 0.2] \"rgb transmittance\" [0.5 0.5 0.4]";
-const LACQUER: &str = "Material \"substrate\" \"rgb Kd\" [0.5 0.2 0.1] \"rgb Ks\" [0.1 0.2 0.1] \"float uroughness\" 0.15 \"float vroughness\" 0.4 \"bool remaproughness\" \"false\"";
-const COATED: &str = "Material \"coateddiffuse\" \"rgb reflectance\" [0.7 0.3 0.2] \"float roughness\" 0.3 \"bool remaproughness\" \"false\"";
-const VARNISHED: &str = "Material \"coatedconductor\" \"float interface.roughness\" 0.2 \"float conductor.uroughness\" 0.2 \"float conductor.vroughness\" 0.4 \"bool remaproughness\" \"false\"";
-const POLISHED: &str = "Material \"coateddiffuse\" \"rgb reflectance\" [0.2 0.5 0.3]";
-const BRONZE: &str = "Material \"coatedconductor\" \"float conductor.roughness\" 0.3 \"bool remaproughness\" \"false\"";
-const CHROME: &str = "Material \"coatedconductor\" \"float thickness\" 0.1";
-const CRYSTAL: &str = "Material \"dielectric\" \"spectrum eta\" \"glass-F11\"";
-const HAZE: &str = "Material \"dielectric\" \"spectrum eta\" [400 1.8 500 1.6 700 1.5] \"float uroughness\" 0.3 \"float vroughness\" 0.6 \"bool remaproughness\" \"false\"";
-const FOIL: &str = "Material \"thindielectric\" \"spectrum eta\" [400 1.8 700 1.4]";
-const SHADE: &str = "Material \"translucent\" \"rgb Ks\" [0 0 0] \"rgb Kd\" [1 0.9 0.7] \"rgb transmit\" [0.6 0.6 0.6] \"rgb reflect\" [0.3 0.4 0.3]";
-const PLASTIC: &str = "Material \"plastic\" \"rgb Kd\" [0.5 0.3 0.2] \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"";
-const STONE: &str = "Material \"matte\" \"texture Kd\" \"marble\"";
-const DOTTED: &str = "Material \"matte\" \"texture Kd\" \"dots\"";
-const CREASED: &str =
-    "Material \"plastic\" \"texture Kd\" \"globe\" \"texture roughness\" \"creases\"";
-
-/// Textures have to be made before they are named.
-const CHECKS: &str = "Texture \"checks\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 4 \"float tex1\" 0.2 \"float tex2\" 1\n";
-const BUMPY: &str = "\"texture bumpmap\" \"heights\"";
-
-/// Named materials that are mixtures.
-const MIXTURES: &str = "Texture \"checks\" \"spectrum\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3 \"rgb tex1\" [1 0.8 0.3] \"rgb tex2\" [0 0.1 0.6]
-MakeNamedMaterial \"matte\" \"string type\" \"matte\" \"rgb Kd\" [0.7 0.6 0.5]
-MakeNamedMaterial \"mirror\" \"string type\" \"mirror\" \"rgb Kr\" [0.9 0.8 0.9]
-MakeNamedMaterial \"glass\" \"string type\" \"glass\" \"float eta\" 1.5
-MakeNamedMaterial \"plastic\" \"string type\" \"plastic\" \"texture Kd\" \"checks\" \"rgb Ks\" [0.4 0.4 0.4] \"float roughness\" 0.2 \"bool remaproughness\" \"false\"
-MakeNamedMaterial \"polished\" \"string type\" \"mix\" \"string namedmaterial1\" \"mirror\" \"string namedmaterial2\" \"matte\" \"texture amount\" \"checks\"
-MakeNamedMaterial \"veil\" \"string type\" \"mix\" \"string namedmaterial1\" \"glass\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.7 0.6 0.7]
-MakeNamedMaterial \"nested\" \"string type\" \"mix\" \"string namedmaterial1\" \"polished\" \"string namedmaterial2\" \"plastic\" \"rgb amount\" [0.3 0.5 0.4]
-";
-
-fn area(l: &str, two_sided: bool, shape: &str) -> String {
-    format!(
-        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l}] \"bool twosided\" \"{two_sided}\"\n{shape}AttributeEnd\n"
-    )
-}
-
-fn sphere(x: f32, y: f32, z: f32, r: f32, material: &str) -> String {
-    format!(
-        "AttributeBegin\n{material}\nTranslate {x} {y} {z}\nShape \"sphere\" \"float radius\" {r}\nAttributeEnd\n"
-    )
-}
-
-/// Under the ceiling, facing down.
-fn lamp() -> String {
-    quad([
-        [-0.5, 0.95, -0.5],
-        [0.5, 0.95, -0.5],
-        [0.5, 0.95, 0.5],
-        [-0.5, 0.95, 0.5],
-    ])
-}
-
-/// A glass wedge: its faces are not parallel, so that what refraction does to densities on the way
-/// in is not undone on the way out.
-fn wedge() -> String {
-    "Shape \"trianglemesh\" \"integer indices\" [0 2 1 3 4 5 0 1 4 0 4 3 1 2 5 1 5 4 2 0 3 2 3 5] \"point P\" [-0.6 0 -0.5  0.6 0 -0.5  0 0.5 -0.3  -0.6 0 0.5  0.6 0 0.5  0 0.5 0.3]\n"
-        .into()
-}
 
 fn text_of(view: &str, world: &str) -> String {
     format!("{view}WorldBegin\n{world}WorldEnd\n")

@@ -12,7 +12,7 @@ use crate::support::stage::{lit_stage, renders};
 use crate::support::{BOTH, Estimate, Runs, head, inward_box, run, scene, settings};
 use phalanx::chain::accept::{acceptance, colour, target};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::chain::mutate::{Kernel, ONE_MINUS_EPSILON, wrap};
+use phalanx::chain::mutate::{ONE_MINUS_EPSILON, ProposalDistribution, wrap};
 use phalanx::integrate::Settings;
 use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::simd::{Lanes, f32x8};
@@ -143,7 +143,7 @@ fn no_bias_at_the_start() {
 fn proposals_of_chains_are_uncorrelated() {
     // All chains start from one state, as chains from one bootstrap sample do.
     let (chains, dimensions, steps) = (16, 6, 4000);
-    let kernel = Kernel::new(3, 0.3, 0.01);
+    let proposals = ProposalDistribution::new(3, 0.3, 0.01);
     let ids: Vec<u32> = (0..chains as u32).collect();
     let mut start = Samples::new(dimensions, chains);
     for d in 0..dimensions {
@@ -155,7 +155,7 @@ fn proposals_of_chains_are_uncorrelated() {
     let mut kinds = vec![vec![]; chains];
     for i in 0..steps {
         Evaluator::EIGHT.propose(
-            &kernel,
+            &proposals,
             &ids,
             i,
             &start,

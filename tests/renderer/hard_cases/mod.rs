@@ -38,7 +38,7 @@
 //! | 33 | hostile files | [`input`] |
 //! | 34 | very large surfaces | [`large`] |
 //! | 36 | lamps in other surfaces | [`large`] |
-//! | 37 | vertex normals of any length and direction | [`bsdf`], [`geometry`] |
+//! | 37 | vertex normals of any length and direction | [`bsdf`], [`normals`] |
 //! | 38 | narrow cones | [`lights`] |
 //! | 39 | brightness | [`sums`] |
 //! | 40 | primitives in one place | [`large`] |
@@ -54,6 +54,7 @@ mod input;
 mod large;
 mod lights;
 mod mis;
+mod normals;
 mod scale;
 mod stops;
 mod sums;

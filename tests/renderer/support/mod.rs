@@ -19,6 +19,7 @@ pub mod dialect;
 pub mod stage;
 
 use phalanx::film::output::{Picture, write};
+use phalanx::formats::tone::Display;
 use phalanx::integrate::{Render, Settings, Silent, render};
 use phalanx::pbrt::load_str;
 use phalanx::scene::{IntegratorKind, Scene};
@@ -49,6 +50,19 @@ pub const BOTH: [IntegratorKind; 2] = [IntegratorKind::Pt, IntegratorKind::Mmlt]
 pub fn scene(text: &str) -> Scene {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
     load_str(text, "test.pbrt", &dir).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// Writes a float file, which keeps its values: texels in rows from the top down.
+pub fn write_pfm(path: &Path, width: u32, texels: &[[f32; 3]]) {
+    let height = texels.len() as u32 / width;
+    let picture = Picture {
+        width,
+        height,
+        offset: [0, 0],
+        full: [width, height],
+        pixels: texels.to_vec(),
+    };
+    write(path, &picture, &[], &Display::LINEAR).expect("a written image");
 }
 
 /// Settings for small pictures: one thread (the tests themselves run in parallel), `effort` samples

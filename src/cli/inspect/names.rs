@@ -1,0 +1,63 @@
+//! What things are called, and where they are in the world of the scene file.
+
+use crate::scene::{Filter, FilterKind, LightKind, Projection, Space, SphereMap, Texture};
+
+pub fn texture_name(texture: &Texture) -> &'static str {
+    match texture {
+        Texture::Constant(_) => "constant",
+        Texture::Scale { .. } => "scale",
+        Texture::Mix { .. } => "mix",
+        Texture::DirectionMix { .. } => "directionmix",
+        Texture::Checkerboard { .. } => "checkerboard",
+        Texture::Blocks { .. } => "3D checkerboard",
+        Texture::Dots { .. } => "dots",
+        Texture::Bilerp { .. } => "bilerp",
+        Texture::Uv { .. } => "uv",
+        Texture::Fbm { .. } => "fbm",
+        Texture::Wrinkled { .. } => "wrinkled",
+        Texture::Windy { .. } => "windy",
+        Texture::Marble { .. } => "marble",
+        Texture::Image { .. } => "image",
+    }
+}
+
+pub fn light_name(light: &LightKind) -> &'static str {
+    match light {
+        LightKind::Triangle { .. } => "triangle",
+        LightKind::Sphere { .. } => "sphere",
+        LightKind::ImageTriangle { .. } => "image triangle",
+        LightKind::ImageSphere { .. } => "image sphere",
+        LightKind::Point { .. } => "point",
+        LightKind::Spot { .. } => "spot",
+        LightKind::Goniometric { .. } => "goniometric",
+        LightKind::Projection { .. } => "projection",
+        LightKind::Distant { .. } => "distant",
+        LightKind::InfiniteConstant { .. } => "constant infinite",
+        LightKind::InfiniteImage { .. } => "image infinite",
+    }
+}
+
+pub fn projection_name(projection: Projection) -> &'static str {
+    match projection {
+        Projection::Perspective => "perspective",
+        Projection::Orthographic => "orthographic",
+        Projection::Sphere(SphereMap::Equirectangular) => "equirectangular",
+        Projection::Sphere(SphereMap::EqualArea) => "equal-area",
+    }
+}
+
+pub fn film_filter(filter: &Filter) -> String {
+    match filter.kind {
+        FilterKind::Box => "box".to_string(),
+        FilterKind::Triangle => "triangle".to_string(),
+        FilterKind::Gaussian { alpha } => format!("Gaussian (alpha {alpha})"),
+        FilterKind::Mitchell { b, c } => format!("Mitchell (B {b}, C {c})"),
+        FilterKind::Sinc { tau } => format!("Lanczos-windowed sinc (tau {tau})"),
+    }
+}
+
+/// A point of internal space in the world of the file.
+pub fn to_world(space: &Space, p: [f32; 3]) -> [f64; 3] {
+    let centre = space.centre.to_array();
+    std::array::from_fn(|i| f64::from(p[i]) / space.scale + centre[i])
+}

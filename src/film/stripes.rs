@@ -1,0 +1,58 @@
+//! Where splats are summed: layers of 64-bit pixels in stripes, each under a lock of its own.
+
+use crate::memory::Table;
+use std::sync::{Mutex, MutexGuard};
+
+/// The layers of a film.
+pub(super) struct Stripes {
+    /// `[layer][stripe]`, each `[pixel][channel]`.
+    tables: Vec<Mutex<Table<i64>>>,
+    /// Pixels of a stripe, a power of two.
+    pixels: usize,
+    per_layer: usize,
+}
+
+impl Stripes {
+    /// Layers of so many pixels, all zero.
+    pub fn new(pixels: usize, layers: usize) -> Self {
+        let stripe = stripe(pixels);
+        let tables = (0..layers)
+            .flat_map(|_| (0..pixels).step_by(stripe))
+            .map(|first| Mutex::new(Table::zeroed(3 * stripe.min(pixels - first))))
+            .collect();
+        Self {
+            tables,
+            pixels: stripe,
+            per_layer: pixels.div_ceil(stripe),
+        }
+    }
+
+    /// Pixels of a stripe, a power of two; the last one of a layer may have fewer.
+    pub fn pixels(&self) -> usize {
+        self.pixels
+    }
+
+    pub fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
+        // A thread that panicked while adding integers has left them whole.
+        self.tables[layer * self.per_layer + stripe]
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+/// Memory of so many layers, in bytes.
+pub(super) fn bytes(pixels: u64, layers: u64) -> u64 {
+    let stripe = stripe(pixels as usize) as u64;
+    let table = |pixels: u64| Table::<i64>::bytes(3 * pixels);
+    layers * (pixels / stripe * table(stripe) + table(pixels % stripe))
+}
+
+/// Pixels of a stripe: some stripes a layer, so that threads that hand in logs at the same time
+/// rarely meet, but each of a huge page, or of three in large films, which they fill.
+fn stripe(pixels: usize) -> usize {
+    const LARGE: usize = 1 << 18;
+    if pixels >= 4 * LARGE {
+        return LARGE;
+    }
+    pixels.next_power_of_two().min(65_536)
+}

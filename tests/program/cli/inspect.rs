@@ -1,0 +1,62 @@
+//! What `inspect` says of a scene, as text and as JSON.
+
+use super::Folder;
+
+#[test]
+fn inspect_prints_the_scene_and_the_plan() {
+    let folder = Folder::new();
+    let text = folder.run("inspect").succeeds().stdout();
+    for part in [
+        "triangles     24",
+        "spheres       1",
+        "lights        2 (2 triangle)",
+        "1 smooth dielectric",
+        "400 x 400",
+        "looking along (0.0000, 0.0000, -1.0000)",
+        "bounds        (-1.0000, 0.0000, -1.0000) to (1.0000, 2.0000, 1.0000)",
+        "strategies",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    assert!(folder.files().is_empty());
+}
+
+#[test]
+fn inspect_speaks_json() {
+    let folder = Folder::new();
+    let text = folder
+        .run("inspect --json --max-depth 3")
+        .succeeds()
+        .stdout();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["triangles"], 24);
+    assert_eq!(json["camera"]["projection"], "perspective");
+    let plan = &json["plan"];
+    let depths = plan["depths"].as_array().unwrap();
+    assert_eq!(depths.len(), 4);
+    for (depth, entry) in depths.iter().enumerate() {
+        let parts = entry["parts"].as_array().unwrap();
+        let last = parts.last().unwrap()["end"].as_u64();
+        assert_eq!(entry["primary_samples"].as_u64(), last);
+        let strategies = entry["strategies"].as_array().unwrap().len();
+        assert_eq!(strategies, if depth == 0 { 1 } else { depth + 2 });
+    }
+    let glass = plan["effects"].as_array().unwrap().iter();
+    let glass: Vec<_> = glass
+        .filter(|e| e["effect"] == "smooth dielectric")
+        .collect();
+    let reason = glass[0]["reason"].as_str().unwrap();
+    assert!(
+        reason.starts_with("material \"glass\", cornell.pbrt:"),
+        "{reason}"
+    );
+
+    // Text and JSON are of the same plan.
+    let forced = folder
+        .run("inspect --force-effects all")
+        .succeeds()
+        .stdout();
+    assert!(forced.contains("rough dielectric") && forced.contains("forced"));
+    let ran = folder.run("inspect --force-effects lenses");
+    assert!(ran.stderr().contains("light-choice"), "{}", ran.stderr());
+}

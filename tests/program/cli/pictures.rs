@@ -1,0 +1,205 @@
+//! What a render writes: pictures in every format, figures, strategies.
+
+use super::{Folder, TINY, bright};
+use phalanx::film::output::read_pfm;
+use std::fs;
+
+#[test]
+fn without_arguments_the_built_in_scene_becomes_two_files() {
+    let folder = Folder::new();
+    let ran = folder.run(&format!("render {TINY}")).succeeds();
+    assert_eq!(folder.files(), ["cornell.exr", "cornell.png"]);
+    let picture = folder.exr("cornell.exr");
+    assert_eq!((picture.width, picture.height), (32, 32));
+    assert!(bright(&picture));
+    let png = image::open(folder.path().join("cornell.png")).unwrap();
+    assert_eq!((png.width(), png.height()), (32, 32));
+    assert_eq!(ran.stdout(), "");
+    assert!(ran.stderr().contains("wrote cornell.png"));
+}
+
+#[test]
+fn every_format_and_folder() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    folder
+        .run(&format!(
+            "render {TINY} -o sub/a.exr --output b.PFM -o c.png -o c.png"
+        ))
+        .succeeds();
+    assert_eq!(folder.files(), ["b.PFM", "c.png", "sub"]);
+    let exr = folder.exr("sub/a.exr");
+    let pfm = read_pfm(&folder.path().join("b.PFM")).unwrap();
+    assert_eq!(exr.pixels, pfm.pixels);
+}
+
+#[test]
+fn the_scene_names_its_picture() {
+    let folder = Folder::new();
+    let film =
+        |name: &str| format!("Film \"image\" {name}\nWorldBegin\nShape \"sphere\"\nWorldEnd\n");
+    let cases = [
+        (
+            "a.pbrt",
+            "\"string filename\" \"/some/where/x.pfm\"",
+            "x.pfm",
+        ),
+        ("b.pbrt", "\"string filename\" \"y.tga\"", "y.exr"),
+        ("d.pbrt", "\"string filename\" \"z\"", "z.exr"),
+        ("c.pbrt", "", "c.exr"),
+    ];
+    for (scene, name, picture) in cases {
+        folder.write(scene, &film(name));
+        let ran = folder
+            .run(&format!("render {scene} {TINY} --quiet"))
+            .succeeds();
+        assert!(folder.files().contains(&picture.to_string()), "{picture}");
+        let instead =
+            format!("only .exr, .pfm and .png are written here: writing {picture} instead");
+        let other = name.contains("y.tga") || name.contains("\"z\"");
+        assert_eq!(ran.stderr().contains(&instead), other, "{}", ran.stderr());
+    }
+}
+
+#[test]
+fn figures_are_a_json_object() {
+    let folder = Folder::new();
+    folder
+        .run(&format!(
+            "render {TINY} --integrator mmlt --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
+        ))
+        .succeeds();
+    let text = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let json = json.as_object().unwrap();
+    let names = "seed lanes threads width height max_depth mutations mutations_per_second rays rays_per_second \
+        load_seconds bootstrap_seconds render_seconds total_seconds acceptance_large acceptance_small b b_stderr \
+        rejected_nonfinite peak_rss_bytes relmse relative_error stuck_chains";
+    for name in names.split_whitespace() {
+        assert!(json[name].is_number(), "{name}: {}", json[name]);
+    }
+    let depths = json["depths"].as_array().unwrap();
+    let b: f64 = depths.iter().map(|d| d["b"].as_f64().unwrap()).sum();
+    assert!((b / json["b"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    for name in ["b_stderr", "share", "chains", "mutations"] {
+        assert!(depths[0][name].is_number(), "{name}");
+    }
+    let strategies = depths[1]["strategies"].as_array().unwrap();
+    for name in ["s", "t", "share", "acceptance_small", "acceptance_large"] {
+        assert!(strategies[0][name].is_number(), "{name}");
+    }
+    let tiles = &json["tiles"];
+    assert_eq!((&tiles["columns"], &tiles["rows"]), (&2.into(), &2.into()));
+    let numbers = |name: &str| -> Vec<f64> {
+        let list = tiles[name].as_array().unwrap();
+        list.iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let mean = numbers("mean").iter().sum::<f64>() / 4.0;
+    assert!((mean / b - 1.0).abs() < 1e-6, "{mean} {b}");
+    assert!(numbers("stderr").iter().all(|e| *e > 0.0 && *e < b));
+    assert_eq!(json["integrator"], "mmlt");
+    assert_eq!(json["seed"], u64::MAX);
+    assert_eq!(
+        (json["threads"].as_u64(), json["lanes"].as_u64()),
+        (Some(2), Some(8))
+    );
+    assert_eq!(json["max_depth"], 3);
+    assert!(json["mutations"].as_u64().unwrap() >= 2 * 32 * 32);
+    let seconds = |name: &str| json[name].as_f64().unwrap();
+    let parts = ["load_seconds", "bootstrap_seconds", "render_seconds"].map(seconds);
+    assert!(parts.iter().sum::<f64>() <= seconds("total_seconds"));
+    // `/dev/stdout` is written into, not replaced.
+    let ran = folder
+        .run(&format!("render {TINY} -q --stats /dev/stdout"))
+        .succeeds();
+    assert!(serde_json::from_str::<serde_json::Value>(&ran.stdout()).is_ok());
+}
+
+#[test]
+fn strategies_are_written_beside_the_picture() {
+    let folder = Folder::new();
+    let small = "--resolution 16x16 --max-depth 2";
+    let ran = folder
+        .run(&format!(
+            "render {small} --integrator bdpt --spp 2 --strategies -o a.exr -o b.png"
+        ))
+        .succeeds();
+    let said = ran.stderr();
+    assert!(said.contains("wrote a.s0.t2.weighted.exr"), "{said}");
+    let mut expected = vec!["a.exr".to_string(), "b.png".into()];
+    for (s, t) in [
+        (0, 2),
+        (0, 3),
+        (1, 2),
+        (2, 1),
+        (0, 4),
+        (1, 3),
+        (2, 2),
+        (3, 1),
+    ] {
+        for kind in ["weighted", "unweighted"] {
+            expected.push(format!("a.s{s}.t{t}.{kind}.exr"));
+            expected.push(format!("b.s{s}.t{t}.{kind}.png"));
+        }
+    }
+    expected.sort();
+    assert_eq!(folder.files(), expected);
+    let whole = folder.exr("a.exr");
+    let mut sum = vec![[0.0f32; 3]; whole.pixels.len()];
+    for file in expected.iter().filter(|f| f.contains(".weighted.exr")) {
+        let part = folder.exr(file);
+        assert_eq!((part.full, part.offset), (whole.full, whole.offset));
+        let values = sum.as_flattened_mut().iter_mut();
+        (values.zip(part.pixels.as_flattened())).for_each(|(sum, v)| *sum += v);
+    }
+    for (a, b) in (sum.as_flattened().iter()).zip(whole.pixels.as_flattened()) {
+        assert!((a - b).abs() <= 2e-6 * b, "{a} {b}");
+    }
+    let many = "render --integrator bdpt --strategies --max-depth 21 -o c.exr";
+    assert!(folder.run(many).fails(2).contains("at most 20"));
+    for integrator in ["pt", "lt"] {
+        let ran = folder
+            .run(&format!(
+                "render {small} --integrator {integrator} --spp 1 --strategies -o c.exr"
+            ))
+            .succeeds();
+        let said = ran.stderr();
+        assert!(said.contains("--strategies means nothing"), "{said}");
+    }
+}
+
+#[test]
+fn exr_files_carry_settings_and_figures() {
+    use exr::prelude::AttributeValue;
+    let folder = Folder::new();
+    folder
+        .run(&format!(
+            "render {TINY} --integrator mmlt --seed 7 -o a.exr --sigma 0.02"
+        ))
+        .succeeds();
+    let meta = exr::meta::MetaData::read_from_file(folder.path().join("a.exr"), true).unwrap();
+    let all = &meta.headers[0].own_attributes.other;
+    let get = |name: &str| all.iter().find(|(n, _)| **n == *name).map(|(_, v)| v);
+    assert_eq!(get("seed"), Some(&AttributeValue::I32(7)));
+    assert!(matches!(get("b"), Some(AttributeValue::F64(b)) if *b > 0.0));
+    assert!(matches!(get("sigma"), Some(AttributeValue::F64(s)) if (*s - 0.02).abs() < 1e-6));
+    assert!(matches!(get("mutations"), Some(AttributeValue::I32(n)) if *n >= 2048));
+    assert!(get("scene").is_some() && get("renderer").is_some());
+}
+
+/// However they were made.
+#[test]
+fn equal_renders_are_equal_files() {
+    let folder = Folder::new();
+    for integrator in ["auto", "mmlt", "bdpt"] {
+        let files = ["--threads 1 --lanes 1", "--threads 2 --lanes 8"].map(|how| {
+            let flags =
+                format!("--integrator {integrator} --spp 2 --error-layers -o a.exr -o a.png");
+            folder
+                .run(&format!("render {TINY} {flags} {how}"))
+                .succeeds();
+            ["a.exr", "a.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap())
+        });
+        assert!(files[0] == files[1], "{integrator}");
+    }
+}
