@@ -271,7 +271,7 @@ fn before_grid(depth: u32, medium: &str) -> String {
         + "AttributeBegin\nMaterial \"\"\nMediumInterface \"smoke\" \"\"\nTranslate .5 .5 .5\n\
            Shape \"sphere\" \"float radius\" [2]\nAttributeEnd\n\
            AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\nMaterial \"matte\"\n\
-           Translate 0 0 3\nReverseOrientation\nShape \"disk\" \"float radius\" [20]\n\
+           Translate .5 .5 3\nReverseOrientation\nShape \"disk\" \"float radius\" [1]\n\
            AttributeEnd\n"
 }
 
