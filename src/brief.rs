@@ -44,8 +44,7 @@ fn escaped(message: &str) -> String {
     out
 }
 
-/// Control characters, and those that break a line or change the direction of writing without being
-/// seen.
+/// Control characters, and invisible ones that break a line or change the direction of writing.
 fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')

@@ -15,7 +15,7 @@ pub fn target<L: Lanes>(rgb: [L; 3]) -> L {
     mean.or_zero(mean.ge(L::splat(f32::MIN_POSITIVE)))
 }
 
-/// The target of a state of several splats: the sum of theirs, 0 if it is beyond all numbers.
+/// The target of a state of several splats: the sum of their targets, 0 if that overflows.
 #[inline(always)]
 pub fn total<L: Lanes>(targets: impl Iterator<Item = L>) -> L {
     let sum = targets.fold(L::zero(), |sum, target| sum + target);

@@ -307,8 +307,8 @@ impl Bootstrap {
         }
     }
 
-    /// Completes the estimate after the last path. If there is none but those that have decided
-    /// something, they are all there is to go by.
+    /// Completes the estimate after the last path. Paths that decided something do not count,
+    /// unless there are no others.
     pub fn settle(&mut self) {
         if self.estimate.bootstrap.count == 0 && self.uncounted > 0 {
             self.uncounted = 0;

@@ -143,7 +143,7 @@ mod tests {
             for p in [0.05, 0.3, 0.9] {
                 // What is left of the correlation by one mutation.
                 let left = |power: f64| (1.0 - end) * (p * (1.0 - accepted) + (1.0 - p) * power);
-                // Small steps that lead somewhere, and such that lead nowhere.
+                // From small steps that forget at once to small steps that never do.
                 for power in [0.0, 0.3, 0.6, 1.0] {
                     let chains = [curve(power, accepted)];
                     let f = left(power);

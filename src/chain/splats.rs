@@ -40,7 +40,7 @@ pub(super) fn normalised<L: Lanes>(
     }
 }
 
-/// Stores the splats of the states that stay and of those that are left, which it returns.
+/// Stores the splats of new current states, and returns those of the states that are left.
 #[inline(always)]
 pub(super) fn exchange<L: Lanes>(
     taken: L::Mask,
@@ -87,7 +87,7 @@ pub(super) fn push(log: &mut SplatLog, states: &[ChainSplat], weights: &[u64], s
     }
 }
 
-/// The state that was proposed: the one that is current if it was taken, else the one that is left.
+/// The proposed state. If it was accepted it is `current`, otherwise `left`.
 #[inline(always)]
 pub(super) fn proposal<'a>(
     taken: f32,

@@ -1,4 +1,4 @@
-//! Chains on trial: a short run that tells how long those that count would remember, and where
+//! Chains on trial: a short run that tells how long chains of the render would remember, and where
 //! they would go. They start from the bootstrap, so that they are in equilibrium, and make small
 //! steps only; what large steps make of it is computed ([`super::tune`] has the model).
 

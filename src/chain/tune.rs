@@ -186,7 +186,7 @@ impl Tuner {
         }
     }
 
-    /// What is known so far: what is not known yet is as it was.
+    /// As tuned so far. Parameters that are not tuned yet keep their first values.
     pub fn proposals(&self) -> ProposalDistribution {
         let mut proposals = self.proposals;
         if self.pixels.len() > LAGS {

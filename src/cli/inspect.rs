@@ -2,6 +2,7 @@
 
 mod json;
 mod names;
+mod price;
 
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
@@ -33,13 +34,20 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
         return Err(Failure::Input(message));
     }
     let world = World::with_forced(&input.scene, max_depth, &args.effects.force_effects);
+    let prices = match args.estimate {
+        true => Some(price::of(&input.scene, max_depth)?),
+        false => None,
+    };
     if args.json {
-        outputs::print(&json::document(&input, &world))?;
+        outputs::print(&json::document(&input, &world, prices))?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut text = String::new();
     // Writing to a string does not fail.
     let _ = report(&mut text, &input, &world);
+    if let Some(prices) = prices {
+        text += &format!("\nError\n  time          {}\n", price::text(&prices));
+    }
     let lines: Vec<String> = text.lines().map(brief).collect();
     outputs::print(&(lines.join("\n") + "\n"))?;
     Ok(ExitCode::SUCCESS)

@@ -165,7 +165,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// The tree is being built, or has been: nobody knows how far it has come.
+    /// The tree is being built, or has been. How far it has come is not known.
     fn build(&self, done: u64, total: u64) {
         let what = format!("tree over {} primitives", units::si(total as f64));
         match &self.bar {

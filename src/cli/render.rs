@@ -331,7 +331,7 @@ fn is_of_the_machine(figure: &str) -> bool {
 }
 
 /// What an EXR file says about its making: scene, settings, and the figures of the render under the
-/// names they have in `--stats`, but for those that differ between equal renders: equal renders are
+/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders: equal renders are
 /// equal files.
 fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
     let text = |v: &str| AttributeValue::Text(v.into());
@@ -340,13 +340,7 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
         false => AttributeValue::Float(v.into()),
     };
     let integer = |v: u64| AttributeValue::Integer(i64::try_from(v).unwrap_or(i64::MAX));
-    let mut list = vec![
-        (
-            "renderer",
-            text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
-        ),
-        ("scene", text(scene)),
-    ];
+    let mut list = vec![("scene", text(scene))];
     match settings.integrator.mutates() {
         true => list.extend([
             ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
@@ -369,12 +363,18 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
     ) {
         list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
+    // Names of our own, so that they are nobody else's.
+    let own = |name: &str, value| Attribute {
+        name: format!("phalanx:{name}"),
+        value,
+    };
     let mut list: Vec<Attribute> = (list.into_iter())
-        .map(|(name, value)| Attribute {
-            name: name.into(),
-            value,
-        })
+        .map(|(name, value)| own(name, value))
         .collect();
+    list.push(Attribute {
+        name: "software".into(),
+        value: text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
+    });
     if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
         let figures = figures
             .into_iter()
@@ -390,7 +390,7 @@ fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute>
                 },
                 _ => return None,
             };
-            Some(Attribute { name, value })
+            Some(own(&name, value))
         }));
     }
     list
@@ -443,7 +443,10 @@ mod tests {
             forced: Vec::new(),
         };
         let list = attributes("a.pbrt", &settings, &stats);
-        let get = |name: &str| list.iter().find(|a| a.name == name).map(|a| &a.value);
+        let get = |name: &str| {
+            let name = format!("phalanx:{name}");
+            list.iter().find(|a| a.name == name).map(|a| &a.value)
+        };
         assert_eq!(get("b"), Some(&AttributeValue::Float(0.5)));
         let auto = AttributeValue::Text("auto".into());
         assert_eq!(get("sigma"), Some(&auto));

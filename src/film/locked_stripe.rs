@@ -78,8 +78,8 @@ impl<'a> LockedStripe<'a> {
 
     #[inline(always)]
     pub fn prefetch(&self, pixel: usize) {
-        // If it belongs to another stripe this fetches in vain. A pixel can lie across two cache
-        // lines.
+        // A pixel of another stripe is not the one that is fetched here, which only costs time. A
+        // pixel can lie across two cache lines.
         let at = self.place(pixel);
         for pixels in [&self.pixels, &self.pixels_of_half].into_iter().flatten() {
             prefetch::<8, _>(pixels.entries(), at);

@@ -317,8 +317,8 @@ impl SampleFilm {
     }
 
     /// What pixels hold.
-    fn held(&self, pixels: Range<usize>) -> Vec<LockedStripe> {
-        let mut held = vec![LockedStripe::default(); pixels.len()];
+    fn held(&self, pixels: Range<usize>) -> Vec<PixelHalves> {
+        let mut held = vec![PixelHalves::default(); pixels.len()];
         let mut next = pixels.start;
         while next < pixels.end {
             let block = next / BLOCK;
@@ -378,9 +378,9 @@ impl Turns {
 
 /// What a pixel holds, by half: its channels, and its weights.
 #[derive(Clone, Copy, Default)]
-struct LockedStripe([[f64; 4]; 2]);
+struct PixelHalves([[f64; 4]; 2]);
 
-impl LockedStripe {
+impl PixelHalves {
     fn weight(&self) -> [f64; 2] {
         self.0.map(|half| half[3])
     }

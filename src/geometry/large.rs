@@ -143,7 +143,7 @@ impl<'a> LargeSurfaces<'a> {
 }
 
 impl<L: Lanes> SurfacePoint<L> {
-    /// Puts points of large surfaces in the places of those that `f32` found.
+    /// Replaces points of large surfaces, which `f32` has found badly, by those of `f64`.
     #[cold]
     #[inline(never)]
     pub(super) fn correct(&mut self, found: &[Option<LargePoint>; 8], wanted: Wanted) {

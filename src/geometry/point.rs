@@ -1,4 +1,4 @@
-//! What is known of points on surfaces: of those that rays hit, and of those that are emitted from.
+//! Points on surfaces as rays find them, and as lights emit from them.
 
 use crate::simd::{Lanes, Vec3};
 

@@ -49,7 +49,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     sampled.render
 }
 
-/// What a strategy adds to the picture, and what it makes of it alone.
+/// A strategy's part of the picture, and the picture it makes alone.
 struct StrategyFilms {
     strategy: Strategy,
     weighted: PartFilm,

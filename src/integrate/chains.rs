@@ -68,7 +68,7 @@ impl Ready {
     }
 }
 
-/// Chains that make `wanted` mutations, and samples `beside` them that bring the rest of the light.
+/// Marches chains for `wanted` mutations, with samples `beside` them for the rest of the light.
 pub(super) fn together<L: Lanes>(
     run: &Run,
     method: &Method,
@@ -118,7 +118,7 @@ pub(super) fn together<L: Lanes>(
         good_enough(run, &film, &chains, samples.as_deref(), &mut looks)
     });
     if ended_by == EndedBy::Effort {
-        // Where there are no chains nobody has.
+        // Chains advance the samples as they go, but there may be none.
         advance(1.0);
     }
     let beside = samples.into_inner().map(|samples| &*samples);

@@ -64,7 +64,8 @@ impl DepthStats {
             .max_by(f64::total_cmp)
     }
 
-    /// The strategy whose chains agree least, of those that matter; or that with the most light.
+    /// Of the strategies that matter the one whose chains agree least; if none does, the one with
+    /// the most light.
     pub(super) fn worst_strategy(&self) -> Option<(u32, u32)> {
         let strategies = self.mixing.strategies.iter();
         let badness = |s: &&StrategyMixing| {

@@ -146,6 +146,6 @@ pub struct StrategyPictures {
     pub strategy: Strategy,
     /// Times its weight: these pictures of all strategies add up to the picture.
     pub weighted: Vec<[f32; 3]>,
-    /// As if there were no other: all light that it can find, as noisy as it finds it.
+    /// Without its weight: all light that the strategy can find alone, with all of its noise.
     pub unweighted: Vec<[f32; 3]>,
 }

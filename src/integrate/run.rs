@@ -12,7 +12,7 @@ use crate::transport::World;
 pub enum Phase {
     /// The tree that rays are traced through: 0 of its primitives, then all of them (at least 1).
     Build,
-    /// Bootstrap paths, and mutations that tune those that count.
+    /// Bootstrap paths, and the mutations of tuning.
     Bootstrap,
     /// Mutations or samples.
     Render,

@@ -31,7 +31,8 @@ pub(super) struct Method<'a> {
     pub splats: bool,
     /// Evaluates the first so many columns.
     pub evaluate: &'a (dyn Fn(&Samples, usize, &mut Paths) + Sync),
-    /// Takes what else it wants from evaluated paths; the number is that of the first of them.
+    /// Called with evaluated paths, and the number of the first of them: an integrator takes from
+    /// them what it wants besides their splats.
     pub collect: &'a (dyn Fn(&Paths, Numbers) + Sync),
 }
 
@@ -189,7 +190,7 @@ impl<'a> Sampling<'a> {
         self.advance(until);
     }
 
-    /// Samples that have been made, and what of them was not finite or negative.
+    /// Samples made, rays traced, and how many contributions were not finite or negative.
     pub fn counts(&self) -> Counts {
         Counts {
             samples: self.done,

@@ -91,7 +91,7 @@ impl Settings {
 }
 
 impl Settings {
-    /// How chains mutate that nobody tunes.
+    /// What chains propose by, before any tuning.
     pub(super) fn proposal_distribution(&self) -> ProposalDistribution {
         ProposalDistribution::new(self.seed, self.large_step_probability, self.sigma)
             .with_mutation(self.mutation)

@@ -1,5 +1,5 @@
-//! Mutations that tune those that count, in rounds, after the bootstrap: progress and stops are
-//! prompt.
+//! Tuning of proposals between bootstrap and render, by chains of its own. It goes in rounds, so
+//! that progress is shown and stops are seen soon.
 
 use super::schedule::ChainBudget;
 use super::{EndedBy, Run};
@@ -28,8 +28,8 @@ pub(super) fn mutations(run: &Run, samplers: usize) -> u64 {
 }
 
 /// Tunes the proposals of all budgets, as the settings ask for. `ended` is asked whether to stop,
-/// and by whom; what is not known then stays as it was. `progress` is told the part of them that is
-/// done.
+/// and by whom; proposals that are not tuned by then stay as they are. `progress` is told which
+/// part of the tuning is done.
 pub(super) fn tune<L: Lanes>(
     run: &Run,
     budgets: &mut [ChainBudget],

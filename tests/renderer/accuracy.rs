@@ -167,7 +167,7 @@ fn check(side: u32, renders: u64, effort: u64) {
             "{name}: {}",
             c.relmse_ratio
         );
-        // 64 renders know a standard deviation to 9 %.
+        // 40 renders know a standard deviation to 11 %.
         for ratio in c.depth_ratios.iter().chain([&c.b_ratio]) {
             assert!((0.6..=1.5).contains(ratio), "{name}: {ratio}");
         }
@@ -176,7 +176,7 @@ fn check(side: u32, renders: u64, effort: u64) {
 
 #[test]
 fn claims_hold() {
-    check(32, 64, 1);
+    check(48, 40, 1);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         samples_per_pixel: 1 << 20,
         bootstrap: 20_000,
         chains: 1024,
-        target_error: Some(0.15),
+        target_error: Some(0.2),
         time: Some(Duration::from_secs(60)),
         ..Settings::of(&scene)
     };
@@ -208,7 +208,7 @@ fn a_target_ends_the_render_when_it_is_reached_and_not_before() {
         assert_eq!(done.ended_by, EndedBy::Target, "{integrator:?}");
         let error = done.stats.relative_error.unwrap();
         // Chains go on until the end of a round of a quarter second, and until they have mixed.
-        assert!(error <= 0.15, "{integrator:?}: {error}");
+        assert!(error <= 0.2, "{integrator:?}: {error}");
     }
     // Chains that only ever make small steps do not mix, however good the picture looks.
     let stuck = support::run(

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::super::input::Input;
 use super::names::{film_filter, light_name, projection_name, texture_name, to_world};
+use super::price::Price;
 use crate::integrate::{Needs, Settings, peak_rss_bytes};
 use crate::plan;
 use crate::scene::{Camera, Image, Scene, Space};
@@ -30,6 +31,9 @@ struct Document<'a> {
     needs: NeedsEntry,
     tree: Tree,
     plan: plan::PlanReport,
+    /// Only if it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds_to_error: Option<Vec<Price>>,
 }
 
 /// A material and its kernel.
@@ -113,7 +117,7 @@ struct Tree {
 }
 
 /// Everything, as one JSON object and a line end.
-pub fn document(input: &Input, world: &World) -> String {
+pub fn document(input: &Input, world: &World, prices: Option<Vec<Price>>) -> String {
     let scene = &input.scene;
     let stats = world.tracer.stats();
     let document = Document {
@@ -143,6 +147,7 @@ pub fn document(input: &Input, world: &World) -> String {
             peak_rss_bytes: peak_rss_bytes(),
         },
         plan: plan::PlanReport::of(&world.plan),
+        seconds_to_error: prices,
     };
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }

@@ -2,7 +2,7 @@
 
 use super::cells::{self, EXTRAPOLATED, number};
 use super::heat::{self, Scale, VIRIDIS};
-use super::{chart, style};
+use super::{chart, sentence, style};
 use crate::converge::figures::{SceneFigures, TARGETS};
 use crate::converge::plan::BudgetUnit;
 use crate::converge::run::{SceneStudy, Study};
@@ -106,12 +106,16 @@ fn facts(study: &Study) -> String {
 
 fn section(study: &Study, scene: &SceneStudy, index: usize) -> Result<String, String> {
     let figures = &scene.figures;
+    let sentence = sentence::of(figures).map_or(String::new(), |sentence| {
+        format!("<p class=\"sentence\">{}</p>", escape(&sentence))
+    });
     let chart = chart::element(&chart::of(scene), &format!("scene-{index}-"));
     Ok(fill(
         SCENE,
         &[
             ("index", &index.to_string()),
             ("name", &escape(&figures.scene)),
+            ("sentence", &sentence),
             ("about", &escape(&cells::reference(figures))),
             ("chart", &chart),
             ("summary", &summary(figures)),

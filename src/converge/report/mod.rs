@@ -8,6 +8,7 @@ mod csv;
 mod draw;
 mod heat;
 mod html;
+mod sentence;
 mod series;
 mod style;
 

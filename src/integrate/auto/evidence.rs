@@ -8,7 +8,7 @@ const LIVE: f64 = 0.7;
 /// A contribution of a sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contribution {
-    /// Number of the sample; two that follow each other, the first of them even, are of one pixel.
+    /// Number of the sample. Samples `2 i` and `2 i + 1` are of one pixel.
     pub sample: u32,
     pub depth: u32,
     /// It lies where the sample does, not elsewhere.
@@ -192,7 +192,7 @@ pub(super) fn gather(
     all
 }
 
-/// Memory of chains that nobody has tried: few have a shorter one.
+/// Memory supposed of chains that were not tried; few have a shorter one.
 const SUPPOSED: f64 = 3.0;
 
 impl Depth {

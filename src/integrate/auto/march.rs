@@ -36,7 +36,7 @@ impl Effort {
     pub fn of(run: &Run, choice: &Choice, budget: Budget) -> Self {
         let area = mutations(run, 1);
         let rays = run.settings.mutations_per_pixel as f64 * budget.usual;
-        // The pilot is a part of it, but not of a budget so small that it would be most.
+        // The pilot counts as spent, but at most half of the budget: small budgets get a picture.
         let rays = (rays - budget.spent as f64 / area).max(0.5 * rays);
         let [of_sample, of_mutation] = choice.rays;
         let samples = rays * choice.part() / of_sample.max(1.0);

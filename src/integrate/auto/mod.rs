@@ -69,8 +69,8 @@ pub(super) struct Decision {
     rays: u64,
     /// Error of samples alone over that of the choice, and that of chains for all but depth 0.
     gain: f64,
-    /// Squared error of what is chosen that is expected of the samples and chains per pixel that a
-    /// thousand rays make: relative to the picture.
+    /// Expected squared error of the choice, relative to the picture, after a thousand rays a
+    /// pixel.
     expected: f64,
 }
 

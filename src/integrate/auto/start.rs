@@ -108,8 +108,8 @@ pub(super) fn finish_bootstrap<L: Lanes>(
 /// Bootstrap paths of a depth that memory has room for, four bytes each.
 const MOST: u64 = 1 << 24;
 
-/// Paths with which each depth has found as many different ones as it has chains, by what those so
-/// far have found.
+/// How many paths it takes until each depth has found as many different ones as it has chains, as
+/// far as the paths so far tell.
 fn needed(run: &Run, all: &[Bootstrap]) -> u64 {
     let light: f64 = all.iter().map(|b| b.estimate.mean()).sum();
     let of = |b: &Bootstrap| {

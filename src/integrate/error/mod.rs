@@ -57,8 +57,8 @@ impl Tiles {
             if thrown <= 0.0 {
                 continue;
             }
-            // Chains that all start from one path have nothing to be compared with: what they tell
-            // is as uncertain as it is large.
+            // Chains that all start from one path have nothing to be compared with: their light is
+            // taken to be off by as much as it is.
             let alone = groups < 2;
             if !alone {
                 (fewest, compared) = (fewest.min(groups), true);

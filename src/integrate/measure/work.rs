@@ -103,8 +103,8 @@ impl<L: Lanes> Work<L> {
         }
     }
 
-    /// Some turns, timed. In a turn the depth with the most light is visited once, others as often
-    /// as is due to them.
+    /// Some turns, timed. In a turn the depth with the most light is visited once, others less
+    /// often, in proportion to their light.
     pub fn turns(&mut self, bench: &Bench, turns: u64) -> Taken {
         let paths = &self.workspace.paths;
         let (rays, clock) = (paths.rays.traced, paths.clock.spent);

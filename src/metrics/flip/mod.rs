@@ -32,7 +32,8 @@ pub const PPD: f32 = 67.020_645;
 pub const PPD_RANGE: [f32; 2] = [10.0, 1000.0];
 
 const COLOR_EXPONENT: f32 = 0.7;
-/// Part of the greatest colour difference that is stretched, and what it is stretched to.
+/// Colour differences up to the first part of the greatest are stretched to the second; the rest
+/// shares what remains.
 const STRETCHED: (f32, f32) = (0.4, 0.95);
 const FEATURE_EXPONENT: f32 = 0.5;
 

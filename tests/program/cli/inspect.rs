@@ -22,6 +22,18 @@ fn inspect_prints_the_scene_and_the_plan() {
 }
 
 #[test]
+fn inspect_estimates_what_an_error_takes() {
+    let folder = Folder::new();
+    let text = folder.run("inspect --estimate").succeeds().stdout();
+    let line = text.lines().last().unwrap();
+    assert!(line.starts_with("  time          10 % in "), "{line}");
+    let text = folder.run("inspect --estimate --json").succeeds().stdout();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let seconds = |i: usize| json["seconds_to_error"][i]["seconds"].as_f64().unwrap();
+    assert!(seconds(0) < seconds(1) && seconds(1) < seconds(2));
+}
+
+#[test]
 fn inspect_speaks_json() {
     let folder = Folder::new();
     let text = folder

@@ -421,7 +421,7 @@ fn narrowest_lobe(scene: &Scene) -> f64 {
 fn single_precision_is_good_to_ulps_over_rarity() {
     for (name, scene, file) in files() {
         let ulps = f64::from(f32::EPSILON) * f64::from(MAX_DEPTH + 2) / narrowest_lobe(&scene);
-        let all = errors(&scene, 30_000, 8_000);
+        let all = errors(&scene, 50_000, 13_000);
         for (kind, errors) in NAMES.into_iter().zip(&all) {
             let name = format!("{name}, {kind}");
             errors.print_cases(&name, &file);
