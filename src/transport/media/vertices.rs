@@ -7,7 +7,7 @@ use super::super::paths::{Endpoints, Rays};
 use super::super::records::*;
 use super::IN_MEDIUM;
 use crate::scene::NONE;
-use crate::simd::{Lanes, Mask, UintLanes, Vec3};
+use crate::simd::{Lanes, UintLanes, Vec3};
 use crate::surface::Kind;
 
 impl World<'_> {
