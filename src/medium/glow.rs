@@ -7,9 +7,9 @@ use crate::scene::{Emission, Medium, Rgb};
 
 /// Abscissae and weights of Gauss and Legendre on `[0, 1]`.
 const POINTS: [(f32, f32); 3] = [
-    (0.112_701_665, 0.277_777_78),
-    (0.5, 0.444_444_45),
-    (0.887_298_35, 0.277_777_78),
+    (0.112_701_67, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.887_298_3, 5.0 / 18.0),
 ];
 
 /// Parts of a piece, at most; each has an optical depth of about 1.

@@ -5,7 +5,7 @@ use super::grid::walk;
 use super::passed::{Passed, depths};
 use super::span::Span;
 use super::travel::{Piece, Scattered, Travel};
-use crate::scene::{Density, Emission, LightKind, MaterialKind, Media, Medium, NONE, Rgb, Scene};
+use crate::scene::{Density, Emission, LightKind, MaterialKind, Media, Medium, NONE, Scene};
 
 /// The media of a scene.
 pub struct MediumTable<'a> {

@@ -388,6 +388,60 @@ fn integrators_agree_about_fire() {
     }
 }
 
+/// The same medium by numbers and by colours.
+#[test]
+fn grids_of_colours_are_those_of_numbers() {
+    let head = "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"\n\
+                Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
+                PixelFilter \"box\"\nIntegrator \"volpath\" \"integer maxdepth\" 3\nWorldBegin\n";
+    let around = "Material \"interface\" MediumInterface \"smoke\" \"\"\n\
+                  Shape \"sphere\" \"float radius\" 2\nMediumInterface \"\" \"\"\n\
+                  LightSource \"point\" \"point3 from\" [1 2 -2] \"rgb I\" [9 9 9]\n";
+    let colours = |sigma: [f64; 3]| {
+        let of = |d: f64| sigma.map(|s| (s * d).to_string()).join(" ");
+        DENSITY.map(of).join(" ")
+    };
+    let size = "\"integer nx\" 2 \"integer ny\" 3 \"integer nz\" 4 \"float g\" .3";
+    let numbers = format!(
+        "{head}MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" {size} \"float density\" \
+         [{}] \"rgb sigma_a\" [.5 1 2] \"rgb sigma_s\" [3 2 1]\n{around}",
+        grid_values()
+    );
+    let of_colours = format!(
+        "{head}MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" {size} \"rgb sigma_a\" [{}] \
+         \"rgb sigma_s\" [{}]\n{around}",
+        colours([0.5, 1.0, 2.0]),
+        colours([3.0, 2.0, 1.0])
+    );
+    let [one, other] = [numbers, of_colours].map(|text| {
+        let scene = scene(&text);
+        Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS)
+    });
+    for c in 0..3 {
+        let what = format!("colours, channel {c}");
+        assert!(one.whole(c).mean > 0.0);
+        one.whole(c).expect_same(&other.whole(c), &what);
+    }
+}
+
+/// Thick and thin media, nested, with narrow phase functions.
+#[test]
+fn integrators_agree_about_hard_media() {
+    let camera = homogeneous("air", [0.0; 3], [1e-4, 2e-4, 0.0], -0.9)
+        + "MediumInterface \"\" \"air\"\nLookAt 0 .3 -3  0 0 0  0 1 0\n\
+           Camera \"perspective\" \"float fov\" [50]";
+    let text = head(8, 8, 6, &camera)
+        + &homogeneous("thick", [0.1, 1.0, 10.0], [500.0, 1000.0, 200.0], 0.0)
+        + &homogeneous("narrow", [0.0; 3], [3.0, 2.0, 1.0], 0.99)
+        + "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [20 20 20]\nMaterial \"matte\"\n\
+           Translate 0 2 -2\nShape \"sphere\" \"float radius\" [.5]\nAttributeEnd\n\
+           AttributeBegin\nMaterial \"\"\nMediumInterface \"narrow\" \"air\"\n\
+           Shape \"sphere\" \"float radius\" [1]\n\
+           MediumInterface \"thick\" \"narrow\"\nShape \"sphere\" \"float radius\" [.5]\n\
+           AttributeEnd\n";
+    expect_agreement(&text, 2, "media-hard");
+}
+
 /// What files say of media, in numbers: presets, scales, sides.
 #[test]
 fn files_are_read_as_pbrt_reads_them() {
