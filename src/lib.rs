@@ -26,6 +26,7 @@
 //! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
+//! | [`medium`] | optical depths, where rays are scattered, phase functions | what bounds media |
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
@@ -96,6 +97,7 @@ pub mod formats;
 pub mod geometry;
 pub mod integrate;
 pub mod light;
+pub mod medium;
 mod memory;
 pub mod metrics;
 pub mod pbrt;

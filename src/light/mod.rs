@@ -217,6 +217,11 @@ impl LightTable {
         }
     }
 
+    /// Has lights at infinity shine on a ball of at least this radius.
+    pub fn cover(&mut self, radius: f32) {
+        self.radius = self.radius.max(radius);
+    }
+
     /// Every triangle and sphere of an area light is one.
     pub fn len(&self) -> usize {
         self.kinds.len()

@@ -27,6 +27,16 @@ impl World<'_> {
         probe: &mut impl Probe,
     ) {
         let at = (side, slot);
+        let (whole, mut parted) = (list, Default::default());
+        let mut list = list;
+        if self.plan.media {
+            parted = std::mem::take(&mut subpaths.parted);
+            self.part(&rays.hit, list, &mut parted);
+            list = &parted[0];
+            let (flights, endpoints) = (&subpaths.flight, &mut subpaths.endpoints[side as usize]);
+            self.arrive_in_media::<L>(rays, &parted[1], flights, endpoints);
+            self.surround(&rays.hit, flights, whole, endpoints);
+        }
         match (self.materials.own_rows, self.wanted.any()) {
             (false, false) => self.arrive_at::<L, false, false>(rays, list, subpaths, at),
             (false, true) => self.arrive_at::<L, false, true>(rays, list, subpaths, at),
@@ -51,7 +61,7 @@ impl World<'_> {
         if self.plan.dispersion {
             let dispersive = |material: u32| self.materials.entries[material as usize].dispersive;
             let textured = parameters.textured.iter();
-            dispersion.note(list, side, textured.map(|t| (t.0, dispersive(t.1))));
+            dispersion.note(whole, side, textured.map(|t| (t.0, dispersive(t.1))));
         }
         let arrived = Arrived {
             side,
@@ -61,6 +71,7 @@ impl World<'_> {
         };
         probe.arrived(list, &arrived);
         parameters.textured.clear();
+        subpaths.parted = parted;
     }
 
     /// Where a path's endpoint is, as textures see it.
@@ -136,6 +147,7 @@ impl World<'_> {
             flight: flights,
             endpoints,
             parameters,
+            ..
         } = subpaths;
         let endpoints = &mut endpoints[side as usize];
         for chunk in list.chunks(L::N) {

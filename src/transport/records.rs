@@ -41,9 +41,9 @@
 //! - *time* is one number a path, for all of its rays: a table beside the wavelengths, and the free
 //!   column of [`Ray`] for the tracer;
 //! - the *instance* that was hit is found by the tracer: a free column of [`Hit`];
-//! - the *medium* that a subpath is in goes with it: a free column of [`Flight`];
-//! - all 24 columns of an endpoint are taken, so that its instance and its media are a fourth
-//!   record, in a table of its own that is as long as the others only where the plan calls for it.
+//! - all 24 columns of an endpoint are taken, so that its instance is a fourth record, in a table
+//!   of its own that is as long as the others only where the plan calls for it, as are the media on
+//!   its sides.
 
 use super::mis::Joint;
 use crate::simd::Lanes;
@@ -63,7 +63,9 @@ record! {
         /// 1 on a first hop from infinity or along parallel rays (orthographic cameras), whose
         /// length does not change densities; else 0.
         distant: f32,
-    } free 2
+        /// The medium that it is in, or [`NONE`](crate::scene::NONE); 0 in a scene without media.
+        medium: u32,
+    } free 1
 }
 
 record! {

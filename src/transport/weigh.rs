@@ -56,13 +56,15 @@ pub(super) struct Sink<'a> {
     pub dispersion: Option<&'a Dispersion>,
     /// The most of a contribution that is kept, if chains bring the rest.
     pub kept: Option<f32>,
+    /// What passes through media takes part in that: it is known with visibility.
+    pub late: bool,
 }
 
 impl Sink<'_> {
     /// Adds to the splats of the paths in `list`, and to the part that is asked for. Returns what
     /// it adds, coloured.
     #[inline(always)]
-    fn add<L: Lanes>(
+    pub(super) fn add<L: Lanes>(
         &mut self,
         list: &[u32],
         rgb: Vec3<L>,
@@ -97,7 +99,7 @@ impl Sink<'_> {
     ) {
         for &path in list {
             let visible = blocked[path as usize] == 0;
-            let added = contributions[path as usize].weighted;
+            let added = self.passed(contributions[path as usize].weighted);
             let rgb = &mut self.splats[path as usize].rgb;
             for c in 0..3 {
                 // Not a product: what is blocked may be infinite.
@@ -108,7 +110,8 @@ impl Sink<'_> {
             for &path in list {
                 if blocked[path as usize] == 0 {
                     let added = contributions[path as usize];
-                    part[path as usize].add(added.weighted, added.unweighted);
+                    let weighted = passed(self.late.then_some(self.kept).flatten(), added.weighted);
+                    part[path as usize].add(weighted, added.unweighted);
                 }
             }
         }
@@ -123,6 +126,12 @@ impl Sink<'_> {
         }
     }
 
+    /// What is kept of a contribution of which is known what passes.
+    #[inline(always)]
+    fn passed(&self, rgb: [f32; 3]) -> [f32; 3] {
+        passed(self.late.then_some(self.kept).flatten(), rgb)
+    }
+
     /// What is kept of contributions.
     #[inline(always)]
     fn shared<L: Lanes>(&self, rgb: Vec3<L>) -> Vec3<L> {
@@ -130,6 +139,14 @@ impl Sink<'_> {
             Some(bound) => share::keep(rgb, bound),
             None => rgb,
         }
+    }
+}
+
+#[inline(always)]
+fn passed(kept: Option<f32>, rgb: [f32; 3]) -> [f32; 3] {
+    match kept {
+        Some(bound) => share::keep::<f32>(Vec3::splat(rgb), bound).lane(0),
+        None => rgb,
     }
 }
 
@@ -300,7 +317,10 @@ fn keep<L: Lanes>(
     sink: &Sink,
     live: &mut List,
 ) -> Vec3<L> {
-    let rgb = sink.shared(sink.coloured(list, rgb));
+    let mut rgb = sink.coloured(list, rgb);
+    if !sink.late {
+        rgb = sink.shared(rgb);
+    }
     let zero = L::zero();
     let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
     let mut all = Vec3::zero();
