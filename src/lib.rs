@@ -6,8 +6,13 @@
 //! ray a wave, eight to a SIMD register. Everything here follows from that.
 //!
 //! ```text
-//! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
+//! scene file -> Scene -> World, Plan -> bootstrap -> batches of chains -> film -> picture, figures
 //! ```
+//!
+//! The stages of a path are methods of [`transport::World`], the scene as kernels read it. They
+//! work on [`transport::Paths`], the tables of a batch, and lists of numbers tell them on which
+//! paths.
+//! `src/transport/README.md` follows one path from the integrator to the picture: read it first.
 //!
 //! Data flows one way: a room uses only rooms above it in this table.
 //!
@@ -21,6 +26,7 @@
 //! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |
+//! | [`medium`] | optical depths, where rays are scattered, phase functions | what bounds media |
 //! | [`surface`] | BSDFs and textures, by queue | lights, paths |
 //! | [`light`] | emission, its sampling and densities | surfaces |
 //! | [`camera`] | rays, raster positions, importance | pixels |
@@ -91,6 +97,7 @@ pub mod formats;
 pub mod geometry;
 pub mod integrate;
 pub mod light;
+pub mod medium;
 mod memory;
 pub mod metrics;
 pub mod pbrt;

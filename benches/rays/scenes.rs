@@ -145,8 +145,10 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             light: NONE,
             first: 0,
             alpha: NONE,
+            boundary: NONE,
         }],
         alphas: vec![],
+        media: Default::default(),
         materials: vec![Material {
             name: String::new(),
             origin: String::new(),

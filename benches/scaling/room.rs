@@ -48,6 +48,7 @@ fn light(scene: &mut Scene) {
         light: 0,
         first,
         alpha: NONE,
+        boundary: NONE,
     });
     for (i, [a, b, c]) in [[0, 1, 2], [0, 2, 3]].into_iter().enumerate() {
         scene.triangles.push(Triangle {

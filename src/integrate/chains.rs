@@ -379,7 +379,7 @@ fn tune<L: Lanes>(
 }
 
 fn dark_reason(run: &Run, method: &Method) -> String {
-    if run.settings.bootstrap >= 100_000 || run.world.lights.is_empty() {
+    if run.settings.bootstrap >= 100_000 || run.world.is_unlit() {
         return black_reason(run, "no bootstrap path");
     }
     let per_depth = if method.samplers.len() > 1 {

@@ -29,5 +29,11 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             names.join(", ")
         ));
     }
+    if run.world.has_glowing_media() && run.settings.max_depth > 0 {
+        render.warnings.push(
+            "light tracing does not follow light that media emit: only what the camera sees of it directly is in the picture; pt, bdpt, pssmlt, mmlt and auto have all of it"
+                .into(),
+        );
+    }
     render
 }

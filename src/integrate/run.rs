@@ -66,7 +66,7 @@ pub enum EndedBy {
 
 /// Why a picture is black, of which `searched` have found no light.
 pub(super) fn black_reason(run: &Run, searched: &str) -> String {
-    if run.world.lights.is_empty() {
+    if run.world.is_unlit() {
         return "the scene has no lights: the picture is black".into();
     }
     format!("{searched} carries light to the camera: the picture is black")

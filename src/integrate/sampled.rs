@@ -442,7 +442,7 @@ const MOST_BLACK: u64 = 1 << 24;
 /// Whether a picture that is still black will be so for as long as one may wait.
 fn is_hopeless(run: &Run, done: u64) -> bool {
     let endless = run.settings.target_error.is_some() && run.settings.time.is_none();
-    run.world.lights.is_empty() || (endless && done >= MOST_BLACK)
+    run.world.is_unlit() || (endless && done >= MOST_BLACK)
 }
 
 /// Estimated relMSE of the picture so far.

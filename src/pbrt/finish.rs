@@ -12,6 +12,7 @@ use super::flush;
 use super::geometry::{Geometry, WorldShape};
 use super::lights::AreaLight;
 use super::loader::{Loader, Pending};
+use super::media::Fillings;
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
@@ -31,7 +32,6 @@ const NO_BOUND: f32 = 1e9;
 
 /// Puts the scene together.
 pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
-    let report = &mut loader.report;
     let take = |pending: Option<Pending>| pending.map(|p| (p.kind, p.set, p.ctm));
 
     let shutter = match &loader.view.camera {
@@ -39,28 +39,29 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         None => 1.0,
     };
     let mut film = match take(loader.view.film.take()) {
-        Some((kind, set, _)) => view::film(&kind, &set, shutter, report)?,
+        Some((kind, set, _)) => view::film(&kind, &set, shutter, &mut loader.report)?,
         None => view::default_film(),
     };
     film.filter = match take(loader.view.filter.take()) {
-        Some((kind, set, _)) => view::filter(&kind, &set, report)?,
+        Some((kind, set, _)) => view::filter(&kind, &set, &mut loader.report)?,
         None => view::default_filter(loader.dialect),
     };
+    let camera_medium = loader.camera_medium();
     let mut camera_site = None;
     let camera = match take(loader.view.camera.take()) {
         Some((kind, set, ctm)) => {
-            let camera = view::camera(&kind, &set, &ctm, &film, report)?;
+            let camera = view::camera(&kind, &set, &ctm, &film, &mut loader.report)?;
             camera_site = Some(set.site);
             camera
         }
         None => view::default_camera(&film),
     };
     let mut integrator = match take(loader.view.integrator.take()) {
-        Some((kind, set, _)) => view::integrator(&kind, &set, report)?,
+        Some((kind, set, _)) => view::integrator(&kind, &set, &mut loader.report)?,
         None => IntegratorSettings::default(),
     };
     if let Some((kind, set, _)) = take(loader.view.sampler.take()) {
-        let (samples, seed) = view::sampler(&kind, &set, report)?;
+        let (samples, seed) = view::sampler(&kind, &set, &mut loader.report)?;
         integrator.pixel_samples = samples;
         loader.seed = seed.or(loader.seed);
     }
@@ -79,8 +80,15 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         &loader.tables.materials,
         &space,
         camera.position(),
-        report,
+        &mut loader.report,
     );
+    let mut fillings = Fillings::new(
+        std::mem::take(&mut loader.media),
+        &loader.geometry.shapes,
+        (camera_medium, &loader.light_media),
+        &space,
+        &mut loader.report,
+    )?;
     let camera = camera.to_internal(&space).ok_or_else(|| {
         let what = "its screen window is out of all proportion to the scene";
         match camera_site {
@@ -108,6 +116,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             .iter()
             .map(|l| l.to_internal(&space))
             .collect(),
+        media: Default::default(),
         camera,
         film,
         integrator,
@@ -128,10 +137,11 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let mut spheres = Vec::with_capacity(loader.geometry.spheres.len());
     for shape in &loader.geometry.shapes {
         let dropped = if shape.spheres {
-            add_spheres(&mut scene, &loader.geometry, shape, &mut spheres);
+            let to = (&mut scene, &mut fillings);
+            add_spheres(to, &loader.geometry, shape, &mut spheres);
             [0; 2]
         } else {
-            add_triangles(&mut scene, &loader.geometry, shape)
+            add_triangles(&mut scene, &mut fillings, &loader.geometry, shape)
         };
         let [flat, repeated] = dropped;
         if flat > 0 {
@@ -147,6 +157,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             );
         }
     }
+    scene.media = fillings.media;
     scene.bounds = bounds(&scene);
     scene.large = large_of(&scene, &loader.geometry, &spheres, &eyes);
     brightness::dim(&mut scene);
@@ -178,7 +189,12 @@ fn tangents(geometry: &Geometry, space: &Space) -> Vec<[f32; 3]> {
 
 /// Adds the triangles that have an area, and their lights; returns how many have none, and how many
 /// of a lamp lie on others of it.
-fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> [usize; 2] {
+fn add_triangles(
+    scene: &mut Scene,
+    fillings: &mut Fillings,
+    geometry: &Geometry,
+    shape: &WorldShape,
+) -> [usize; 2] {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let world = &geometry.triangles[range];
     let shape_index = scene.shapes.len() as u32;
@@ -214,6 +230,7 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
         if let Some(light) = &shape.light {
             let area = whole_area.unwrap_or_else(|| geometry.triangle_area(triangle));
             let (l, two_sided) = (light.radiance(area), light.two_sided);
+            fillings.add_light(shape.media);
             add_light(scene, light, |image| match image {
                 None => LightKind::Triangle {
                     triangle: index,
@@ -241,6 +258,7 @@ fn add_triangles(scene: &mut Scene, geometry: &Geometry, shape: &WorldShape) -> 
             light,
             first,
             alpha: shape.alpha,
+            boundary: fillings.boundary(shape.media),
         });
     }
     [flat, repeated]
@@ -269,7 +287,7 @@ fn place(scene: &Scene, v: [u32; 3], both_sides: bool) -> [[u32; 3]; 3] {
 
 /// Adds spheres and their lights; `placed` gets their maps to internal space.
 fn add_spheres(
-    scene: &mut Scene,
+    (scene, fillings): (&mut Scene, &mut Fillings),
     geometry: &Geometry,
     shape: &WorldShape,
     placed: &mut Vec<DAffine3>,
@@ -298,6 +316,7 @@ fn add_spheres(
         if let Some(light) = &shape.light {
             let area = if light.has_power() { world.area() } else { 0.0 };
             let (l, two_sided) = (light.radiance(area), light.two_sided);
+            fillings.add_light(shape.media);
             add_light(scene, light, |image| match image {
                 None => LightKind::Sphere {
                     sphere: index,
@@ -323,6 +342,7 @@ fn add_spheres(
         light,
         first,
         alpha: shape.alpha,
+        boundary: fillings.boundary(shape.media),
     });
 }
 

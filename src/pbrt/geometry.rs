@@ -58,6 +58,8 @@ pub(super) struct WorldShape {
     /// Index into the scene's table, or [`NONE`](scene::NONE).
     pub alpha: u32,
     pub light: Option<Rc<AreaLight>>,
+    /// Numbers of media, `[outside, inside]`.
+    pub media: [u32; 2],
     /// `power` is that of the whole shape; otherwise each triangle has it, as in pbrt.
     pub power_of_whole: bool,
     pub spheres: bool,
@@ -81,6 +83,8 @@ pub(super) struct Setting {
     /// The material is a fibre: a curve of it is met once.
     pub fibre: bool,
     pub light: Option<Rc<AreaLight>>,
+    /// Numbers of media, `[outside, inside]`.
+    pub media: [u32; 2],
 }
 
 /// A mesh in object space, checked: indices are in range, optional arrays are as long as
@@ -258,6 +262,7 @@ impl Geometry {
             material: setting.material,
             alpha: setting.alpha,
             light: setting.light.clone(),
+            media: setting.media,
             power_of_whole,
             spheres,
             first,

@@ -3,12 +3,13 @@
 
 mod blocks;
 mod materials;
+mod media;
 mod objects;
 mod run;
 mod settings;
 mod shapes;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat4};
@@ -20,6 +21,7 @@ use super::folder::Folder;
 use super::geometry::Geometry;
 use super::lexer::{Token, TokenKind};
 use super::lights::WorldLight;
+use super::media::Media;
 use super::params::ParamSet;
 use super::state::StateStack;
 use super::stream::TokenStream;
@@ -33,6 +35,8 @@ pub(super) struct Pending {
     pub kind: String,
     pub set: ParamSet,
     pub ctm: DAffine3,
+    /// The media in force, `[outside, inside]`.
+    pub media: [u32; 2],
 }
 
 /// The directives of which the last one counts.
@@ -67,8 +71,7 @@ pub(super) struct Loader {
     states: StateStack,
     pub(super) section: Section,
     coordinate_systems: HashMap<String, [DMat4; 2]>,
-    /// Media that a `MediumInterface` of v3 can name.
-    media: HashSet<String>,
+    pub media: Media,
     objects: HashMap<String, Rc<Geometry>>,
     open_object: Option<Object>,
     instance_bytes: usize,
@@ -81,6 +84,8 @@ pub(super) struct Loader {
     pub view: View,
     pub geometry: Geometry,
     pub lights: Vec<WorldLight>,
+    /// Number of the medium that each of them is in.
+    pub light_media: Vec<u32>,
     pub tables: Tables,
     pub report: Report,
     /// Of the random numbers, by `Option`.
@@ -97,7 +102,7 @@ impl Loader {
             states: StateStack::new(),
             section: Section::Options,
             coordinate_systems: HashMap::new(),
-            media: HashSet::new(),
+            media: Media::default(),
             objects: HashMap::new(),
             open_object: None,
             instance_bytes: 0,
@@ -108,6 +113,7 @@ impl Loader {
             view: View::default(),
             geometry: Geometry::new(&budget),
             lights: Vec::new(),
+            light_media: Vec::new(),
             tables: Tables::new(Rc::clone(&budget)),
             report: Report::default(),
             seed: None,

@@ -106,7 +106,7 @@ impl Values {
         }
     }
 
-    fn numbers(&self) -> &[f64] {
+    pub fn numbers(&self) -> &[f64] {
         match self {
             Self::Numbers(v) => v,
             _ => &[],

@@ -13,6 +13,7 @@ use super::lights::AreaLight;
 use super::params::ParamSet;
 use super::textures::TextureNames;
 use super::transform::Place;
+use crate::scene::NONE;
 
 /// Blocks open at once; no scene needs a hundredth of it.
 const MAX_DEPTH: usize = 1 << 14;
@@ -35,6 +36,8 @@ pub(super) struct State {
     pub reverse: bool,
     pub material: CurrentMaterial,
     pub light: Option<Rc<AreaLight>>,
+    /// Numbers of media, `[outside, inside]`.
+    pub media: [u32; 2],
     pub color_space: ColorSpace,
     pub textures: TextureNames,
     pub named_materials: MaterialNames,
@@ -50,6 +53,7 @@ impl State {
             reverse: false,
             material: CurrentMaterial::Default,
             light: None,
+            media: [NONE; 2],
             color_space: ColorSpace::default(),
             textures: TextureNames::default(),
             named_materials: MaterialNames::default(),

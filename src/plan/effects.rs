@@ -4,7 +4,7 @@
 use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{Material, NONE, Projection, Scene, Shape};
+use crate::scene::{Emission, Material, Medium, NONE, Projection, Scene, Shape};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -36,6 +36,8 @@ pub enum Effect {
     Dispersion,
     /// A primary sample per surface vertex that chooses the component of a mixture.
     Mixtures,
+    /// A primary sample per ray that places a vertex in a medium, and optical depths.
+    Media,
     /// Analytic spheres beside triangles.
     Spheres,
     /// Surfaces that are tested in `f64`, see [`scene::large`](crate::scene::large).
@@ -79,6 +81,7 @@ impl Effect {
             Effect::MaskedLights => "cut-outs of lights",
             Effect::Dispersion => "dispersion",
             Effect::Mixtures => "mixtures",
+            Effect::Media => "media",
             Effect::Spheres => "spheres",
             Effect::LargeSurfaces => "large surfaces",
             Effect::Light(kind) => kind.name(),
@@ -112,7 +115,8 @@ impl Effect {
             Effect::Light(_) => Forced::Lights,
             Effect::LightChoice => Forced::LightChoice,
             Effect::Lens => Forced::Lens,
-            Effect::Orthographic | Effect::Panorama => return None,
+            // Without media there is nothing that vertices could be placed in.
+            Effect::Media | Effect::Orthographic | Effect::Panorama => return None,
             Effect::Bounces
             | Effect::MoreBounces
             | Effect::EmitterHits
@@ -135,6 +139,7 @@ impl Effect {
             Effect::MaskedLights,
             Effect::Dispersion,
             Effect::Mixtures,
+            Effect::Media,
             Effect::Spheres,
             Effect::LargeSurfaces,
             Effect::LightChoice,
@@ -256,6 +261,7 @@ impl Effects {
     pub fn of(scene: &Scene, materials: &MaterialTable, lights: &LightTable) -> Self {
         let mut effects = Self::default();
         effects.surfaces(scene, materials);
+        effects.media(scene);
         effects.shapes(scene);
         effects.paths(scene, materials);
         effects.lights(scene, lights);
@@ -274,6 +280,29 @@ impl Effects {
     /// Only the first reason is kept.
     fn add(&mut self, effect: Effect, reason: impl FnOnce() -> String) {
         self.reasons.entry(effect).or_insert_with(reason);
+    }
+
+    /// A medium is something that scatters, in which all points see each other.
+    fn media(&mut self, scene: &Scene) {
+        let Some(first) = scene.media.list.first() else {
+            return;
+        };
+        self.add(Effect::Media, || filling(first));
+        if let Some(shines) = (scene.media.list.iter()).find(|m| m.emission != Emission::Dark) {
+            self.add(Effect::EmitterHits, || filling(shines));
+        }
+        let scatters = |m: &&Medium| m.scattering != [0.0; 3];
+        let Some(medium) = scene.media.list.iter().find(scatters) else {
+            return;
+        };
+        let why = || filling(medium);
+        self.add(Effect::Surface(Kind::HenyeyGreenstein), why);
+        self.add(Effect::Bounces, why);
+        self.add(Effect::MoreBounces, why);
+        if !scene.lights.is_empty() {
+            self.add(Effect::Connections, why);
+            self.add(Effect::Joins, why);
+        }
     }
 
     fn surfaces(&mut self, scene: &Scene, materials: &MaterialTable) {
@@ -452,6 +481,11 @@ impl Effects {
         let absent = Effect::all().filter(|e| !self.has(*e));
         absent.map(Effect::name).collect()
     }
+}
+
+/// `medium "fog", scene.pbrt:12`
+fn filling(medium: &Medium) -> String {
+    format!("medium \"{}\", {}", medium.name, medium.origin)
 }
 
 /// `material "Pot1", scene.pbrt:42`

@@ -26,6 +26,8 @@ pub struct Layout {
     /// If there are mixtures, one sample for every surface vertex that scatters or is joined; they
     /// choose components.
     pub camera_component: usize,
+    /// If there are media, one sample for every ray of the camera subpath: how far it goes.
+    pub camera_distance: usize,
     /// One sample, if there are several lights.
     pub light_choice: usize,
     /// Four samples: position and direction.
@@ -34,6 +36,8 @@ pub struct Layout {
     pub light_bounce: usize,
     /// As [`Self::camera_component`].
     pub light_component: usize,
+    /// As [`Self::camera_distance`].
+    pub light_distance: usize,
     /// One sample for every vertex that is joined, if there are several lights.
     pub connection_choice: usize,
     /// Two samples for every vertex that is joined: a point on a light (`s = 1`). Multiplexed
@@ -59,6 +63,8 @@ pub struct Strides {
     pub bounce: usize,
     /// Of choices of components.
     pub component: usize,
+    /// Of distances in media.
+    pub distance: usize,
     /// Of what joins a camera vertex to a light, or a light vertex to the camera.
     pub connection: usize,
 }
@@ -122,15 +128,20 @@ impl Layout {
     pub fn unidirectional(plan: &Plan, max_depth: u32) -> Self {
         let mut next = Dimensions::default();
         let start = Self::start(plan, 0, &mut next);
+        // That of the first ray comes before all vertices, the others with the vertices that send
+        // them on.
+        let camera_distance = next.take(plan.distances());
         let camera_bounce = next.0;
         let connection_choice = camera_bounce + plan.per_bounce;
         let connection = connection_choice + plan.light_choice();
         let camera_component = connection + 2;
-        let stride = camera_component + plan.components() - camera_bounce;
+        let stride = camera_component + plan.components() + plan.distances() - camera_bounce;
         next.take(max_depth as usize * stride);
         Self {
             camera_bounce,
             camera_component,
+            camera_distance,
+            light_distance: next.0,
             light_choice: next.0,
             emission: next.0,
             light_bounce: next.0,
@@ -141,6 +152,7 @@ impl Layout {
             strides: Strides {
                 bounce: stride,
                 component: stride,
+                distance: stride,
                 connection: stride,
             },
             total: next.0,
@@ -176,13 +188,16 @@ impl Layout {
         Self {
             camera_bounce: next.take(vertices.camera.saturating_sub(1) * plan.per_bounce),
             camera_component: next.take(vertices.camera_components * component),
+            camera_distance: next.take(vertices.camera * plan.distances()),
             light_choice: next.take(light * plan.light_choice()),
             emission: next.take(light * 4),
             light_bounce: next.take(vertices.light.saturating_sub(1) * plan.per_bounce),
             light_component: next.take(vertices.light * component),
+            light_distance: next.take(vertices.light * plan.distances()),
             strides: Strides {
                 bounce: plan.per_bounce,
                 component: 1,
+                distance: 1,
                 connection: 0,
             },
             ..start
@@ -202,7 +217,7 @@ impl Layout {
     }
 
     /// What the primary samples of multiplexed paths are for, in order; some parts may be empty.
-    pub fn parts(&self) -> [(&'static str, Range<usize>); 12] {
+    pub fn parts(&self) -> [(&'static str, Range<usize>); 14] {
         [
             ("strategy", self.strategy..self.raster),
             ("raster position", self.raster..self.lens),
@@ -211,14 +226,22 @@ impl Layout {
             ("camera bounces", self.camera_bounce..self.camera_component),
             (
                 "camera components",
-                self.camera_component..self.light_choice,
+                self.camera_component..self.camera_distance,
+            ),
+            (
+                "camera distances in media",
+                self.camera_distance..self.light_choice,
             ),
             ("choice of light", self.light_choice..self.emission),
             ("emission", self.emission..self.light_bounce),
             ("light bounces", self.light_bounce..self.light_component),
             (
                 "light components",
-                self.light_component..self.connection_choice,
+                self.light_component..self.light_distance,
+            ),
+            (
+                "light distances in media",
+                self.light_distance..self.connection_choice,
             ),
             (
                 "choice of connected light",
@@ -233,6 +256,11 @@ impl Plan {
     /// Samples that choose a light.
     fn light_choice(&self) -> usize {
         usize::from(self.light_choice)
+    }
+
+    /// Samples that say how far a ray goes.
+    fn distances(&self) -> usize {
+        usize::from(self.media)
     }
 
     /// Samples that choose the component of a vertex.

@@ -30,6 +30,9 @@ pub struct Plan {
     /// Some surface is a mixture: choosing its component takes one primary sample per surface
     /// vertex.
     pub mixtures: bool,
+    /// Something is filled with a medium: where a vertex lies in it takes one primary sample per
+    /// ray of a subpath.
+    pub media: bool,
     /// The index of refraction of some surface depends on the wavelength, which takes one primary
     /// sample.
     pub dispersion: bool,
@@ -81,6 +84,7 @@ impl Plan {
             kinds: effects.kinds(),
             per_bounce: if effects.has(Effect::Lobes) { 3 } else { 2 },
             mixtures: effects.has(Effect::Mixtures),
+            media: effects.has(Effect::Media),
             dispersion: effects.has(Effect::Dispersion),
             lens: effects.has(Effect::Lens),
             light_choice: effects.has(Effect::LightChoice),

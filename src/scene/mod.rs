@@ -15,6 +15,7 @@ pub mod integrator;
 pub mod large;
 pub mod light;
 pub mod material;
+pub mod medium;
 pub mod parameters;
 mod resize;
 pub mod shape;
@@ -32,6 +33,7 @@ pub use self::material::{
     Bump, Component, Description, MAX_COMPONENTS, MAX_NESTING, Material, MaterialKind, Remap,
     Roughness, SMOOTH_ALPHA, Tangents, Weight, is_smooth,
 };
+pub use self::medium::{Density, Emission, Grid, Media, Medium};
 pub use self::parameters::{Dialect, Parameters};
 pub use self::shape::{Alpha, AlphaTest, Shape, Sphere, Triangle, Vertex, VertexLanes};
 pub use self::texture::{

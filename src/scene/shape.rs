@@ -56,6 +56,9 @@ pub struct Shape {
     /// Index into [`Scene::alphas`](super::Scene::alphas), or [`NONE`](super::NONE): nothing is
     /// cut out of it.
     pub alpha: u32,
+    /// Index into [`Media::boundaries`](super::Media::boundaries), or [`NONE`](super::NONE): one
+    /// medium is on both sides.
+    pub boundary: u32,
 }
 
 /// What is cut out of shapes. Never a constant that leaves all of a shape or nothing, but beside

@@ -11,6 +11,7 @@ use super::integrator::IntegratorSettings;
 use super::large::Large;
 use super::light::{Light, LightKind};
 use super::material::{Material, MaterialKind};
+use super::medium::Media;
 use super::shape::{Alpha, Shape, Sphere, Triangle, Vertex};
 use super::texture::Texture;
 
@@ -58,6 +59,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Those of emissive primitives among them, one a primitive.
     pub lights: Vec<Light>,
+    /// What fills the space between surfaces.
+    pub media: Media,
     /// The only one.
     pub camera: Camera,
     /// What it looks onto.
@@ -108,7 +111,8 @@ impl Scene {
             + size_of_val(&self.alphas[..])
             + size_of_val(&self.materials[..])
             + size_of_val(&self.textures[..])
-            + size_of_val(&self.lights[..]);
+            + size_of_val(&self.lights[..])
+            + self.media.bytes();
         (tables + texels.sum::<usize>()) as u64
     }
 }

@@ -59,6 +59,9 @@ pub trait Bsdf: 'static {
     const DELTA: bool;
     /// Sampling reads a third primary sample, the choice of lobe.
     const LOBES: bool;
+    /// Scatters in a medium: there is no surface, no normal and no cosine, and directions are those
+    /// of the world.
+    const MEDIUM: bool = false;
     /// [`Bsdf::across`] is not 0.
     const ACROSS: bool = false;
     /// Reflection and transmission are one to it: whatever side of a surface directions are on, it

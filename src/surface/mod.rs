@@ -61,6 +61,7 @@ macro_rules! bsdfs {
                     CoatedConductorBase: coated_conductor::Base;
                 // Its kernels are those of the three before.
                 coated_materials::TexturedCoatMaterial => ;
+                phase::PhaseMaterial => HenyeyGreenstein: phase::HenyeyGreenstein;
                 #[cfg(test)]
                 tests::lommel_seeliger::LommelSeeligerMaterial =>
                     #[cfg(test)] LommelSeeliger: tests::lommel_seeliger::LommelSeeliger;
@@ -99,6 +100,7 @@ pub mod microfacet;
 pub mod mirror;
 pub mod mixture;
 pub mod packing;
+pub mod phase;
 pub mod plastic;
 pub mod rough_dielectric;
 pub mod roughness;

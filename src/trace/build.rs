@@ -18,7 +18,7 @@ use super::node::{Bounds, Child, MAX_DEPTH};
 use super::sphere::bounds as sphere_bounds;
 use super::split::Split;
 use super::triangle::is_degenerate;
-use crate::scene::{MaterialKind, NONE, Scene};
+use crate::scene::{MaterialKind, NONE, Scene, Shape};
 
 /// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many
 /// primitives lie in one place.
@@ -84,8 +84,11 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
     let places = (scene.large).places(scene.triangles.len(), scene.spheres.len());
     let place = |i: usize| places.get(i).copied().unwrap_or(NONE);
     let visible = |shape: u32| {
-        let material = scene.shapes[shape as usize].material;
+        let Shape {
+            material, boundary, ..
+        } = scene.shapes[shape as usize];
         material == NONE
+            || boundary != NONE
             || !matches!(
                 scene.materials[material as usize].kind,
                 MaterialKind::Interface

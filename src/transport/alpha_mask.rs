@@ -142,7 +142,7 @@ impl World<'_> {
 
     /// Where a ray goes on, if its hit lies on a part of a shape that is cut out, or, for `shadow`
     /// rays, that casts none.
-    fn beyond(&self, ray: &Ray, hit: &Hit, shadow: bool) -> Option<[f32; 3]> {
+    pub(super) fn beyond(&self, ray: &Ray, hit: &Hit, shadow: bool) -> Option<[f32; 3]> {
         let Hit {
             t, b, primitive, ..
         } = *hit;
@@ -217,7 +217,7 @@ impl World<'_> {
 
     /// No ray crosses more surfaces than this: what still goes on after that goes round in circles
     /// of rounding errors.
-    fn most_layers(&self) -> usize {
+    pub(super) fn most_layers(&self) -> usize {
         self.tracer.stats().triangles + 2 * self.tracer.stats().spheres
     }
 }

@@ -15,7 +15,8 @@ use glam::DVec3;
 
 impl World<'_> {
     /// The subpaths of `list` have hit surfaces: makes the hits their endpoints. Parameter rows of
-    /// their own go to the slot `slot`. Of mixtures `component` chooses components.
+    /// their own go to the slot `slot`: the vertex number where all vertices are kept
+    /// (bidirectional evaluations), else 0. Of mixtures `component` chooses components.
     pub(super) fn arrive<L: Lanes>(
         &self,
         rays: &Rays,
@@ -26,6 +27,16 @@ impl World<'_> {
         probe: &mut impl Probe,
     ) {
         let at = (side, slot);
+        let (whole, mut parted) = (list, Default::default());
+        let mut list = list;
+        if self.plan.media {
+            parted = std::mem::take(&mut subpaths.parted);
+            self.part(&rays.hit, list, &mut parted);
+            list = &parted[0];
+            let (flights, endpoints) = (&subpaths.flight, &mut subpaths.endpoints[side as usize]);
+            self.arrive_in_media::<L>(rays, &parted[1], flights, endpoints);
+            self.surround(&rays.hit, flights, whole, endpoints);
+        }
         match (self.materials.own_rows, self.wanted.any()) {
             (false, false) => self.arrive_at::<L, false, false>(rays, list, subpaths, at),
             (false, true) => self.arrive_at::<L, false, true>(rays, list, subpaths, at),
@@ -37,7 +48,7 @@ impl World<'_> {
         if self.plan.mixtures {
             self.choose_components(endpoints, parameters, at, component);
         }
-        // Texels have been asked for, and have had time to come.
+        // `arrive_at` has asked for their texels (`prefetch_texels`), which had time to come.
         for &(path, material, uv) in &parameters.textured {
             let place = self.place(endpoints, path, uv);
             let row = parameters.own(slot, side, path) as usize;
@@ -50,7 +61,7 @@ impl World<'_> {
         if self.plan.dispersion {
             let dispersive = |material: u32| self.materials.entries[material as usize].dispersive;
             let textured = parameters.textured.iter();
-            dispersion.note(list, side, textured.map(|t| (t.0, dispersive(t.1))));
+            dispersion.note(whole, side, textured.map(|t| (t.0, dispersive(t.1))));
         }
         let arrived = Arrived {
             side,
@@ -60,6 +71,7 @@ impl World<'_> {
         };
         probe.arrived(list, &arrived);
         parameters.textured.clear();
+        subpaths.parted = parted;
     }
 
     /// Where a path's endpoint is, as textures see it.
@@ -135,6 +147,7 @@ impl World<'_> {
             flight: flights,
             endpoints,
             parameters,
+            ..
         } = subpaths;
         let endpoints = &mut endpoints[side as usize];
         for chunk in list.chunks(L::N) {

@@ -18,6 +18,7 @@ use super::connect::{Joining, Weighing};
 use super::dispersion::Dispersion;
 use super::evaluate::{is_good, settle};
 use super::kept::{Kept, KeptVertex};
+use super::media::How;
 use super::paths::{Endpoints, Lists, Paths, Side, Splats};
 use super::samples::{Bounce, Samples};
 pub use super::strategy::Strategy;
@@ -53,7 +54,7 @@ impl World<'_> {
         );
         let mut kept = std::mem::take(&mut paths.kept);
         let counts = [layout.camera_vertices, layout.light_vertices];
-        kept.start(counts, paths.room(), self.plan.dispersion);
+        kept.start(counts, paths.room(), &self.plan);
         let mut lists = std::mem::take(&mut paths.lists);
         lists.clear();
         self.start_wavelengths(samples, layout.at.wavelength, n, &mut paths.dispersion);
@@ -102,6 +103,11 @@ impl World<'_> {
                 break;
             }
             self.trace::<L>(&mut paths.rays, &lists.light, &mut paths.clock);
+            if self.plan.media {
+                let at = &layout.at;
+                let at = Bounce::at(at.light_distance + wave * at.strides.distance);
+                self.fly_on::<L>(paths, &lists.light, (samples, at), |_, _| How::default());
+            }
             lists.emission.clear();
             for &path in &*lists.light {
                 lists.emission.push_if(path, !paths.rays.missed(path));
@@ -185,6 +191,17 @@ impl World<'_> {
                 break;
             }
             self.trace::<L>(&mut paths.rays, &lists.camera, &mut paths.clock);
+            if self.plan.media {
+                let at = &layout.at;
+                let at = Bounce::at(at.camera_distance + wave * at.strides.distance);
+                let last = wave >= layout.camera_components;
+                let how = |_, _| How {
+                    straight: last,
+                    glows: layout.seen[wave].is_some(),
+                };
+                self.fly_on::<L>(paths, &lists.camera, (samples, at), how);
+                self.shine_in::<L>(layout, wave, paths, &lists.camera);
+            }
             lists.escaped.clear();
             lists.emission.clear();
             let seen = layout.seen[wave];
@@ -238,6 +255,22 @@ impl World<'_> {
             self.set_aside::<L>((layout, wave), samples, paths, lists, (Side::Camera, kept));
         }
         lists.camera.clear();
+    }
+
+    /// Adds what media have emitted along the rays of `list` in this wave.
+    fn shine_in<L: Lanes>(
+        &self,
+        layout: &BidirectionalLayout,
+        wave: usize,
+        paths: &mut Paths,
+        list: &[u32],
+    ) {
+        let Some(index) = layout.seen[wave].filter(|_| self.emits) else {
+            return;
+        };
+        let to = (&mut paths.splats, &paths.dispersion);
+        let sink = sink(self, layout, to, (None, index));
+        self.glow::<L>(&mut paths.rays, list, 1.0, sink);
     }
 
     /// Joins the vertices of the strategy `index`, if it joins any.
@@ -331,6 +364,7 @@ fn sink<'a>(
         part: splats.parts.get_mut(index).map(|part| &mut part[..]),
         dispersion: world.plan.dispersion.then_some(dispersion),
         kept: layout.kept[index],
+        late: world.plan.media,
     }
 }
 

@@ -68,6 +68,7 @@ impl World<'_> {
                 part: None,
                 dispersion: self.plan.dispersion.then_some(&paths.dispersion),
                 kept: None,
+                late: self.plan.media,
             },
             clock: &mut paths.clock,
         };
@@ -118,7 +119,7 @@ impl World<'_> {
                 clock.count(Stage::Connect, queue.len(), L::N);
                 crate::for_kind!(
                     kind,
-                    self.evaluate::<_, L>(from, queue, side, &mut *connections)
+                    self.evaluate_side::<_, L>(from, queue, side, &mut *connections)
                 );
             }
         }
@@ -159,7 +160,14 @@ impl World<'_> {
             );
         }
         clock.lap(Stage::Connect);
-        self.trace_visibility::<L>(rays, live, clock);
+        if self.plan.media {
+            for (list, from) in [(&*direct, camera), (&*lens, light), (&*general, camera)] {
+                self.note_media(rays, from, list);
+            }
+            self.look::<L>(rays, &mut connections.contribution, live, clock);
+        } else {
+            self.trace_visibility::<L>(rays, live, clock);
+        }
         probe.looked(live, &rays.blocked);
         sink.add_visible(&connections.contribution, &rays.blocked, live);
         clock.lap(Stage::Mis);
@@ -276,7 +284,7 @@ impl World<'_> {
     }
 
     /// What one side's endpoints, linked already, make of their links.
-    fn evaluate<B: Bsdf, L: Lanes>(
+    fn evaluate_side<B: Bsdf, L: Lanes>(
         &self,
         (endpoints, params): (&Endpoints, &[Row]),
         list: &[u32],
@@ -383,6 +391,7 @@ impl World<'_> {
         );
         let wi_ng = wi.dot(frame.ng);
         let cos = match side {
+            _ if B::MEDIUM => L::one(),
             Side::Camera => wi.dot(frame.ns).abs(),
             Side::Light => {
                 sides::adjoint_cosine(wi_ng, place.wo.dot(frame.ns), place.wo.dot(frame.ng))
@@ -392,7 +401,7 @@ impl World<'_> {
             beta: energy.beta.mul_elem(value.f * cos),
             pdf: value.pdf,
             back: end.partial().back(value.pdf_reverse),
-            cos: wi_ng.abs(),
+            cos: if B::MEDIUM { L::one() } else { wi_ng.abs() },
         }
     }
 }

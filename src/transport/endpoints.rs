@@ -3,6 +3,7 @@
 use super::mis::Partial;
 use super::records::*;
 use super::sides::Normals;
+use crate::scene::NONE;
 use crate::simd::{Lanes, Row, UintLanes, Vec3};
 use crate::surface::Kind;
 use crate::trace::offset;
@@ -18,6 +19,8 @@ pub struct Endpoints {
     pub energy: Vec<EndpointEnergy>,
     /// BSDF kernel.
     pub kind: Vec<Kind>,
+    /// The media outside and inside of the surface; empty in a scene without.
+    pub media: Vec<[u32; 2]>,
 }
 
 impl Endpoints {
@@ -25,13 +28,15 @@ impl Endpoints {
     pub(super) const BYTES: usize = size_of::<EndpointPlace>()
         + size_of::<EndpointFrame>()
         + size_of::<EndpointEnergy>()
-        + size_of::<Kind>();
+        + size_of::<Kind>()
+        + size_of::<[u32; 2]>();
 
-    pub(super) fn resize(&mut self, n: usize) {
+    pub(super) fn resize(&mut self, n: usize, media: bool) {
         self.place.resize(n, EndpointPlace::default());
         self.frame.resize(n, EndpointFrame::default());
         self.energy.resize(n, EndpointEnergy::default());
         self.kind.resize(n, Kind::Diffuse);
+        self.media.resize(if media { n } else { 0 }, [NONE; 2]);
     }
 }
 

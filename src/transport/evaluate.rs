@@ -2,6 +2,7 @@
 
 use super::World;
 use super::clock::Stage;
+use super::media::How;
 use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
 use super::records::Splat;
@@ -48,6 +49,11 @@ impl UnidirectionalLayout {
             Bounce::at(at.camera_bounce + depth * at.strides.bounce),
             connection,
         )
+    }
+
+    /// The sample that says how far the ray goes that has `depth` scattering events behind it.
+    fn distance(&self, depth: u32) -> Bounce {
+        Bounce::at(self.at.camera_distance + depth as usize * self.at.strides.distance)
     }
 
     /// The sample that chooses a component at a vertex with `depth` scattering events before it;
@@ -126,6 +132,9 @@ impl World<'_> {
                 break;
             }
             self.trace::<L>(&mut paths.rays, &lists.trace, &mut paths.clock);
+            if self.plan.media {
+                self.fly_both::<L>(paths, samples, &lists, (depth, wave));
+            }
             self.advance_camera::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
             self.advance_light::<L, P>(paths, samples, &mut lists, (depth, wave), probe);
         }
@@ -143,7 +152,7 @@ impl World<'_> {
         settle(&mut paths.splats.camera);
     }
 
-    /// The first primary sample of the camera stream chooses among the strategies.
+    /// A primary sample of its own ([`Layout::strategy`]) chooses among the strategies.
     fn choose_strategies(
         &self,
         depth: &DepthPlan,
@@ -303,6 +312,16 @@ impl World<'_> {
                 break;
             }
             self.trace::<L>(&mut paths.rays, &lists.camera, &mut paths.clock);
+            if self.plan.media {
+                let last = depth == layout.max_depth;
+                let at = layout.distance(depth);
+                let how = |_, _| How {
+                    straight: last,
+                    glows: true,
+                };
+                self.fly_on::<L>(paths, &lists.camera, (samples, at), how);
+                self.shine::<L>(paths, &lists.camera, 1.0);
+            }
             lists.escaped.clear();
             lists.emission.clear();
             for &path in &*lists.camera {
@@ -372,6 +391,7 @@ impl World<'_> {
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
             kept: None,
+            late: self.plan.media,
         };
         let (list, lit) = (&lists.emission, &mut lists.scratch);
         self.emission::<L>(from, list, lit, weighing, sink, probe);
@@ -391,6 +411,7 @@ impl World<'_> {
             part: None,
             dispersion: self.plan.dispersion.then_some(&paths.dispersion),
             kept: None,
+            late: self.plan.media,
         };
         self.environment::<L>(from, &lists.escaped, weighing, sink, probe);
     }

@@ -4,6 +4,7 @@ use super::dispersion::Dispersion;
 use super::endpoints::Endpoints;
 use super::list::List;
 use super::side::Side;
+use crate::plan::Plan;
 
 /// Vertices of the subpaths of a batch.
 #[derive(Default)]
@@ -26,18 +27,18 @@ pub(super) struct KeptVertex {
 
 impl Kept {
     /// Room for so many vertices by side of `room` paths; none has any.
-    pub fn start(&mut self, counts: [usize; 2], room: usize, dispersion: bool) {
+    pub fn start(&mut self, counts: [usize; 2], room: usize, plan: &Plan) {
         for (side, count) in self.sides.iter_mut().zip(counts) {
             if side.len() < count {
                 side.resize_with(count, KeptVertex::default);
             }
             for vertex in side {
                 if vertex.joins.len() < room {
-                    vertex.endpoints.resize(room);
+                    vertex.endpoints.resize(room, plan.media);
                     vertex.joined.reserve(room);
                     vertex.joins.resize(room, false);
                 }
-                if dispersion && vertex.dispersed.len() < room {
+                if plan.dispersion && vertex.dispersed.len() < room {
                     vertex.dispersed.resize(room, false);
                 }
                 for &path in &*vertex.joined {

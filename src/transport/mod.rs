@@ -1,4 +1,5 @@
 //! Light transport over batches of paths: subpaths walked in lockstep, joined, and weighed.
+//! `src/transport/README.md` follows one path through all of it: read that first.
 //!
 //! 1. A [`World`] is a scene prepared for transport: tables that kernels read, and the tracer.
 //! 2. [`Paths`] is the workspace of a batch: tables of [`records`], one per path. Beside a ray, a
@@ -9,16 +10,18 @@
 //!    them on by queue, one per BSDF kind, `connect` joins endpoints with one visibility ray, and
 //!    `weigh` weighs what they carry.
 //! 4. [`sides`] says what shading normals make of reflection and transmission.
-//! 5. [`wavelength`] turns the contributions of paths that were dispersed into light of one
+//! 5. `media` ends rays in media, and says how much of them passes.
+//! 6. [`wavelength`] turns the contributions of paths that were dispersed into light of one
 //!    wavelength.
-//! 6. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 7. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
 //!    vertex.
-//! 7. [`path_sampler`] names the ways of evaluation that chains can march over.
-//! 8. `share` divides contributions among independent samples and chains.
-//! 9. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
+//! 8. [`path_sampler`] names the ways of evaluation that chains can march over.
+//! 9. `share` divides contributions among independent samples and chains.
+//! 10. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
-//! Nothing here knows about chains, acceptance or pixels.
+//! No stage knows about chains, acceptance or pixels. Only `path_sampler` and `share` know that
+//! there are chains, and no more.
 
 pub mod alpha_mask;
 mod arrive;
@@ -29,8 +32,10 @@ mod connect;
 mod dispersion;
 mod endpoints;
 pub mod evaluate;
+mod flying;
 mod kept;
 mod list;
+mod media;
 pub mod mis;
 pub mod path_sampler;
 pub mod paths;
@@ -56,8 +61,10 @@ pub use self::records::Splat;
 use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
+use crate::medium::MediumTable;
 use crate::plan::{Effect, Effects, Forced, Plan};
 use crate::scene::{Scene, Sides};
+use crate::simd::Row;
 use crate::surface::{AlphaMasks, MaterialTable};
 use crate::trace::Tracer;
 use wavelength::Wavelengths;
@@ -80,9 +87,16 @@ pub struct World<'a> {
     pub plan: Plan,
     /// If some index of refraction depends on the wavelength.
     pub wavelengths: Option<Wavelengths>,
+    /// What fills the space between surfaces.
+    pub media: MediumTable<'a>,
+    /// Some medium emits light.
+    emits: bool,
+    /// Parameter row of the first medium's phase function.
+    first_phase: u32,
     /// What hit points must compute.
     pub wanted: Wanted,
-    /// What tells reflections from transmissions, if there are shading normals at all.
+    /// By whose rule reflections are told from transmissions, pbrt-v3's or pbrt-v4's; `None`
+    /// without shading normals.
     pub sides: Option<Sides>,
 }
 
@@ -92,12 +106,26 @@ impl<'a> World<'a> {
         Self::with_forced(scene, max_depth, &[])
     }
 
+    /// Nothing emits light, so that every picture is black.
+    pub fn is_unlit(&self) -> bool {
+        self.lights.is_empty() && !self.emits
+    }
+
+    /// Light that media emit is met by camera subpaths alone.
+    pub fn has_glowing_media(&self) -> bool {
+        self.emits
+    }
+
     /// With effects turned on that the scene does not call for.
     pub fn with_forced(scene: &'a Scene, max_depth: u32, forced: &[Forced]) -> Self {
         let geometry = Geometry::new(scene);
         let mut materials = MaterialTable::new(scene);
         let mut lights = LightTable::new(scene, &geometry);
         let camera = Camera::new(&scene.camera, &scene.film);
+        let media = MediumTable::new(scene, geometry.radius);
+        if let Some(radius) = media.ball() {
+            lights.cover(radius);
+        }
         let mut effects = Effects::of(scene, &materials, &lights);
         let perturbed = effects.has(Effect::ShadingNormals) || effects.has(Effect::Bumps);
         let sides = perturbed.then_some(scene.sides);
@@ -109,10 +137,16 @@ impl<'a> World<'a> {
         if on(Forced::Lights) {
             lights.try_every_kind();
         }
+        let first_phase = materials.rows.len() as u32;
+        let row = |g: f32| Row([g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        materials.rows.extend(media.cosines().map(row));
         let wanted = effects.wanted();
         let plan = Plan::new(effects, max_depth);
         Self {
             wavelengths: plan.dispersion.then(Wavelengths::new),
+            media,
+            emits: scene.media.emits(),
+            first_phase,
             plan,
             wanted,
             sides,

@@ -10,6 +10,7 @@ use crate::transport::World;
 use crate::transport::alpha_mask::Through;
 use crate::transport::clock::Clock;
 use crate::transport::dispersion::Dispersion;
+use crate::transport::flying::Flying;
 use crate::transport::list::List;
 use crate::transport::records::*;
 use crate::transport::sort::Sorter;
@@ -28,6 +29,8 @@ pub struct Rays {
     pub(super) sorter: Sorter,
     /// Rays on their way through alpha masks.
     pub(super) through: Through,
+    /// Rays on their way through media.
+    pub(super) flying: Flying,
     /// How many have been traced so far.
     pub traced: u64,
 }
@@ -50,13 +53,16 @@ pub struct Subpaths {
     pub endpoints: [Endpoints; 2],
     /// Of the BSDFs at the endpoints.
     pub parameters: Parameters,
+    /// Those of a wave that are on surfaces, and those in media.
+    pub(super) parted: [List; 2],
 }
 
 /// Parameter rows of BSDFs.
 #[derive(Default)]
 pub struct Parameters {
     /// First those of the materials, then one per slot, path and side for hits that have their
-    /// own.
+    /// own. Bidirectional evaluations keep all vertices: their slot is the vertex number. All
+    /// others have the slot 0 alone.
     pub rows: Vec<Row>,
     materials: usize,
     slots: usize,
@@ -129,7 +135,9 @@ pub struct Connections {
 /// What became of paths.
 #[derive(Default)]
 pub struct Splats {
-    /// Where the camera looks; of multiplexed paths the only one.
+    /// What each path adds at its own raster position: where its camera ray starts on the film
+    /// or, of a multiplexed path with `t = 1`, where the lens sees its light vertex. All but
+    /// bidirectional evaluations have no other.
     pub camera: Vec<Splat>,
     /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the
     /// camera adds, and where. 0 if nothing; the raster position then means nothing.
@@ -160,6 +168,8 @@ pub struct Paths {
     /// All vertices of both subpaths; only bidirectional evaluations keep them.
     pub(super) kept: Kept,
     pub(super) lists: Lists,
+    /// Endpoints know the media around them.
+    media: bool,
     /// Where the time goes.
     pub clock: Clock,
 }
@@ -231,7 +241,10 @@ impl Paths {
     /// No paths yet; the rows of the materials are copied.
     pub fn new(world: &World) -> Self {
         let rows = world.materials.rows.clone();
-        let mut paths = Self::default();
+        let mut paths = Self {
+            media: world.plan.media,
+            ..Self::default()
+        };
         paths.subpaths.parameters = Parameters {
             materials: rows.len(),
             rows,
@@ -255,9 +268,12 @@ impl Paths {
                 flight,
                 endpoints,
                 parameters,
+                parted: _,
             } = &mut self.subpaths;
             flight.resize(n, Flight::default());
-            endpoints.iter_mut().for_each(|side| side.resize(n));
+            endpoints
+                .iter_mut()
+                .for_each(|side| side.resize(n, self.media));
             parameters.resize(n);
             let Connections {
                 link,

@@ -8,7 +8,7 @@ use super::probe::{Probe, Scattered};
 use super::records::*;
 use super::samples::{Bounce, Samples};
 use super::sides::{self, Sampled};
-use crate::simd::{Lanes, Mask, Row};
+use crate::simd::{Lanes, Mask, Row, UintLanes};
 use crate::surface::{Bsdf, Kind};
 
 impl World<'_> {
@@ -67,10 +67,10 @@ impl World<'_> {
                 mode,
             );
             let wi_ng = wi.dot(frame.ng);
-            let cos_out = wi_ng.abs();
+            let cos_out = if B::MEDIUM { L::one() } else { wi_ng.abs() };
             let mut beta = energy.beta.mul_elem(sample.throughput);
             let mut adjoint = L::one();
-            if side == Side::Light {
+            if side == Side::Light && !B::MEDIUM {
                 // Weight and density are made of the local cosine, which has to cancel: of a
                 // grazing direction the dot product is another number.
                 // Where the normals are one, it is the other cosine of the correction that cancels.
@@ -84,12 +84,18 @@ impl World<'_> {
             }
             let partial =
                 (end.partial()).scatter(cos_out, sample.pdf, sample.pdf_reverse, B::DELTA);
+            let medium = if self.plan.media {
+                endpoints.media_towards::<L>(chunk, wi_ng)
+            } else {
+                L::Uint::splat(0)
+            };
             RayLanes::endless(place.leave(frame.ng, wi), wi).store(rays, chunk);
             FlightLanes {
                 beta,
                 d_vcm: partial.d_vcm,
                 d_vc: partial.d_vc,
                 distant: L::zero(),
+                medium,
             }
             .store(flights, chunk);
             let lit = beta.x.max(beta.y).max(beta.z).gt(L::zero());

@@ -86,6 +86,9 @@ pub fn eval<B: Bsdf, L: Lanes>(
     [wo, wi]: [Vec3<L>; 2],
     mode: Mode,
 ) -> BsdfValue<L> {
+    if B::MEDIUM {
+        return B::eval(row, wo, wi, mode);
+    }
     let frame = shading_frame(normals.ns, normals.tangent);
     let local = [frame.to_local(wo), frame.to_local(wi)];
     let mut value = B::eval_in(tables, row, local[0], local[1], mode);
@@ -131,6 +134,14 @@ pub fn sample<B: Bsdf, L: Lanes>(
     u: [L; 3],
     mode: Mode,
 ) -> Sampled<L> {
+    if B::MEDIUM {
+        let sample = B::sample(row, wo, u, mode);
+        return Sampled {
+            wi: sample.wi,
+            sample,
+            valid: L::Mask::splat(true),
+        };
+    }
     let frame = shading_frame(normals.ns, normals.tangent);
     let from = frame.to_local(wo);
     let mut sample = B::sample_in(tables, row, from, u, mode);

@@ -5,7 +5,7 @@ use super::list::List;
 use super::probe::Probe;
 use super::records::*;
 use super::samples::Samples;
-use crate::simd::{Lanes, Mask, Vec3};
+use crate::simd::{Lanes, Mask, UintLanes, Vec3};
 
 impl World<'_> {
     /// Starts the camera subpaths of `list` at raster positions, which their splats are told;
@@ -58,6 +58,7 @@ impl World<'_> {
                 d_vcm,
                 d_vc: L::zero(),
                 distant,
+                medium: L::Uint::splat(self.media.media.camera),
             }
             .store(flights, chunk);
             for (i, &path) in chunk.iter().enumerate() {
@@ -99,8 +100,12 @@ impl World<'_> {
                 d_vcm: ray.d_vcm,
                 d_vc: ray.d_vc,
                 distant,
+                medium: L::Uint::splat(0),
             }
             .store(flights, chunk);
+            if self.plan.media {
+                self.start_in_media(&light[..chunk.len()], chunk, flights, rays);
+            }
             let emits = self.emits(&light[..chunk.len()], [u[0], u[1]]);
             let alive = ray.valid.bits() & emits;
             started.push_where(chunk, alive);

@@ -49,19 +49,22 @@ impl StrategyMask {
 /// Where contributions go, and what colours them on their way.
 pub(super) struct Sink<'a> {
     pub splats: &'a mut [Splat],
-    /// The contribution of one strategy alone, weighted and unweighted, if requested.
+    /// The contribution of one strategy alone, weighted and unweighted, if pictures of strategies
+    /// are asked for.
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
     pub dispersion: Option<&'a Dispersion>,
     /// The most of a contribution that is kept, if chains bring the rest.
     pub kept: Option<f32>,
+    /// What passes through media takes part in that: it is known with visibility.
+    pub late: bool,
 }
 
 impl Sink<'_> {
     /// Adds to the splats of the paths in `list`, and to the part that is asked for. Returns what
     /// it adds, coloured.
     #[inline(always)]
-    fn add<L: Lanes>(
+    pub(super) fn add<L: Lanes>(
         &mut self,
         list: &[u32],
         rgb: Vec3<L>,
@@ -96,7 +99,7 @@ impl Sink<'_> {
     ) {
         for &path in list {
             let visible = blocked[path as usize] == 0;
-            let added = contributions[path as usize].weighted;
+            let added = self.passed(contributions[path as usize].weighted);
             let rgb = &mut self.splats[path as usize].rgb;
             for c in 0..3 {
                 // Not a product: what is blocked may be infinite.
@@ -107,7 +110,8 @@ impl Sink<'_> {
             for &path in list {
                 if blocked[path as usize] == 0 {
                     let added = contributions[path as usize];
-                    part[path as usize].add(added.weighted, added.unweighted);
+                    let weighted = passed(self.late.then_some(self.kept).flatten(), added.weighted);
+                    part[path as usize].add(weighted, added.unweighted);
                 }
             }
         }
@@ -122,6 +126,12 @@ impl Sink<'_> {
         }
     }
 
+    /// What is kept of a contribution of which is known what passes.
+    #[inline(always)]
+    fn passed(&self, rgb: [f32; 3]) -> [f32; 3] {
+        passed(self.late.then_some(self.kept).flatten(), rgb)
+    }
+
     /// What is kept of contributions.
     #[inline(always)]
     fn shared<L: Lanes>(&self, rgb: Vec3<L>) -> Vec3<L> {
@@ -129,6 +139,14 @@ impl Sink<'_> {
             Some(bound) => share::keep(rgb, bound),
             None => rgb,
         }
+    }
+}
+
+#[inline(always)]
+fn passed(kept: Option<f32>, rgb: [f32; 3]) -> [f32; 3] {
+    match kept {
+        Some(bound) => share::keep::<f32>(Vec3::splat(rgb), bound).lane(0),
+        None => rgb,
     }
 }
 
@@ -289,7 +307,8 @@ pub(super) fn general<L: Lanes>(
 
 /// Keeps contributions, with their weights and without, until visibility is known; those that are
 /// not zero (also if not finite, so that they are counted) stay alive. Without their weights they
-/// are kept if parts are asked for. Returns those with their weights, coloured.
+/// are kept only for the pictures of single strategies (`--strategies`). Returns those with their
+/// weights, coloured.
 #[inline(always)]
 fn keep<L: Lanes>(
     contributions: &mut [Contribution],
@@ -298,7 +317,10 @@ fn keep<L: Lanes>(
     sink: &Sink,
     live: &mut List,
 ) -> Vec3<L> {
-    let rgb = sink.shared(sink.coloured(list, rgb));
+    let mut rgb = sink.coloured(list, rgb);
+    if !sink.late {
+        rgb = sink.shared(rgb);
+    }
     let zero = L::zero();
     let dark = |v: Vec3<L>| v.x.eq(zero).and(v.y.eq(zero)).and(v.z.eq(zero)).bits();
     let mut all = Vec3::zero();

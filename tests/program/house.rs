@@ -27,6 +27,7 @@ const ROOMS: &[&[&str]] = &[
     &["scene"],
     &["trace"],
     &["geometry"],
+    &["medium"],
     &["surface", "light", "camera"],
     &["pbrt"],
     &["plan"],

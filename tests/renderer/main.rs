@@ -31,6 +31,7 @@ mod image_lights;
 mod lights;
 mod lt;
 mod measured;
+mod media;
 mod mixtures;
 mod mutation;
 mod precision;

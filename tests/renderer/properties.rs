@@ -113,6 +113,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                         colour,
                     ]
                 }
+                Kind::HenyeyGreenstein => [1.998 * a[0] - 0.999, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 Kind::SmoothConductor | Kind::RoughConductor => [i, j, k, l, m, n, u, v],
                 Kind::Hair => {
                     let beta = [b[1], b[2]].map(|beta| beta.clamp(0.01, 1.0));

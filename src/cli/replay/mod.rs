@@ -27,6 +27,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let mut input = input::load(args.scene.as_deref(), &MemoryLimit::new(None), messages)?;
     args.picture.apply(&mut input.scene)?;
     let scene = &input.scene;
+    if let Some(medium) = scene.media.list.first() {
+        return Err(Failure::Input(format!(
+            "{}: paths through participating media (\"{}\", {}) cannot be replayed; remove the media",
+            input.name, medium.name, medium.origin
+        )));
+    }
     let asked = args.integrator.unwrap_or(scene.integrator.kind);
     let chained = matches!(asked, IntegratorKind::Auto | IntegratorKind::Mmlt);
     let mut settings = Settings {

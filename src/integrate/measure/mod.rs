@@ -156,7 +156,7 @@ fn run_bootstrap(
 }
 
 fn dark(world: &World, settings: &Settings) -> MeasureError {
-    MeasureError::Dark(if world.lights.is_empty() {
+    MeasureError::Dark(if world.is_unlit() {
         "the scene has no lights: there is nothing to measure".into()
     } else {
         format!(

@@ -1,4 +1,4 @@
-//! What is rendered how, and media.
+//! What is rendered how.
 
 use std::rc::Rc;
 
@@ -6,7 +6,6 @@ use glam::DAffine3;
 
 use super::{Loader, Pending};
 use crate::pbrt::color_space::ColorSpace;
-use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{SceneError, Site};
 use crate::pbrt::lexer::TokenKind;
 use crate::pbrt::transform::Place;
@@ -36,7 +35,13 @@ impl Loader {
             self.coordinate_systems
                 .insert("camera".to_owned(), [to_world; 2]);
         }
-        let pending = Some(Pending { kind, set, ctm });
+        let media = self.states.current.media;
+        let pending = Some(Pending {
+            kind,
+            set,
+            ctm,
+            media,
+        });
         match directive {
             "Camera" => self.view.camera = pending,
             "Film" => self.view.film = pending,
@@ -97,40 +102,5 @@ impl Loader {
         let seed = options::set(&name, &token, site, &mut self.report)?;
         self.seed = seed.or(self.seed);
         Ok(())
-    }
-
-    pub(super) fn medium(&mut self, directive: &str, site: &Site) -> Result<(), SceneError> {
-        let mut inside = self.quoted(site, "a name")?;
-        if directive == "MakeNamedMedium" {
-            // Of consequence only once a MediumInterface names it.
-            let set = self.params(site.clone())?;
-            if matches!(set.string("type")?, Some("homogeneous" | "heterogeneous")) {
-                self.media.insert(inside);
-            }
-            return Ok(());
-        }
-        let mut outside = String::new();
-        if self
-            .stream
-            .peek()?
-            .is_some_and(|t| t.kind == TokenKind::Quoted)
-        {
-            outside = self.quoted(site, "a name")?;
-        }
-        if self.dialect == Dialect::V3 {
-            for name in [&mut inside, &mut outside] {
-                if !name.is_empty() && !self.media.contains(name) {
-                    self.report.warn_at(
-                        site,
-                        format_args!("there is no medium named \"{name}\": none is used"),
-                    );
-                    name.clear();
-                }
-            }
-        }
-        if inside.is_empty() && outside.is_empty() {
-            return Ok(());
-        }
-        Err(site.error("participating media are not supported; remove it, or name no medium: MediumInterface \"\" \"\""))
     }
 }

@@ -51,6 +51,9 @@ impl Loader {
             let room = self.budget.take(light.bytes());
             room.map_err(|e| set.error(e))?;
             self.lights.push(light);
+            let [outside, _] = self.states.current.media;
+            self.media.fill([outside, NONE], &Rc::new(set.site.clone()));
+            self.light_media.push(outside);
         }
         Ok(())
     }
@@ -124,6 +127,11 @@ impl Loader {
             sees_tangents: self.sees_tangents(material),
             fibre: self.is_fibre(material),
             light,
+            media: match (cut, self.states.current.media) {
+                // No ray meets it.
+                (Cut::Everything, [outside, _]) => [outside; 2],
+                (_, media) => media,
+            },
         };
         // What is invisible is checked, and left out.
         let mut nowhere = Geometry::new(&self.budget);

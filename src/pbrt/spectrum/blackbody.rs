@@ -78,3 +78,11 @@ pub fn blackbody_v3(kelvin: f32) -> [f32; 3] {
         [0.0; 3]
     }
 }
+
+/// What a pbrt-v4 film sees of a medium at a temperature: the spectrum has a maximum of 1, and
+/// nothing divides it by its photometric integral, as is done for lights.
+pub fn blackbody_medium(kelvin: f32) -> [f32; 3] {
+    // Integral of the observer's Y, in nanometres.
+    let y: f32 = CIE_1931.iter().map(|cie| cie[1]).sum();
+    blackbody_v3(kelvin).map(|c| c * y)
+}

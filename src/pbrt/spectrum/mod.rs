@@ -24,7 +24,9 @@ mod reduce;
 #[cfg(test)]
 mod tests;
 
-pub use self::blackbody::{blackbody, blackbody_reflectance, blackbody_v3, daylight, white_of_d60};
+pub use self::blackbody::{
+    blackbody, blackbody_medium, blackbody_reflectance, blackbody_v3, daylight, white_of_d60,
+};
 pub use self::file::read_spd;
 pub use self::glass::{Sellmeier, glass_index};
 pub use self::named::{is_sensor, named, named_index, named_spd_file};

@@ -36,8 +36,14 @@ fn what_is_not_supported_says_so_where_it_stands() {
             "t.pbrt:3:1: Material \"diffuse\": ",
         ),
         (
-            "MediumInterface \"fog\" \"\"".into(),
-            "t.pbrt:3:1: MediumInterface: participating media are not supported",
+            format!("MediumInterface \"fog\" \"\" {V4_TRIANGLE}"),
+            "t.pbrt:3:26: Shape \"trianglemesh\": there is no medium named \"fog\"",
+        ),
+        (
+            format!(
+                "MakeNamedMedium \"fog\" \"string type\" \"nanovdb\" MediumInterface \"fog\" \"\" {V4_TRIANGLE}"
+            ),
+            "t.pbrt:3:1: MakeNamedMedium \"fog\": media of type \"nanovdb\" are not supported",
         ),
         (
             "LightSource \"projection\"".into(),

@@ -57,6 +57,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         light: NONE,
         first: 0,
         alpha: NONE,
+        boundary: NONE,
     };
     Scene {
         vertices: vertices.collect(),
@@ -65,6 +66,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         spheres,
         shapes: vec![shape(0), shape(1)],
         alphas: vec![],
+        media: Default::default(),
         materials: vec![
             material(MaterialKind::from(crate::surface::DiffuseMaterial {
                 reflectance: black,

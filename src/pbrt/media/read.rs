@@ -1,0 +1,59 @@
+//! From parameters to media.
+
+use glam::DAffine3;
+
+use super::coefficients::{asymmetry, coefficients};
+use super::world::{WorldEmission, WorldMedium};
+use crate::pbrt::color::Use;
+use crate::pbrt::dialect::Dialect;
+use crate::pbrt::params::ParamSet;
+use crate::pbrt::textures::Deferred;
+
+impl WorldMedium {
+    /// Reads a medium; `ctm` is the current transform.
+    pub fn read(name: &str, set: &ParamSet, ctm: &DAffine3) -> Deferred<Self> {
+        let Some(kind) = set.string("type")? else {
+            return Err(set.error("has no \"string type\""));
+        };
+        let known = match set.dialect {
+            Dialect::V3 => "homogeneous or heterogeneous",
+            Dialect::V4 => "homogeneous, uniformgrid, rgbgrid or cloud",
+        };
+        match (set.dialect, kind) {
+            (_, "homogeneous") => Self::homogeneous(name, set),
+            (Dialect::V3, "heterogeneous") | (Dialect::V4, "uniformgrid") => {
+                Self::grid(name, set, ctm)
+            }
+            (Dialect::V4, "rgbgrid") => Self::rgb_grid(name, set, ctm),
+            (Dialect::V4, "cloud") => Self::cloud(name, set, ctm),
+            (Dialect::V4, "nanovdb") => {
+                set.accept_all();
+                Err(set.error(format_args!(
+                    "media of type \"nanovdb\" are not supported; use {known}"
+                )))
+            }
+            _ => {
+                set.accept_all();
+                Err(set.error(format_args!(
+                    "media of type \"{kind}\" are unknown; use {known}"
+                )))
+            }
+        }
+    }
+
+    fn homogeneous(name: &str, set: &ParamSet) -> Deferred<Self> {
+        let coefficients = coefficients(set, true)?;
+        let mut medium = Self::new(name, set, coefficients);
+        medium.g = asymmetry(set)?;
+        if set.dialect == Dialect::V4
+            && let Some(radiance) = set.color("Le", Use::Emission)?
+            && radiance != [0.0; 3]
+        {
+            let scale = set.float_in("Lescale", 1.0, 0.0, f64::INFINITY)? as f32;
+            let [absorption, _] = coefficients;
+            medium.emission =
+                WorldEmission::Even([0, 1, 2].map(|c| absorption[c] * radiance[c] * scale));
+        }
+        Ok(medium)
+    }
+}

@@ -1,0 +1,167 @@
+//! Media in world space.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use crate::pbrt::params::ParamSet;
+use crate::pbrt::transform::rows;
+use crate::scene::{self, Rgb, Space};
+
+/// A medium in world space: coefficients per length of the file.
+#[derive(Clone, Debug)]
+pub(in crate::pbrt) struct WorldMedium {
+    name: String,
+    origin: String,
+    /// Where the density is 1, as all of these.
+    pub(super) extinction: Rgb,
+    scattering: Rgb,
+    pub(super) g: f32,
+    pub(super) density: WorldDensity,
+    pub(super) emission: WorldEmission,
+}
+
+/// As [`scene::Density`].
+#[derive(Clone, Debug)]
+pub(super) enum WorldDensity {
+    Uniform,
+    Grid(WorldGrid),
+    Channels {
+        extinction: WorldGrid,
+        scattering: WorldGrid,
+    },
+}
+
+/// As [`scene::Emission`].
+#[derive(Clone, Debug)]
+pub(super) enum WorldEmission {
+    Dark,
+    Even(Rgb),
+    Grid {
+        absorption: Rgb,
+        radiance: Rgb,
+        grid: WorldGrid,
+    },
+    Product {
+        radiance: Rgb,
+        grids: [WorldGrid; 2],
+    },
+    BlackBody {
+        absorption: Rgb,
+        grids: [WorldGrid; 2],
+        scale: f32,
+        offset: f32,
+        table: Arc<[Rgb]>,
+    },
+}
+
+/// Numbers at the points of a lattice, in world space.
+#[derive(Clone, Debug)]
+pub(super) struct WorldGrid {
+    /// World to a space where samples are at integer points.
+    pub to_grid: DAffine3,
+    pub size: [u32; 3],
+    pub channels: u32,
+    pub values: Arc<[f32]>,
+}
+
+impl WorldMedium {
+    pub(super) fn new(name: &str, set: &ParamSet, [absorption, scattering]: [Rgb; 2]) -> Self {
+        Self {
+            name: name.to_owned(),
+            origin: set.site.origin(),
+            extinction: [0, 1, 2].map(|c| (absorption[c] + scattering[c]).min(f32::MAX)),
+            scattering,
+            g: 0.0,
+            density: WorldDensity::Uniform,
+            emission: WorldEmission::Dark,
+        }
+    }
+
+    /// In internal space, where lengths are shorter by the scale.
+    pub(super) fn to_internal(&self, space: &Space) -> scene::Medium {
+        let per_length =
+            |rgb: Rgb| rgb.map(|c| ((f64::from(c) / space.scale) as f32).min(f32::MAX));
+        let grid = |grid: &WorldGrid| scene::Grid {
+            to_grid: rows(
+                &(grid.to_grid
+                    * DAffine3::from_translation(space.centre)
+                    * DAffine3::from_scale(DVec3::splat(1.0 / space.scale))),
+            ),
+            size: grid.size,
+            channels: grid.channels,
+            values: Arc::clone(&grid.values),
+        };
+        let density = match &self.density {
+            WorldDensity::Uniform => scene::Density::Uniform,
+            WorldDensity::Grid(of) => scene::Density::Grid(grid(of)),
+            WorldDensity::Channels {
+                extinction,
+                scattering,
+            } => scene::Density::Channels {
+                extinction: grid(extinction),
+                scattering: grid(scattering),
+            },
+        };
+        let emission = match &self.emission {
+            WorldEmission::Dark => scene::Emission::Dark,
+            WorldEmission::Even(rgb) => scene::Emission::Even(per_length(*rgb)),
+            WorldEmission::Grid {
+                absorption,
+                radiance,
+                grid: of,
+            } => scene::Emission::Grid {
+                absorption: per_length(*absorption),
+                radiance: *radiance,
+                grid: grid(of),
+            },
+            WorldEmission::Product { radiance, grids } => scene::Emission::Product {
+                radiance: per_length(*radiance),
+                grids: [grid(&grids[0]), grid(&grids[1])],
+            },
+            WorldEmission::BlackBody {
+                absorption,
+                grids,
+                scale,
+                offset,
+                table,
+            } => scene::Emission::BlackBody {
+                absorption: per_length(*absorption),
+                grids: [grid(&grids[0]), grid(&grids[1])],
+                scale: *scale,
+                offset: *offset,
+                table: Arc::clone(table),
+            },
+        };
+        scene::Medium {
+            name: self.name.clone(),
+            origin: self.origin.clone(),
+            extinction: per_length(self.extinction),
+            scattering: per_length(self.scattering),
+            g: self.g,
+            density,
+            emission,
+        }
+    }
+
+    /// Memory of its grids, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let of = |grid: &WorldGrid| size_of_val(&grid.values[..]) as u64;
+        let density = match &self.density {
+            WorldDensity::Uniform => 0,
+            WorldDensity::Grid(grid) => of(grid),
+            WorldDensity::Channels {
+                extinction,
+                scattering,
+            } => of(extinction) + of(scattering),
+        };
+        density
+            + match &self.emission {
+                WorldEmission::Dark | WorldEmission::Even(_) => 0,
+                WorldEmission::Grid { grid, .. } => of(grid),
+                WorldEmission::Product { grids, .. } | WorldEmission::BlackBody { grids, .. } => {
+                    grids.iter().map(of).sum()
+                }
+            }
+    }
+}
