@@ -6,8 +6,13 @@
 //! ray a wave, eight to a SIMD register. Everything here follows from that.
 //!
 //! ```text
-//! scene file -> Scene -> Plan -> bootstrap -> batches of chains -> film -> picture, figures
+//! scene file -> Scene -> World, Plan -> bootstrap -> batches of chains -> film -> picture, figures
 //! ```
+//!
+//! The stages of a path are methods of [`transport::World`], the scene as kernels read it. They
+//! work on [`transport::Paths`], the tables of a batch, and lists of numbers tell them on which
+//! paths.
+//! `src/transport/README.md` follows one path from the integrator to the picture: read it first.
 //!
 //! Data flows one way: a room uses only rooms above it in this table.
 //!

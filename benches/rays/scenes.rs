@@ -184,6 +184,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
         },
         integrator: IntegratorSettings::default(),
         sides: Sides::Geometric,
+        brightest: 1.0,
         space: Space {
             centre: DVec3::ZERO,
             scale: 1.0,

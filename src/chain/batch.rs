@@ -1,32 +1,17 @@
 //! A batch of chains of one sampler, marching in lockstep.
 //!
-//! # Independent samples
+//! A step of all chains ([`Batch::step`]) is
 //!
-//! Large steps are independent samples of the whole picture, accepted or not. [`Batch::combine`]
-//! has the film keep all of them, beside the states of the chains, in a layer of their own, weighed
-//! against each other by the balance heuristic (Kelemen, Szirmay-Kalos, Antal and Csonka 2002). Of
-//! `M` mutations, states have the density `I / b` in primary sample space, large steps, `p M` of
-//! them, the density 1; so that with a constant `c`, about `p b`,
+//! 1. propose ([`Target::propose`]): a new state for every chain, by a small or a large step;
+//! 2. evaluate ([`Target::evaluate`]): the splats of these states, by transport;
+//! 3. accept or reject: each of the two states gets its share of the weight;
+//! 4. commit ([`Target::commit`]): what was accepted becomes the current state.
 //!
-//! ```text
-//! w(u)     = (I / b) / (I / b + p)   = I / (I + c)     weight of u as a state
-//! 1 - w(u) = p / (I / b + p)         = c / (I + c)     weight of u as a large step
-//! ```
+//! [`Batch::march`] makes many steps. After each it logs what no longer stands, with its weight,
+//! and hands full logs to the film. [`Batch::flush`] splats the current states at the end.
 //!
-//! A state is splatted with the colour `w F / I`, where `F` are its contributions and `I` their
-//! mean channels, added up. Both layers hold the same splats:
-//!
-//! ```text
-//! states:       b / M      * sum over states, by their Metropolis weights, of  w F / I
-//! large steps:  c / (p M)  * sum over large steps of                           w F / I
-//! ```
-//!
-//! The first has the expectation of `w F` (states have the density `I / b`, so that the scale has
-//! to be the best `b` there is), the second, since `c w / I = c / (I + c) = 1 - w`, that of `(1 -
-//! w) F`: `c` enters both, and any other would do. It is found before the chains march and stays;
-//! `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis
-//! weight, a large step once more with weight 1: Kelemen's equations, but for `b`, which need not
-//! be known when they splat.
+//! If large steps are splatted as independent samples, too ([`Batch::combine`]), splats are weighed
+//! by the equations of [`splats`](super::splats). Of the integrators only `pssmlt` does so.
 
 use super::accept::{acceptance, biased_acceptance, colour, target, total, totals};
 use super::bootstrap::Moments;
@@ -55,20 +40,23 @@ pub struct Batch<T: Target = PrimarySampleSpace> {
     targets: Vec<f32>,
     /// The rest of the current states, `[splat][chain]`.
     states: Vec<ChainSplat>,
-    /// Weight each current state has collected since it was accepted.
+    /// Weight each current state has collected since it was accepted, in units of 2^-32.
     weights: Vec<u64>,
     /// 1 for large steps, 0 for small ones.
     large: Vec<f32>,
+    /// Uniform numbers of the latest acceptance tests, in `[0, 1)`.
     decide: Vec<f32>,
-    /// Of the latest proposals: acceptance, whether accepted (1 or 0), whether the state that was
-    /// left has light.
+    /// Of the latest proposals: acceptance, whether accepted (1 or 0), whether what is in `left`
+    /// has light.
     share: Vec<f32>,
     taken: Vec<f32>,
     lit: Vec<f32>,
     /// Targets of the latest large steps, 0 for small ones.
     seen: Vec<f32>,
-    /// States that the latest step has left, and their weights.
+    /// What no longer stands after the latest step, laid out as `states`: the state that was left
+    /// where the proposal was accepted, the proposal where it was rejected.
     left: Vec<ChainSplat>,
+    /// Its weights, in units of 2^-32.
     left_weights: Vec<u64>,
     /// Next iteration.
     iteration: u32,
@@ -82,7 +70,7 @@ pub struct Batch<T: Target = PrimarySampleSpace> {
 /// Large steps as independent samples.
 #[derive(Clone, Copy, Debug)]
 struct Combined {
-    /// `c` of the module's equations.
+    /// `c` of the equations of [`splats`](super::splats).
     constant: f32,
     /// Their layer of the film.
     layer: usize,
@@ -221,8 +209,8 @@ impl<T: Target> Batch<T> {
     }
 
     /// From now on large steps are splatted to a layer of their own, too, and all splats are
-    /// weighed by the module's equations. To be called before any has been, and before the
-    /// chains are watched.
+    /// weighed by the equations of [`splats`](super::splats). To be called before any has been,
+    /// and before the chains are watched.
     pub fn combine(&mut self, constant: f32, layer: usize) {
         let n = self.len();
         for row in self.states.chunks_mut(n.max(1)) {
@@ -377,7 +365,7 @@ impl<T: Target> Batch<T> {
         let zero = L::zero();
         for list in self.order.chunks(L::N) {
             let start = list[0] as usize;
-            let first = SplatLanes::<L>::load(&paths.splats.camera, list);
+            let first = SplatLanes::<L>::load(paths.splat_row(0), list);
             let mut proposed = target(first.rgb.to_array());
             if splats > 1 {
                 let others = (1..splats).map(|row| {
@@ -426,7 +414,7 @@ impl<T: Target> Batch<T> {
                 states: &self.states,
                 left: &self.left,
                 targets: &self.targets,
-                proposed: &paths.splats.camera,
+                proposed: paths.splat_row(0),
                 share: &self.share,
                 taken: &self.taken,
                 large: &self.large,

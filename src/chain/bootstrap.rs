@@ -232,7 +232,7 @@ impl Bootstrap {
             let rejected = paths.rejected(target.splats());
             let values = totals(paths, target.splats());
             let mut by_light_vertices = vec![Moments::default(); room];
-            for (splat, value) in paths.splats.camera.iter().zip(&values) {
+            for (splat, value) in paths.splat_row(0).iter().zip(&values) {
                 if let Some(moments) = by_light_vertices.get_mut(splat.s as usize) {
                     moments.add(*value);
                 }

@@ -11,14 +11,15 @@
 //!    [`trial`] tells what they would be worth.
 //! 6. [`batch`] holds chains of one target and marches them: propose, evaluate, accept, splat
 //!    ([`splats`]); [`counts`] says how often.
-//! 7. [`evaluator`] is the way to all of it from outside, where the width is known only at run
-//!    time.
+//! 7. [`evaluator`] is for tests and benchmarks: all of it at a width known only at run time.
+//!    Renders do not use it.
 //! 8. [`monitor`] records what they do, and [`mixing`] judges it: split R-hat, effective sample
 //!    sizes, stuck chains.
 //!
 //! What chains mutate is a [`PathSampler`](crate::transport::PathSampler): a path of one depth, or
-//! a sample of all of them. Transport is called, never looked into; the film is handed splats and
-//! not asked where they go.
+//! a sample of all of them. Transport is called, and its splats and counters are read; only
+//! [`primary`] looks further, at which primary samples choose strategies and places on the film.
+//! The film is handed splats and not asked where they go.
 
 pub mod accept;
 pub mod batch;

@@ -1,9 +1,10 @@
 //! Proposals: large steps draw all primary samples afresh, small steps move each by an offset of a
 //! fixed proposal, around the ring `[0, 1)`.
 //!
-//! Every dimension moves at every step; the proposal is that of pbrt's lazy catch-up, in which an
-//! untouched sample takes its missed small steps at once (pbrt-v3, section 16.4.2), and a sample
-//! that is first used in a small step still starts uniform.
+//! Every dimension moves at every step, also those that the strategy at hand does not read. In
+//! pbrt-v3 (section 16.4.2) samples move only when they are read, and then make up at once for the
+//! small steps that they have missed: the same distribution. In both a sample that is first read in
+//! a small step started uniform.
 //!
 //! Offsets of all proposals are as probable as their negatives, to the last bit: a bit of the
 //! random word is the sign. On the ring proposals are then symmetric, and the acceptance is the
@@ -55,9 +56,11 @@ pub struct ProposalDistribution {
     pub large_step_probability: f32,
     /// Scale of a small step, see [`Mutation`].
     pub sigma: f32,
-    proposal: Mutation,
-    mutation: Stream,
-    decision: Stream,
+    mutation: Mutation,
+    /// Random words of steps.
+    steps: Stream,
+    /// Random words that choose large steps, and decide what is accepted.
+    decisions: Stream,
 }
 
 /// The largest `f32` below 1.
@@ -75,22 +78,22 @@ impl ProposalDistribution {
         Self {
             large_step_probability,
             sigma,
-            proposal: Mutation::Gaussian,
-            mutation: Stream::new(seed, Purpose::Mutation),
-            decision: Stream::new(seed, Purpose::Decision),
+            mutation: Mutation::Gaussian,
+            steps: Stream::new(seed, Purpose::Mutation),
+            decisions: Stream::new(seed, Purpose::Decision),
         }
     }
 
     /// The same with other offsets of small steps.
-    pub fn with_mutation(self, proposal: Mutation) -> Self {
-        Self { proposal, ..self }
+    pub fn with_mutation(self, mutation: Mutation) -> Self {
+        Self { mutation, ..self }
     }
 
     /// The same for chains that do not count: they use separate random numbers.
     pub fn tuning(self, seed: u64) -> Self {
         Self {
-            mutation: Stream::new(seed, Purpose::Tuning),
-            decision: Stream::new(seed, Purpose::TuningDecision),
+            steps: Stream::new(seed, Purpose::Tuning),
+            decisions: Stream::new(seed, Purpose::TuningDecision),
             ..self
         }
     }
@@ -98,8 +101,8 @@ impl ProposalDistribution {
     /// The same for chains that find out how well such chains do.
     pub fn piloting(self, seed: u64) -> Self {
         Self {
-            mutation: Stream::new(seed, Purpose::PilotMutation),
-            decision: Stream::new(seed, Purpose::PilotDecision),
+            steps: Stream::new(seed, Purpose::PilotMutation),
+            decisions: Stream::new(seed, Purpose::PilotDecision),
             ..self
         }
     }
@@ -118,7 +121,7 @@ impl ProposalDistribution {
     ) {
         let counter = (ids, iteration);
         let steps = (large, decide);
-        match self.proposal {
+        match self.mutation {
             Mutation::Gaussian => {
                 let proposal = Gaussian { sigma: self.sigma };
                 self.propose_by::<L, _>(proposal, counter, current, proposed, steps);
@@ -146,13 +149,13 @@ impl ProposalDistribution {
         let y = L::Uint::splat(iteration);
         for start in (0..ids.len()).step_by(L::N) {
             let x = L::Uint::from_fn(|i| ids[start + i]);
-            let [step, accept, ..]: [L; 4] = self.decision.uniforms(x, y, 0);
+            let [step, accept, ..]: [L; 4] = self.decisions.uniforms(x, y, 0);
             accept.store(&mut decide[start..]);
             let is_large = step.lt(L::splat(self.large_step_probability));
             L::one().or_zero(is_large).store(&mut large[start..]);
             let dimensions = current.dimensions();
             for block in 0..dimensions.div_ceil(4) {
-                let words = self.mutation.words::<L>(x, y, block as u32);
+                let words = self.steps.words::<L>(x, y, block as u32);
                 let offsets = proposal.offsets::<L>(words);
                 for c in 0..4.min(dimensions - 4 * block) {
                     let d = 4 * block + c;

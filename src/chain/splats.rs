@@ -1,4 +1,34 @@
 //! What chains splat: colours over targets, with exact weights.
+//!
+//! # Independent samples
+//!
+//! Large steps are independent samples of the whole picture, accepted or not. [`Batch::combine`]
+//! has the film keep all of them, beside the states of the chains, in a layer of their own, weighed
+//! against each other by the balance heuristic (Kelemen, Szirmay-Kalos, Antal and Csonka 2002). Of
+//! `M` mutations, states have the density `I / b` in primary sample space, large steps, `p M` of
+//! them, the density 1; so that with a constant `c`, about `p b`,
+//!
+//! ```text
+//! w(u)     = (I / b) / (I / b + p)   = I / (I + c)     weight of u as a state
+//! 1 - w(u) = p / (I / b + p)         = c / (I + c)     weight of u as a large step
+//! ```
+//!
+//! A state is splatted with the colour `w F / I`, where `F` are its contributions and `I` their
+//! mean channels, added up. Both layers hold the same splats:
+//!
+//! ```text
+//! states:       b / M      * sum over states, by their Metropolis weights, of  w F / I
+//! large steps:  c / (p M)  * sum over large steps of                           w F / I
+//! ```
+//!
+//! The first has the expectation of `w F` (states have the density `I / b`, so that the scale has
+//! to be the best `b` there is), the second, since `c w / I = c / (I + c) = 1 - w`, that of `(1 -
+//! w) F`: `c` enters both, and any other would do. It is found before the chains march and stays;
+//! `b` may be refined meanwhile. A state is splatted with `F / (I / b + p)` and its Metropolis
+//! weight, a large step once more with weight 1: Kelemen's equations, but for `b`, which need not
+//! be known when they splat.
+//!
+//! [`Batch::combine`]: super::batch::Batch::combine
 
 use super::accept::colour;
 use crate::film::{Destination, SplatLog};
@@ -67,7 +97,7 @@ impl<L: Lanes> ChainSplatLanes<L> {
     }
 }
 
-/// `w` of the equations in [`super::batch`].
+/// `w` of the module's equations.
 #[inline(always)]
 pub(super) fn weight<L: Lanes>(target: L, constant: L) -> L {
     // In this order nothing overflows that matters: a target beyond c has the weight 1, one far
@@ -97,7 +127,7 @@ pub(super) fn proposal<'a>(
     if taken > 0.0 { current } else { left }
 }
 
-/// For weights in units of 2^-32.
+/// The same destination for weights in units of 2^-32: divides its scale by 2^32.
 pub(super) fn in_units(to: Destination) -> Destination {
     Destination {
         scale: to.scale / ONE as f64,

@@ -331,8 +331,8 @@ fn is_of_the_machine(figure: &str) -> bool {
 }
 
 /// What an EXR file says about its making: scene, settings, and the figures of the render under the
-/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders: equal renders are
-/// equal files.
+/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders:
+/// equal renders are equal files.
 fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
     let text = |v: &str| AttributeValue::Text(v.into());
     let tuned = |auto: bool, v: f32| match auto {

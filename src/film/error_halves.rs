@@ -16,8 +16,8 @@ pub struct Scales<'a> {
 
 impl SplatFilm {
     /// Pixels of the picture, and a standard error of each of their values: from the difference of
-    /// two pictures by the two halves of all chains ([`Half`]), and from the relative variance
-    /// of each layer's scale. Its square is right in the mean.
+    /// two pictures by the two halves of all chains ([`Half`](super::Half)), and from the relative
+    /// variance of each layer's scale. Its square is right in the mean.
     ///
     /// # Panics
     /// If the film is not judged.

@@ -58,7 +58,7 @@ impl SplatLog {
         self.len += usize::from(weight > 0);
     }
 
-    /// By pixel, the lowest `shift` bits aside: one counting sort.
+    /// By stripe, which is a pixel's number without its lowest `shift` bits: one counting sort.
     pub(super) fn sort(&mut self, pixel: impl Fn([f32; 2]) -> usize, shift: u32) {
         let n = self.len;
         let mut start = [0u32; STRIPES];

@@ -84,8 +84,9 @@ impl SplatFilm {
         stripes::bytes(pixels, layers)
     }
 
-    /// Pictures that are summed apart, a depth each; the half that is summed once more does not
-    /// count.
+    /// Pictures that are summed apart: one for each path sampler up to `LAYERS` of
+    /// `integrate/method.rs`, of which further ones share the last, and one for large steps that
+    /// are splatted as independent samples. The half that is summed once more does not count.
     pub fn layers(&self) -> usize {
         self.layers
     }

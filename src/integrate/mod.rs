@@ -1,5 +1,24 @@
 //! Integrators: schedules over the parts below. [`render`] is the whole of Phalanx in one call;
 //! [`measure`] says how fast it is.
+//!
+//! A render by chains (`chains.rs`: `mmlt`, `pssmlt`, and `auto`, which has samples beside them):
+//!
+//! 1. `method.rs`: the path samplers of the integrator, an integral each.
+//! 2. `bootstraps.rs`: uniform paths of every sampler, round by round. They give the integrals and
+//!    the first states of chains.
+//! 3. `schedule.rs`: `chain_budgets` shares out chains and mutations in proportion to integrals.
+//! 4. `tuning.rs`: chains of its own find each budget's small-step size and how often to make large
+//!    steps.
+//! 5. `schedule.rs`: `March` starts the batches and has threads march them in rounds. Between them
+//!    it reports progress and asks whether to stop.
+//! 6. `normalisation.rs`: what makes sums of splats radiance: an integral over the mutations made.
+//!    The film resolves with these scales.
+//! 7. `error` and `mixing_check.rs`: how far off the picture is, and whether chains have seen all
+//!    light.
+//! 8. `scale.rs`: from radiance to the film's units, as the last step of every [`render`].
+//!
+//! A render by independent samples (`sampled.rs`: `pt`, `lt`, `bdpt`) goes over the picture pass by
+//! pass (`grid.rs`) instead of 1 to 6.
 
 mod auto;
 mod bdpt;

@@ -4,8 +4,8 @@
 //! state: accepted or rejected at once, splatted with one weight.
 //!
 //! Large steps count twice: as proposals of the chain, and as independent samples, by Kelemen's
-//! weights ([`chain::batch`](crate::chain::batch) has the equations). What is dim in the picture is
-//! then as certain as the sampler alone would make it.
+//! weights ([`chain::splats`](crate::chain::splats) has the equations). What is dim in the picture
+//! is then as certain as the sampler alone would make it.
 
 use super::chains;
 use super::method::Method;

@@ -16,11 +16,13 @@
 //! More than a file and a line: the goniometric light stands in fourteen files. It is data in
 //! [`LightKind`](crate::scene::LightKind), and read, tolerated and weighed against others where
 //! scene files are read (five files). Here it has a [`Kind`], its power and records in `build.rs`,
-//! and an arm in each of the four questions in this file, which leads to the file of its group: a
-//! light at a point, of a surface or at infinity; only a light of a new group needs a file of its
-//! own. Outside, memory is counted by kind in `integrate/needs.rs`, `inspect` tells kinds, and
-//! `replay` has its own formulas (three files). The reason is that densities of different lights
-//! are summed in one weight, lane by lane, so that lights are not queued by kind as surfaces are.
+//! and an arm in the first two questions, in this file, which leads to the file of its group: a
+//! light at a point, of a surface or at infinity. The third is answered in `area.rs`, the fourth in
+//! `distant.rs`: only lights that a camera subpath can meet have an arm there. Only a light of a
+//! new group needs a file of its own. Outside, memory is counted by kind in `integrate/needs.rs`,
+//! `inspect` tells kinds, and `replay` has its own formulas (three files). The reason is that
+//! densities of different lights are summed in one weight, lane by lane, so that lights are not
+//! queued by kind as surfaces are.
 
 mod area;
 mod build;

@@ -105,7 +105,8 @@ impl ParamSet {
         if rgb.iter().any(|c| *c < -SLACK) {
             self.note_at(param, "is negative, and counts as 0");
         }
-        if meaning == Use::Albedo && rgb.iter().any(|c| *c > 1.0 + SLACK) {
+        let bounded = meaning == Use::Albedo && self.dialect == Dialect::V4;
+        if bounded && rgb.iter().any(|c| *c > 1.0 + SLACK) {
             self.note_at(param, "is more than 1, and counts as 1");
         }
         Ok(match (self.dialect, meaning) {

@@ -4,9 +4,11 @@ use super::error::{Report, SceneError};
 use super::mesh::{Basis, CurvePiece};
 use super::params::{ParamSet, Type};
 
-/// The pieces of a curve, or why there are none: pbrt goes on without such a curve, too.
+/// The pieces of a curve, or why there are none: pbrt goes on without such a curve, too. Of a
+/// `fibre` the looks do not depend on the normals of its surface.
 pub(super) fn pieces(
     set: &ParamSet,
+    fibre: bool,
     report: &mut Report,
 ) -> Result<Result<Vec<CurvePiece>, String>, SceneError> {
     let width = set.float_or("width", 1.0)?;
@@ -44,6 +46,7 @@ pub(super) fn pieces(
                 report.warn_at(&set.site, "normals \"N\" are of ribbons alone; ignored");
             }
             match kind {
+                "flat" if fibre => {}
                 "flat" => report.warn_once(
                     "flat curves",
                     &set.site,

@@ -27,6 +27,9 @@ const MIN_CROSS: f64 = 1e-22;
 /// Lights at points whose neighbourhoods are looked at.
 const LAMPS: usize = 4;
 
+/// Of reflectances: products of some are still numbers.
+const NO_BOUND: f32 = 1e9;
+
 /// Puts the scene together.
 pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let take = |pending: Option<Pending>| pending.map(|p| (p.kind, p.set, p.ctm));
@@ -121,6 +124,10 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         sides: match loader.dialect {
             Dialect::V3 => Sides::Geometric,
             Dialect::V4 => Sides::Shading,
+        },
+        brightest: match loader.dialect {
+            Dialect::V3 => NO_BOUND,
+            Dialect::V4 => 1.0,
         },
         large: Large::default(),
         bounds: [Vec3::ZERO; 2],

@@ -80,6 +80,8 @@ pub(super) struct Setting {
     pub needs_uv: bool,
     /// It matters to the material how tangents lie.
     pub sees_tangents: bool,
+    /// The material is a fibre: a curve of it is met once.
+    pub fibre: bool,
     pub light: Option<Rc<AreaLight>>,
     /// Numbers of media, `[outside, inside]`.
     pub media: [u32; 2],

@@ -8,6 +8,7 @@ use super::error::SceneError;
 use super::params::{ParamSet, Type};
 use super::spectrum;
 use super::textures::{TextureNames, color_param, float_param};
+use crate::formats::file_bytes;
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{Param, Parameters, Rgb};
 
@@ -34,6 +35,10 @@ impl Parameters for Given<'_> {
 
     fn albedo(&self, name: &str) -> Result<Option<Param>, SceneError> {
         color_param(self.set, self.names, name, Use::Albedo)
+    }
+
+    fn coefficient(&self, name: &str) -> Result<Option<Param>, SceneError> {
+        color_param(self.set, self.names, name, Use::Unbounded)
     }
 
     fn float(&self, name: &str) -> Result<Option<Param>, SceneError> {
@@ -69,6 +74,26 @@ impl Parameters for Given<'_> {
             Some(given) => self.set.index_curve(given),
             None => Ok(None),
         }
+    }
+
+    fn hats(&self, wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
+        spectrum::hats(wavelengths)
+    }
+
+    fn file(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, SceneError> {
+        let Some(given) = self.set.string(name)? else {
+            return Ok(None);
+        };
+        let path = self.set.dir.join(given);
+        let fail = |what: String| self.error(format_args!("{}: {what}", path.display()));
+        let size = file_bytes(&path).map_err(|e| fail(e.to_string()))?;
+        if size > most {
+            return Err(fail(format!(
+                "{size} bytes are too many, {most} are possible"
+            )));
+        }
+        let bytes = std::fs::read(&path).map_err(|e| fail(e.to_string()))?;
+        Ok(Some(bytes))
     }
 
     fn known_index(&self, name: &str) -> Option<Rgb> {

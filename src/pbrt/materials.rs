@@ -17,7 +17,7 @@ use crate::surface::table;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
 /// may find there.
-const OVERRIDABLE: [&str; 17] = [
+const OVERRIDABLE: [&str; 23] = [
     "Kd",
     "Ks",
     "Kr",
@@ -35,6 +35,12 @@ const OVERRIDABLE: [&str; 17] = [
     "opacity",
     "amount",
     "bumpmap",
+    "color",
+    "sigma_a",
+    "eumelanin",
+    "pheomelanin",
+    "beta_m",
+    "beta_n",
 ];
 
 /// Whether a v3 shape's own parameters change its material.
@@ -46,8 +52,7 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "disney" => "uber, plastic or matte",
-        "fourier" | "measured" => "metal (v3) or conductor (v4)",
-        "hair" | "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
+        "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
     })
 }
@@ -101,7 +106,8 @@ pub(super) fn bump(
     tables: &mut Tables,
     report: &mut Report,
 ) -> Result<Option<Bump>, SceneError> {
-    if matches!(kind, "" | "none" | "interface") {
+    // pbrt's hair has none.
+    if matches!(kind, "" | "none" | "interface" | "hair") {
         return Ok(None);
     }
     let (name, tangents) = match set.dialect {

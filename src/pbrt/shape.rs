@@ -358,7 +358,7 @@ fn curve(
     geometry: &mut Geometry,
     report: &mut Report,
 ) -> Result<(), SceneError> {
-    let pieces = match curves::pieces(set, report)? {
+    let pieces = match curves::pieces(set, setting.fibre, report)? {
         Ok(pieces) => pieces,
         Err(why) => {
             leave_out(set, report, &why, "pbrt");
@@ -366,7 +366,8 @@ fn curve(
         }
     };
     let mut room = geometry.room_to_make(0).map_err(|e| set.error(e))?;
-    let data = mesh::curve(&pieces, &mut |n| room.add(n)).map_err(|e| set.error(e))?;
+    let data = mesh::curve(&pieces, setting.fibre, &mut |n| room.add(n));
+    let data = data.map_err(|e| set.error(e))?;
     drop(room);
     add_data(data, set, setting, geometry, true, report)
 }

@@ -2,8 +2,8 @@
 //! own.
 
 /// A discrete distribution over the strategies of a depth, sampled by inversion: strategies have
-/// consecutive intervals of `[0, 1)`, in order, and the first primary sample of the camera stream
-/// falls into one.
+/// consecutive intervals of `[0, 1)`, in order, and a primary sample of its own
+/// ([`Layout::strategy`](super::Layout::strategy)) falls into one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Lower ends of the strategies' intervals, from 0 on: multiples of 2^-24, as drawn primary

@@ -83,6 +83,12 @@ pub trait Description: Any + Same + fmt::Debug + Send + Sync {
     fn is_black(&self) -> bool {
         false
     }
+
+    /// Whether it is a fibre seen from outside, as hair is, light through it included. Where `v` is
+    /// across it always matters, and light is to meet a curve of it once.
+    fn is_fibre(&self) -> bool {
+        false
+    }
 }
 
 /// Equality of values whose types are not known.
@@ -150,6 +156,11 @@ impl MaterialKind {
         self.description().is_some_and(|d| d.is_anisotropic())
     }
 
+    /// [`Description::is_fibre`]; never of a mixture, but of its components.
+    pub fn is_fibre(&self) -> bool {
+        self.description().is_some_and(|d| d.is_fibre())
+    }
+
     /// [`Description::dispersion`]; never of a mixture, but of its components.
     pub fn dispersion(&self) -> Option<&IndexCurve> {
         self.description().and_then(|d| d.dispersion())
@@ -201,7 +212,7 @@ pub struct Component {
     pub albedo: Vec<Param>,
 }
 
-/// A weight of a component, per channel, clamped to [0, 1].
+/// A weight of a component, per channel, from 0 to what reflectances may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weight {
     /// This amount.

@@ -34,6 +34,9 @@ pub trait Parameters {
     /// A reflectance or transmittance that may be a texture.
     fn albedo(&self, name: &str) -> Result<Option<Param>, Self::Error>;
 
+    /// A colour without bounds, as of absorption, that may be a texture.
+    fn coefficient(&self, name: &str) -> Result<Option<Param>, Self::Error>;
+
     /// A number that may be a texture.
     fn float(&self, name: &str) -> Result<Option<Param>, Self::Error>;
 
@@ -54,6 +57,14 @@ pub trait Parameters {
 
     /// A spectrum that the dialect knows by this name, as an index.
     fn known_index(&self, name: &str) -> Option<Rgb>;
+
+    /// For each wavelength (nm), what a reflectance that is 1 there and falls to 0 at its
+    /// neighbours is in linear sRGB, channels below 0 included: with these weights values at the
+    /// wavelengths add up to a colour.
+    fn hats(&self, wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String>;
+
+    /// The bytes of the file that it names, `most` at most.
+    fn file(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Self::Error>;
 
     /// [`Self::albedo`], or grey if it is not given.
     fn albedo_or(&self, name: &str, default: f32) -> Result<Param, Self::Error> {

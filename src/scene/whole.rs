@@ -71,6 +71,9 @@ pub struct Scene {
     pub space: Space,
     /// Of surfaces with shading normals.
     pub sides: Sides,
+    /// Reflectances and transmittances count as at most this: 1 in v4; what v3 is given above 1
+    /// makes light.
+    pub brightest: f32,
     /// What is kept in `f64` as well; empty in most scenes.
     pub large: Large,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.

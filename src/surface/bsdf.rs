@@ -1,5 +1,6 @@
 //! What a BSDF is: a type with a name, flags, a way to sample directions and a value.
 
+use super::tabulated::Tabulated;
 use crate::simd::{Lanes, Vec3};
 use std::any::TypeId;
 
@@ -27,6 +28,7 @@ pub struct BsdfSample<L: Lanes> {
 }
 
 /// A BSDF evaluated for a pair of directions.
+#[derive(Clone, Copy, Debug)]
 pub struct BsdfValue<L: Lanes> {
     /// `f(wo, wi)`, without a cosine.
     pub f: Vec3<L>,
@@ -62,13 +64,40 @@ pub trait Bsdf: 'static {
     const MEDIUM: bool = false;
     /// [`Bsdf::across`] is not 0.
     const ACROSS: bool = false;
+    /// Reflection and transmission are one to it: whatever side of a surface directions are on, it
+    /// has a value for them.
+    const WHOLE: bool = false;
 
     /// Samples a direction from three primary samples (the third is 0 unless [`Bsdf::LOBES`]).
     fn sample<L: Lanes>(row: &[L; 8], wo: Vec3<L>, u: [L; 3], mode: Mode) -> BsdfSample<L>;
 
-    /// Value and densities for two given directions (0 for delta BSDFs). Reflection is the same in
-    /// both modes; of transmission, one mode is the other with the directions swapped.
+    /// Value and densities for two given directions (0 for delta BSDFs). One mode is the other with
+    /// the directions swapped; of most BSDFs, reflection is the same in both.
     fn eval<L: Lanes>(row: &[L; 8], wo: Vec3<L>, wi: Vec3<L>, mode: Mode) -> BsdfValue<L>;
+
+    /// [`Bsdf::sample`] of a BSDF that looks its values up in tables, which its row names.
+    #[inline(always)]
+    fn sample_in<L: Lanes>(
+        _tables: &Tabulated,
+        row: &[L; 8],
+        wo: Vec3<L>,
+        u: [L; 3],
+        mode: Mode,
+    ) -> BsdfSample<L> {
+        Self::sample(row, wo, u, mode)
+    }
+
+    /// [`Bsdf::eval`] of a BSDF that looks its values up in tables.
+    #[inline(always)]
+    fn eval_in<L: Lanes>(
+        _tables: &Tabulated,
+        row: &[L; 8],
+        wo: Vec3<L>,
+        wi: Vec3<L>,
+        mode: Mode,
+    ) -> BsdfValue<L> {
+        Self::eval(row, wo, wi, mode)
+    }
 
     /// What pbrt-v3 makes of directions about which the true surface and this one disagree: the
     /// value of reflection if they are on different sides of this one, of transmission if on the

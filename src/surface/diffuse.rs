@@ -134,7 +134,7 @@ impl Bsdf for OrenNayar {
 /// v3 `matte`, v4 `diffuse`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseMaterial {
-    /// Albedo, clamped to 0 to 1.
+    /// Albedo.
     pub reflectance: Param,
     /// Oren-Nayar's roughness in degrees (v3 only); 0 is Lambertian.
     pub sigma: Param,

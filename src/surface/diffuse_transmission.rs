@@ -81,7 +81,7 @@ impl Bsdf for DiffuseTransmission {
 }
 
 /// v4 `diffusetransmission`, v3 `translucent` but for its glossy lobes. Each colour is the product
-/// of two (v3: `Kd` with `reflect` or `transmit`) and of `scale`, clamped to [0, 1].
+/// of two (v3: `Kd` with `reflect` or `transmit`) and of `scale`, bounded as reflectances are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiffuseTransmissionMaterial {
     /// Factors of the albedo on the side the light comes from.
@@ -127,7 +127,7 @@ impl BsdfMaterial for DiffuseTransmissionMaterial {
     fn row(&self, _: &(), at: &At) -> [f32; 8] {
         let product = |[a, b]: [Param; 2]| {
             let (a, b) = (at.albedo(a), at.albedo(b));
-            std::array::from_fn::<f32, 3, _>(|c| (self.scale * a[c] * b[c]).clamp(0.0, 1.0))
+            std::array::from_fn::<f32, 3, _>(|c| at.bounded(self.scale * a[c] * b[c]))
         };
         let (r, t) = (product(self.reflectance), product(self.transmittance));
         [r[0], r[1], r[2], t[0], t[1], t[2], 0.0, 0.0]

@@ -4,6 +4,7 @@ use super::bump::{self, Perturbation, PerturbedFrame};
 use super::mixture::{self, Chosen};
 use super::packing::{At, Evaluate, Shared};
 use super::table::{self, Kind};
+use super::tabulated::Tabulated;
 use super::texture::{self, Place};
 use crate::geometry::Derivatives;
 use crate::scene::{Bump, Image, Material, MaterialKind, Param, Scene, Texture};
@@ -36,9 +37,12 @@ pub struct MaterialTable<'a> {
     pub entries: Vec<Entry>,
     /// Parameter rows; those evaluated per hit are unused.
     pub rows: Vec<Row>,
+    /// What rows of tabulated BSDFs name.
+    pub tables: Tabulated,
     materials: &'a [Material],
     /// Length of a unit of the scene file.
     unit: f64,
+    brightest: f32,
     textures: &'a [Texture],
     images: &'a [Image],
     /// What makes rows; `None` of mixtures, and of what is not in [`table`].
@@ -59,8 +63,10 @@ impl<'a> MaterialTable<'a> {
         let mut table = Self {
             entries: Vec::new(),
             rows: Vec::new(),
+            tables: Tabulated::default(),
             materials: &scene.materials,
             unit: scene.space.scale,
+            brightest: scene.brightest,
             textures: &scene.textures,
             images: &scene.images,
             evaluators: Vec::new(),
@@ -79,6 +85,8 @@ impl<'a> MaterialTable<'a> {
             table.evaluators.push(evaluator);
             let mut list = kind.params();
             let textured = list.iter().any(|p| matches!(p, Param::Texture(_)));
+            let textured = textured || kind.is_fibre();
+            table.uses_uv |= kind.is_fibre();
             let dispersive = kind.dispersion().is_some();
             let mut entry = Entry {
                 kind: bsdf,
@@ -120,6 +128,7 @@ impl<'a> MaterialTable<'a> {
             let row = table.row(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
         }
+        table.tables = shared.tabulated;
         table.own_rows = (table.entries.iter()).any(|e| e.per_hit || e.mixture);
         table
     }
@@ -144,7 +153,7 @@ impl<'a> MaterialTable<'a> {
     /// The component of a mixture that the primary sample `u` chooses at a place.
     pub fn choose(&self, material: usize, place: &Place, u: f32) -> Chosen {
         let at = |p: Param| texture::evaluate(self.textures, self.images, p, place);
-        mixture::choose(self.materials, material as u32, &at, u)
+        mixture::choose(self.materials, material as u32, &at, self.brightest, u)
     }
 
     /// What a surface of this material can turn out to be: itself, or the components of a mixture,
@@ -215,7 +224,7 @@ impl<'a> MaterialTable<'a> {
     }
 
     fn row(&self, material: usize, place: &Place, nm: f32) -> Row {
-        let at = At::new(self.textures, self.images, place, nm);
+        let at = At::new(self.textures, self.images, place, nm, self.brightest);
         let evaluator = self.evaluators[material].as_ref();
         Row(evaluator.map_or([0.0; 8], |e| e.row(&at)))
     }

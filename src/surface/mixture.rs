@@ -32,11 +32,13 @@ pub struct Chosen {
 }
 
 /// Chooses at a place where `at` gives the values of parameters, by a primary sample in [0, 1),
-/// which mixtures within mixtures use again: where it lies in the interval that chose it.
+/// which mixtures within mixtures use again: where it lies in the interval that chose it. Weights
+/// count as at most `brightest`.
 pub fn choose(
     materials: &[Material],
     mut material: u32,
     at: &dyn Fn(Param) -> Rgb,
+    brightest: f32,
     u: f32,
 ) -> Chosen {
     let mut u = f64::from(u);
@@ -47,7 +49,7 @@ pub fn choose(
         // weights of 1 are 1.
         let mut importance = [0.0f64; MAX_COMPONENTS];
         for (i, component) in components.iter().enumerate().take(MAX_COMPONENTS) {
-            weights[i] = weight(component.weight, at);
+            weights[i] = weight(component.weight, at, brightest);
             let albedo: f64 = (component.albedo.iter())
                 .map(|p| mean(at(*p).map(unit)))
                 .sum();
@@ -92,9 +94,12 @@ fn interval(lengths: &[f64], x: f64) -> (usize, f64) {
     found.unwrap_or((0, 0.0))
 }
 
-fn weight(weight: Weight, at: &dyn Fn(Param) -> Rgb) -> [f64; 3] {
+fn weight(weight: Weight, at: &dyn Fn(Param) -> Rgb, brightest: f32) -> [f64; 3] {
     match weight {
-        Weight::Amount(amount) => at(amount).map(unit),
+        Weight::Amount(amount) => at(amount).map(|w| match w > 1.0 {
+            true => f64::from(w.min(brightest)),
+            false => unit(w),
+        }),
         Weight::Rest(amount) => at(amount).map(|w| 1.0 - unit(w)),
     }
 }

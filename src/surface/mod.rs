@@ -19,6 +19,8 @@
 //!
 //! - What it has besides a row is of a type of its own ([`packing::BsdfMaterial::Tables`]), made
 //!   once a material and shared between those of which it is the same, as the tables of coats are.
+//! - What kernels look up themselves is a table of the scene ([`Tabulated`]), which rows name
+//!   ([`Bsdf::eval_in`]), as `fourier` does.
 //! - A material made of several BSDFs is no BSDF. `uber`, `translucent`, `mix` and smooth coats are
 //!   mixtures, put together where scene files are read; their names are there as well.
 //! - [`replay`](crate::replay) answers in `f64` for the BSDFs whose formulas it has, written anew
@@ -47,6 +49,9 @@ macro_rules! bsdfs {
                 diffuse_transmission::DiffuseTransmissionMaterial =>
                     DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
                 substrate::SubstrateMaterial => Substrate: substrate::Substrate;
+                fourier_material::FourierMaterial => Fourier: fourier::Fourier;
+                measured::MeasuredMaterial => Measured: measured::Measured;
+                hair_material::HairMaterial => Hair: hair::Hair;
                 coated_materials::CoatMaterial => Coat: coated_mirror::Coat;
                 coated_diffuse::CoatedDiffuseMaterial =>
                     CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
@@ -82,8 +87,15 @@ pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
+pub mod fourier;
+pub mod fourier_material;
+pub mod fourier_table;
 pub mod fresnel;
+pub mod hair;
+pub mod hair_material;
 pub mod material;
+pub mod measured;
+pub mod measured_table;
 pub mod microfacet;
 pub mod mirror;
 pub mod mixture;
@@ -95,10 +107,13 @@ pub mod roughness;
 pub mod seen_through;
 pub mod substrate;
 pub mod table;
+pub mod tabulated;
+pub mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod texture;
 pub mod thin_dielectric;
+pub mod warp;
 
 pub use self::alpha_mask::AlphaMasks;
 pub use self::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
@@ -111,9 +126,11 @@ pub use self::conductor::{ConductorFresnel, ConductorMaterial};
 pub use self::dielectric::DielectricMaterial;
 pub use self::diffuse::DiffuseMaterial;
 pub use self::diffuse_transmission::DiffuseTransmissionMaterial;
+pub use self::hair_material::{HairMaterial, Pigment};
 pub use self::material::MaterialTable;
 pub use self::mirror::MirrorMaterial;
 pub use self::plastic::PlasticMaterial;
 pub use self::substrate::SubstrateMaterial;
 pub use self::table::Kind;
+pub use self::tabulated::Tabulated;
 pub use self::thin_dielectric::ThinDielectricMaterial;

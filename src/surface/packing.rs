@@ -3,6 +3,7 @@
 
 use super::bsdf::Kernel;
 use super::roughness::alpha;
+use super::tabulated::Tabulated;
 use super::texture::{self, Place};
 use crate::scene::spectrum::IndexCurve;
 use crate::scene::{Description, Dialect, Image, Param, Parameters, Rgb, Roughness, Texture};
@@ -39,17 +40,33 @@ pub struct At<'a> {
     place: &'a Place,
     /// Wavelength, of which only dispersive materials know.
     nm: f32,
+    /// [`Scene::brightest`](crate::scene::Scene::brightest).
+    brightest: f32,
 }
 
 impl<'a> At<'a> {
-    /// A place in a scene, for light of the wavelength `nm`.
-    pub fn new(textures: &'a [Texture], images: &'a [Image], place: &'a Place, nm: f32) -> Self {
+    /// A place in a scene, for light of the wavelength `nm`. Reflectances there count as at most
+    /// `brightest`.
+    pub fn new(
+        textures: &'a [Texture],
+        images: &'a [Image],
+        place: &'a Place,
+        nm: f32,
+        brightest: f32,
+    ) -> Self {
         Self {
             textures,
             images,
             place,
             nm,
+            brightest,
         }
+    }
+
+    /// Texture coordinates.
+    #[inline]
+    pub fn uv(&self) -> [f32; 2] {
+        self.place.uv
     }
 
     /// The value of a parameter, per channel.
@@ -64,11 +81,17 @@ impl<'a> At<'a> {
         self.color(param)[0]
     }
 
-    /// That of a reflectance. It is that of a passive surface, as in pbrt; interpolation and
+    /// That of a reflectance. In pbrt-v4 it is that of a passive surface; files, interpolation and
     /// scaling can leave [0, 1].
     #[inline]
     pub fn albedo(&self, param: Param) -> Rgb {
-        self.color(param).map(|v| v.clamp(0.0, 1.0))
+        self.color(param).map(|v| self.bounded(v))
+    }
+
+    /// A number as reflectances are bounded.
+    #[inline]
+    pub fn bounded(&self, value: f32) -> f32 {
+        value.clamp(0.0, self.brightest)
     }
 
     /// Trowbridge-Reitz alphas along `u` and `v`.
@@ -90,7 +113,11 @@ impl<'a> At<'a> {
 
 /// Tables that materials of a scene have in common.
 #[derive(Default)]
-pub struct Shared(Vec<Box<dyn Any>>);
+pub struct Shared {
+    made: Vec<Box<dyn Any>>,
+    /// Those that kernels look values up in.
+    pub tabulated: Tabulated,
+}
 
 /// Tables of one type, with what they are of.
 type Made<K, T> = Vec<(K, T)>;
@@ -102,12 +129,12 @@ impl Shared {
         K: PartialEq + 'static,
         T: Clone + 'static,
     {
-        let known = self.0.iter().position(|list| list.is::<Made<K, T>>());
+        let known = self.made.iter().position(|list| list.is::<Made<K, T>>());
         let place = known.unwrap_or_else(|| {
-            self.0.push(Box::new(Made::<K, T>::new()));
-            self.0.len() - 1
+            self.made.push(Box::new(Made::<K, T>::new()));
+            self.made.len() - 1
         });
-        let Some(made) = self.0[place].downcast_mut::<Made<K, T>>() else {
+        let Some(made) = self.made[place].downcast_mut::<Made<K, T>>() else {
             return make(&key);
         };
         if let Some((_, table)) = made.iter().find(|(k, _)| *k == key) {

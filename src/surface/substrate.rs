@@ -43,8 +43,11 @@ impl Substrate {
         let base = Vec3::new(row[0], row[1], row[2]);
         let coat = Vec3::new(row[3], row[4], row[5]);
         let rest = Vec3::splat([1.0; 3]) - coat;
+        // Of what a coat above 1 leaves, pbrt makes less than no light.
+        let left = |c: L| c.max(L::zero());
+        let left = Vec3::new(left(rest.x), left(rest.y), left(rest.z));
         let (zo, zi) = (o.z.abs(), i.z.abs());
-        let diffuse = base.mul_elem(rest) * (L::splat(BASE) * admitted(zo) * admitted(zi));
+        let diffuse = base.mul_elem(left) * (L::splat(BASE) * admitted(zo) * admitted(zi));
         let d = TrowbridgeReitz::of_row(row).d(sum.normalize());
         let cosines = (cos_h * zo.max(zi)).max(L::splat(LEAST));
         // Schlick's term, of 1 - cos as the directions' distance tells it: the difference itself

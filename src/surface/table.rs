@@ -2,6 +2,7 @@
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
 use super::packing::{self, BsdfMaterial, Evaluate, Shared};
+use super::tabulated::Tabulated;
 use crate::scene::{Description, Dialect, MaterialKind, Parameters};
 use crate::simd::{Lanes, Vec3};
 use std::any::Any;
@@ -69,6 +70,13 @@ macro_rules! kinds {
                 }
             }
 
+            /// [`Bsdf::WHOLE`].
+            pub const fn is_whole(self) -> bool {
+                match self {
+                    $($($(#[$attr])* Kind::$kind => <super::$($path)::+ as Bsdf>::WHOLE,)*)*
+                }
+            }
+
             /// [`Bsdf::NAME`].
             pub const fn name(self) -> &'static str {
                 match self {
@@ -84,7 +92,7 @@ macro_rules! kinds {
                 Self::ALL.into_iter().find(|kind| of(*kind) == kernel)
             }
 
-            /// [`Bsdf::sample`].
+            /// [`Bsdf::sample`], of a kind without tables.
             pub fn sample<L: Lanes>(
                 self,
                 row: &[L; 8],
@@ -99,16 +107,27 @@ macro_rules! kinds {
                 }
             }
 
-            /// [`Bsdf::eval`].
+            /// [`Bsdf::eval`], of a kind without tables.
             pub fn eval<L: Lanes>(
                 self,
                 row: &[L; 8],
                 [wo, wi]: [Vec3<L>; 2],
                 mode: Mode,
             ) -> BsdfValue<L> {
+                self.eval_in(&Tabulated::default(), row, [wo, wi], mode)
+            }
+
+            /// [`Bsdf::eval_in`].
+            pub fn eval_in<L: Lanes>(
+                self,
+                tables: &Tabulated,
+                row: &[L; 8],
+                [wo, wi]: [Vec3<L>; 2],
+                mode: Mode,
+            ) -> BsdfValue<L> {
                 match self {
                     $($($(#[$attr])* Kind::$kind => {
-                        <super::$($path)::+ as Bsdf>::eval(row, wo, wi, mode)
+                        <super::$($path)::+ as Bsdf>::eval_in(tables, row, wo, wi, mode)
                     })*)*
                 }
             }

@@ -16,8 +16,8 @@
 //!    such surfaces have none of it in their loops.
 //! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the
 //!    top down (`crowd.rs`, `split.rs`).
-//! 7. Nothing here knows materials; [`offset`] moves origins off surfaces by what the tests' error
-//!    bounds ask for.
+//! 7. No kernel knows materials: only `build.rs` looks at them, to leave out interfaces, which rays
+//!    pass. [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
 
 mod best;
 mod build;

@@ -15,7 +15,8 @@ use glam::DVec3;
 
 impl World<'_> {
     /// The subpaths of `list` have hit surfaces: makes the hits their endpoints. Parameter rows of
-    /// their own go to the slot `slot`. Of mixtures `component` chooses components.
+    /// their own go to the slot `slot`: the vertex number where all vertices are kept
+    /// (bidirectional evaluations), else 0. Of mixtures `component` chooses components.
     pub(super) fn arrive<L: Lanes>(
         &self,
         rays: &Rays,
@@ -47,7 +48,7 @@ impl World<'_> {
         if self.plan.mixtures {
             self.choose_components(endpoints, parameters, at, component);
         }
-        // Texels have been asked for, and have had time to come.
+        // `arrive_at` has asked for their texels (`prefetch_texels`), which had time to come.
         for &(path, material, uv) in &parameters.textured {
             let place = self.place(endpoints, path, uv);
             let row = parameters.own(slot, side, path) as usize;

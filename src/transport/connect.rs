@@ -119,7 +119,7 @@ impl World<'_> {
                 clock.count(Stage::Connect, queue.len(), L::N);
                 crate::for_kind!(
                     kind,
-                    self.evaluate::<_, L>(from, queue, side, &mut *connections)
+                    self.evaluate_side::<_, L>(from, queue, side, &mut *connections)
                 );
             }
         }
@@ -284,7 +284,7 @@ impl World<'_> {
     }
 
     /// What one side's endpoints, linked already, make of their links.
-    fn evaluate<B: Bsdf, L: Lanes>(
+    fn evaluate_side<B: Bsdf, L: Lanes>(
         &self,
         (endpoints, params): (&Endpoints, &[Row]),
         list: &[u32],
@@ -381,7 +381,14 @@ impl World<'_> {
         let wi = if side == Side::Camera { w } else { -w };
         let directions = [place.wo, wi];
         let normals = end.normals();
-        let value = sides::eval::<B, L>(self.sides, row, &normals, directions, side.mode());
+        let value = sides::eval::<B, L>(
+            self.sides,
+            &self.materials.tables,
+            row,
+            &normals,
+            directions,
+            side.mode(),
+        );
         let wi_ng = wi.dot(frame.ng);
         let cos = match side {
             _ if B::MEDIUM => L::one(),

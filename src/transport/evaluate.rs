@@ -152,7 +152,7 @@ impl World<'_> {
         settle(&mut paths.splats.camera);
     }
 
-    /// The first primary sample of the camera stream chooses among the strategies.
+    /// A primary sample of its own ([`Layout::strategy`]) chooses among the strategies.
     fn choose_strategies(
         &self,
         depth: &DepthPlan,

@@ -6,9 +6,29 @@
 //! kept (van Antwerpen 2011; Georgiev 2012, "Implementing Vertex Connection and Merging", section
 //! 4, with no merging: the terms in eta vanish):
 //!
-//! * `dVCM`: one over the density of the latest vertex, times that of sampling its predecessor's
-//!   connection;
-//! * `dVC`: the sum over all strategies further back, all densities in reverse relative to forward.
+//! ```text
+//! dVCM_i = 1 / p_i
+//! dVC_i  = g_i / p_i * (dVCM_(i-1) + r_(i-1) * dVC_(i-1))
+//! ```
+//!
+//! * `p_i`: density over area with which vertex `i` was sampled from vertex `i - 1`;
+//! * `g_i`: absolute cosine at vertex `i - 1` over the squared distance of the two: it turns a
+//!   density over solid angle at vertex `i` into one over area at vertex `i - 1`;
+//! * `r_i`: density over solid angle with which vertex `i` would sample the direction back to `i -
+//!   1`, were it walked the other way.
+//!
+//! So `dVC` is the sum over all strategies further back, all densities in reverse relative to
+//! forward. [`Partial::scatter`] takes the step up to a density over solid angle, and
+//! [`Partial::arrive`] turns that into one over area. A subpath starts, before its first arrival,
+//! with
+//!
+//! | side | `dVCM` | `dVC` |
+//! |---|---|---|
+//! | camera | one over the density of its ray; 0 if no strategy has `t = 1` | 0 |
+//! | light | direct density over emission density | cosine at the light over emission density |
+//!
+//! The densities of lights are those of [`light`](crate::light). At infinity the cosine is 1, and
+//! for lights that no camera subpath can meet `dVC` is 0.
 //!
 //! All cosines here are against geometric normals: they convert densities, they do not shade.
 //! Ratios only ever multiply quantities of one path, and saturate: a weight ends at 0 or 1, not at
@@ -36,7 +56,7 @@ fn saturate<L: Lanes>(x: L) -> L {
 
 impl<L: Lanes> Partial<L> {
     /// Arrival at a surface: the density of the new vertex goes from solid angle to area (equations
-    /// 31 to 33). `distance2` is 1 where the first hop comes from infinity.
+    /// 31 to 33). `distance2` is 1 on a first hop from infinity or along parallel rays.
     #[inline(always)]
     pub fn arrive(self, distance2: L, cos: L) -> Self {
         Self {

@@ -1,4 +1,5 @@
 //! Light transport over batches of paths: subpaths walked in lockstep, joined, and weighed.
+//! `src/transport/README.md` follows one path through all of it: read that first.
 //!
 //! 1. A [`World`] is a scene prepared for transport: tables that kernels read, and the tracer.
 //! 2. [`Paths`] is the workspace of a batch: tables of [`records`], one per path. Beside a ray, a
@@ -19,7 +20,8 @@
 //! 9. `share` divides contributions among independent samples and chains.
 //! 10. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
-//! Nothing here knows about chains, acceptance or pixels.
+//! No stage knows about chains, acceptance or pixels. Only `path_sampler` and `share` know that
+//! there are chains, and no more.
 
 pub mod alpha_mask;
 mod arrive;
@@ -93,7 +95,8 @@ pub struct World<'a> {
     first_phase: u32,
     /// What hit points must compute.
     pub wanted: Wanted,
-    /// What tells reflections from transmissions, if there are shading normals at all.
+    /// By whose rule reflections are told from transmissions, pbrt-v3's or pbrt-v4's; `None`
+    /// without shading normals.
     pub sides: Option<Sides>,
 }
 

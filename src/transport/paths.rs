@@ -61,7 +61,8 @@ pub struct Subpaths {
 #[derive(Default)]
 pub struct Parameters {
     /// First those of the materials, then one per slot, path and side for hits that have their
-    /// own.
+    /// own. Bidirectional evaluations keep all vertices: their slot is the vertex number. All
+    /// others have the slot 0 alone.
     pub rows: Vec<Row>,
     materials: usize,
     slots: usize,
@@ -134,7 +135,9 @@ pub struct Connections {
 /// What became of paths.
 #[derive(Default)]
 pub struct Splats {
-    /// Where the camera looks; of multiplexed paths the only one.
+    /// What each path adds at its own raster position: where its camera ray starts on the film
+    /// or, of a multiplexed path with `t = 1`, where the lens sees its light vertex. All but
+    /// bidirectional evaluations have no other.
     pub camera: Vec<Splat>,
     /// `t = 1` of bidirectional evaluations, `[s - 2][path]`: what each light vertex joined to the
     /// camera adds, and where. 0 if nothing; the raster position then means nothing.

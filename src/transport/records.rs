@@ -13,7 +13,22 @@
 //! | [`LensEnd`] | path | links, `t = 1` | weights, `t = 1` |
 //! | [`EndpointValue`] | path and side | BSDFs along links | weights |
 //! | [`Contribution`] | path | weights | the sum, once visibility is known |
-//! | [`Splat`] | path | weights, the sum | whoever asked for the paths |
+//! | [`Splat`] | path | many, see below | whoever asked for the paths |
+//!
+//! A splat is filled in piece by piece. `choose_strategies` writes `s`; `start_camera`, and where
+//! `t = 1` `link_lens`, the raster position. Lights met by chance and the sum over visible
+//! connections add to the colour. At the end `settle` replaces a colour that is no number, and
+//! `share::leave` takes away what independent samples bring.
+//!
+//! What is no record of lanes lies beside these tables, in [`Paths`](crate::transport::Paths):
+//!
+//! | table | one per | written by | read by |
+//! |---|---|---|---|
+//! | `s`, `t` | path | `choose_strategies` | waves, scattering, weights |
+//! | `rays.blocked` | path | `trace_visibility` | the sum |
+//! | `endpoints.kind` | path and side | arrival | queues: which BSDF |
+//! | `parameters.rows` | material; slot, path and side | `Paths::new`; arrival | BSDFs |
+//! | `lists` | stage | every stage | the next one: which paths |
 //!
 //! A path is one lane of a batch; the two sides are those of the camera and of the lights. Lengths
 //! are of internal space (the scene, centred and scaled at load), as positions are; directions are
@@ -45,7 +60,8 @@ record! {
         d_vcm: f32,
         /// Running sum of [`Partial`](super::mis::Partial).
         d_vc: f32,
-        /// 1 if it comes from infinity, where distances do not change densities; else 0.
+        /// 1 on a first hop from infinity or along parallel rays (orthographic cameras), whose
+        /// length does not change densities; else 0.
         distant: f32,
         /// The medium that it is in, or [`NONE`](crate::scene::NONE); 0 in a scene without media.
         medium: u32,
@@ -83,7 +99,8 @@ record! {
 record! {
     /// The endpoint of a subpath: throughput, and the primitive hit.
     pub struct EndpointEnergy / EndpointEnergyLanes {
-        /// Throughput up to here, without what the endpoint scatters.
+        /// Throughput up to here, without what the endpoint scatters. Where a mixture's component
+        /// was chosen its share is in it, from `weigh_components` on.
         beta: [f32; 3],
         /// Index of the primitive, as in [`Hit`].
         primitive: u32,
@@ -108,10 +125,10 @@ record! {
 record! {
     /// The far end of a link from a camera subpath: a point on a light (`s = 1`).
     pub struct LightEnd / LightEndLanes {
-        /// What it sends along the link: radiance, or intensity over the squared distance.
+        /// Radiance towards the camera's endpoint, or intensity for point lights.
         radiance: [f32; 3],
-        /// Density of its choice, per solid angle at the camera's endpoint; of a light without area
-        /// a probability.
+        /// Density over solid angle at the camera's endpoint, choice included; point lights:
+        /// squared distance times choice; distant lights: choice.
         pdf: f32,
         /// Density of a light subpath from there over `pdf`, see
         /// [`DirectSample`](crate::light::DirectSample).
@@ -149,7 +166,7 @@ record! {
     pub struct Contribution / ContributionLanes {
         /// With its weight among all strategies.
         weighted: [f32; 3],
-        /// Without; 0 unless parts are asked for.
+        /// Without; 0 unless the pictures of single strategies are asked for (`--strategies`).
         unweighted: [f32; 3],
     } free 2
 }

@@ -57,8 +57,15 @@ impl World<'_> {
                     *u = samples.gather_each(&first, c, chunk);
                 }
             }
-            let Sampled { wi, sample, valid } =
-                sides::sample::<B, L>(self.sides, &row, &end.normals(), place.wo, u, mode);
+            let Sampled { wi, sample, valid } = sides::sample::<B, L>(
+                self.sides,
+                &self.materials.tables,
+                &row,
+                &end.normals(),
+                place.wo,
+                u,
+                mode,
+            );
             let wi_ng = wi.dot(frame.ng);
             let cos_out = if B::MEDIUM { L::one() } else { wi_ng.abs() };
             let mut beta = energy.beta.mul_elem(sample.throughput);

@@ -22,7 +22,7 @@
 use crate::geometry::shading_frame;
 use crate::scene::Sides;
 use crate::simd::{Frame, Lanes, Mask, Vec3};
-use crate::surface::{Bsdf, BsdfSample, BsdfValue, Mode};
+use crate::surface::{Bsdf, BsdfSample, BsdfValue, Mode, Tabulated};
 
 /// The normals at a vertex, and its tangent.
 pub struct Normals<L: Lanes> {
@@ -80,6 +80,7 @@ pub fn sides_agree<L: Lanes>(wo: Vec3<L>, wi: Vec3<L>, ng: Vec3<L>, ns: Vec3<L>)
 #[inline(always)]
 pub fn eval<B: Bsdf, L: Lanes>(
     sides: Option<Sides>,
+    tables: &Tabulated,
     row: &[L; 8],
     normals: &Normals<L>,
     [wo, wi]: [Vec3<L>; 2],
@@ -90,9 +91,10 @@ pub fn eval<B: Bsdf, L: Lanes>(
     }
     let frame = shading_frame(normals.ns, normals.tangent);
     let local = [frame.to_local(wo), frame.to_local(wi)];
-    let mut value = B::eval(row, local[0], local[1], mode);
+    let mut value = B::eval_in(tables, row, local[0], local[1], mode);
     let agree = sides_agree(wo, wi, normals.ng, normals.ns);
     let valid = match sides {
+        _ if B::WHOLE => L::Mask::splat(true),
         None => agree,
         Some(Sides::Shading) => agree.or(normals.differ()),
         Some(Sides::Geometric) => {
@@ -125,6 +127,7 @@ pub struct Sampled<L: Lanes> {
 #[inline(always)]
 pub fn sample<B: Bsdf, L: Lanes>(
     sides: Option<Sides>,
+    tables: &Tabulated,
     row: &[L; 8],
     normals: &Normals<L>,
     wo: Vec3<L>,
@@ -141,11 +144,12 @@ pub fn sample<B: Bsdf, L: Lanes>(
     }
     let frame = shading_frame(normals.ns, normals.tangent);
     let from = frame.to_local(wo);
-    let mut sample = B::sample(row, from, u, mode);
+    let mut sample = B::sample_in(tables, row, from, u, mode);
     let mut wi = frame.to_world(sample.wi).normalize();
     let agree = sides_agree(wo, wi, normals.ng, normals.ns);
     let seen = from.z.eq(L::zero()).not();
     let valid = match sides {
+        _ if B::WHOLE => seen,
         None => agree,
         Some(Sides::Geometric) if !B::DELTA => {
             let pair = Pair {
@@ -285,9 +289,17 @@ mod tests {
                 let (mut there, mut energy, mut disputed) = (0.0f64, [0.0f64; 2], 0);
                 for i in 0..n {
                     let u = evenly(i);
-                    let s = sample::<B, f32>(sides, row, normals, wo, u, mode);
+                    let s =
+                        sample::<B, f32>(sides, &Tabulated::default(), row, normals, wo, u, mode);
                     if s.valid && s.sample.throughput.y > 0.0 {
-                        let v = eval::<B, f32>(sides, row, normals, [wo, s.wi], mode);
+                        let v = eval::<B, f32>(
+                            sides,
+                            &Tabulated::default(),
+                            row,
+                            normals,
+                            [wo, s.wi],
+                            mode,
+                        );
                         let cos = s.wi.dot(normals.ns).abs();
                         energy[0] += f64::from(s.sample.throughput.y) / f64::from(n);
                         let world = [wo, s.wi];
@@ -311,11 +323,13 @@ mod tests {
                     // Uniform over the sphere.
                     let z = 1.0 - 2.0 * u[0];
                     let wi = crate::surface::coat::direction(z, u[1]);
-                    let v = eval::<B, f32>(sides, row, normals, [wo, wi], mode);
+                    let v =
+                        eval::<B, f32>(sides, &Tabulated::default(), row, normals, [wo, wi], mode);
                     let wide = std::f64::consts::TAU * 2.0 / f64::from(n);
                     there += f64::from(v.pdf) * wide;
                     energy[1] += f64::from(v.f.y * wi.dot(normals.ns).abs()) * wide;
-                    let back = eval::<B, f32>(sides, row, normals, [wi, wo], mode);
+                    let back =
+                        eval::<B, f32>(sides, &Tabulated::default(), row, normals, [wi, wo], mode);
                     let reverse = (v.pdf_reverse - back.pdf).abs();
                     assert!(
                         reverse <= 1e-3 * (1.0 + back.pdf.abs()),
@@ -329,7 +343,14 @@ mod tests {
                             tangent: Vec3::zero(),
                         };
                         let row8 = row.map(f32x8::splat);
-                        let w = eval::<B, f32x8>(sides, &row8, &eight, [lane(wo), lane(wi)], mode);
+                        let w = eval::<B, f32x8>(
+                            sides,
+                            &Tabulated::default(),
+                            &row8,
+                            &eight,
+                            [lane(wo), lane(wi)],
+                            mode,
+                        );
                         assert_eq!(w.f.lane(3), v.f.lane(0), "{what}");
                     }
                 }
@@ -373,6 +394,7 @@ mod tests {
                     let sides = Some(Sides::Geometric);
                     let s = sample::<Diffuse, f32>(
                         sides,
+                        &Tabulated::default(),
                         &row,
                         &normals,
                         wo,

@@ -1,4 +1,8 @@
 //! Rays are traced: what they hit, or whether anything is in their way.
+//!
+//! `closest` and `occluded` are those of `alpha_mask.rs`: the tracer's own, and in scenes with
+//! alpha masks again for rays that pass what is cut out. `emits`, which other stages ask of points
+//! sampled on lights, is there as well.
 
 use super::World;
 use super::clock::{Clock, Stage};

@@ -49,7 +49,8 @@ impl StrategyMask {
 /// Where contributions go, and what colours them on their way.
 pub(super) struct Sink<'a> {
     pub splats: &'a mut [Splat],
-    /// The contribution of one strategy alone, weighted and unweighted, if requested.
+    /// The contribution of one strategy alone, weighted and unweighted, if pictures of strategies
+    /// are asked for.
     pub part: Option<&'a mut [Contribution]>,
     /// Wavelengths, where light is dispersed.
     pub dispersion: Option<&'a Dispersion>,
@@ -306,7 +307,8 @@ pub(super) fn general<L: Lanes>(
 
 /// Keeps contributions, with their weights and without, until visibility is known; those that are
 /// not zero (also if not finite, so that they are counted) stay alive. Without their weights they
-/// are kept if parts are asked for. Returns those with their weights, coloured.
+/// are kept only for the pictures of single strategies (`--strategies`). Returns those with their
+/// weights, coloured.
 #[inline(always)]
 fn keep<L: Lanes>(
     contributions: &mut [Contribution],

@@ -12,6 +12,7 @@ use phalanx::scene::Scene;
 use phalanx::simd::{Vec3, f32x8};
 use phalanx::surface::coated_rows::{pack_bounces, pack_colour};
 use phalanx::surface::diffuse::oren_nayar_coefficients;
+use phalanx::surface::hair;
 use phalanx::surface::microfacet::{pack_alphas, pack_halves};
 use phalanx::surface::rough_dielectric::resolved_eta;
 use phalanx::surface::{Kind, Mode};
@@ -114,6 +115,12 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                 }
                 Kind::HenyeyGreenstein => [1.998 * a[0] - 0.999, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 Kind::SmoothConductor | Kind::RoughConductor => [i, j, k, l, m, n, u, v],
+                Kind::Hair => {
+                    let beta = [b[1], b[2]].map(|beta| beta.clamp(0.01, 1.0));
+                    hair::row([i, j, k], 2.0 * b[0] - 1.0, l, beta, sigma - 45.0)
+                }
+                // Its table is not here: nothing is scattered.
+                Kind::Fourier | Kind::Measured => [0.0; 8],
             };
             (kind, row)
         })

@@ -310,6 +310,13 @@ impl Loader {
         Ok(self.tables.materials.len() as u32 - 1)
     }
 
+    /// Whether it is a fibre, or some of its components are.
+    pub(super) fn is_fibre(&self, material: u32) -> bool {
+        let kind = &self.tables.materials[material as usize].kind;
+        let mut below = kind.components().iter().map(|c| c.material);
+        kind.is_fibre() || below.any(|part| self.is_fibre(part))
+    }
+
     /// Whether turning the tangents of a surface around its normal changes what it looks like.
     pub(super) fn sees_tangents(&self, material: u32) -> bool {
         let made = &self.tables.materials[material as usize];

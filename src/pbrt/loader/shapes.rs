@@ -125,6 +125,7 @@ impl Loader {
             alpha: alpha.map_or(NONE, |a| self.add_alpha(a)),
             needs_uv,
             sees_tangents: self.sees_tangents(material),
+            fibre: self.is_fibre(material),
             light,
             media: match (cut, self.states.current.media) {
                 // No ray meets it.

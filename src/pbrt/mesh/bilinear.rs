@@ -185,16 +185,6 @@ impl Patch {
     }
 }
 
-/// [`bilinear_mesh_within`] any memory.
-pub fn bilinear_mesh(
-    p: &[[f32; 3]],
-    n: Option<&[[f32; 3]]>,
-    uv: Option<&[[f32; 2]]>,
-    indices: &[u32],
-) -> Result<MeshData, String> {
-    bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
-}
-
 /// Patches of four indices each: vertices p00, p10, p01, p11. Without `uv` every patch covers the
 /// unit square. The front is pbrt's, `cross(dp/du, dp/dv)`; given normals are passed on and do not
 /// turn it. `room` is asked for memory.
@@ -325,6 +315,16 @@ fn append(mesh: &mut MeshData, patch: &Patch) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// [`bilinear_mesh_within`] any memory.
+    fn bilinear_mesh(
+        p: &[[f32; 3]],
+        n: Option<&[[f32; 3]]>,
+        uv: Option<&[[f32; 2]]>,
+        indices: &[u32],
+    ) -> Result<MeshData, String> {
+        bilinear_mesh_within(p, n, uv, indices, &mut |_| Ok(()))
+    }
 
     const SQUARE: [[f32; 3]; 4] = [
         [0.0, 0.0, 1.0],

@@ -18,6 +18,11 @@
 //! dark sooner as the lamp goes round. Over all directions of light, as under a sky, both reflect
 //! the same. What scatters through a curve does so twice here, at both walls of the tube.
 //!
+//! A curve of a fibre (`hair`) scatters as a whole, so light is to meet it once, from whatever
+//! side it comes: it is a strip, pi / 2 as wide, which is right in the mean over its turns about
+//! its axis. Those are at random, and change slowly on the way. What it looks like does not depend
+//! on its normals.
+//!
 //! A `ribbon` is a strip, as in pbrt. Steps along thick curves and ribbons keep them within a
 //! twentieth of their width, which is pbrt's own rule; hair is kept within a quarter.
 
@@ -33,6 +38,10 @@ const MOST_STEPS: f64 = 1024.0;
 
 /// Normals of a ribbon turn by no more than this in a step (radians).
 const TURN: f64 = 0.1;
+
+/// Fibres turn about their axis by so much for every width of their length, and by no more than
+/// this in a step (radians): a strip that is turned faster is not along its axis at its edges.
+const FIBRE_TURN: [f64; 2] = [0.02, 0.5];
 
 /// Memory of a vertex here and in a mesh, and of the two triangles that come with it.
 const VERTEX_BYTES: u64 = 128;
@@ -179,6 +188,15 @@ impl Look {
         }
     }
 
+    /// That of a fibre.
+    fn of_fibre(length: f64) -> Self {
+        Self {
+            sides: 1,
+            smooth: false,
+            flatness: Self::of(length).flatness,
+        }
+    }
+
     const RIBBON: Self = Self {
         sides: 1,
         smooth: true,
@@ -195,9 +213,9 @@ fn start(p: DVec3, t: DVec3) -> DVec3 {
     a * turn.cos() + b * turn.sin()
 }
 
-/// The mesh of all pieces of a curve: a strip if they have normals, otherwise a tube without
-/// ends. `u` runs over each piece, `v` across: on a tube from 0 to 1 and back.
-pub fn curve(pieces: &[CurvePiece], room: Room<'_>) -> Result<MeshData, String> {
+/// The mesh of all pieces of a curve: a strip if they have normals or if it is a `fibre`, otherwise
+/// a tube without ends. `u` runs over each piece, `v` across: on a tube from 0 to 1 and back.
+pub fn curve(pieces: &[CurvePiece], fibre: bool, room: Room<'_>) -> Result<MeshData, String> {
     let mut mesh = MeshData {
         normals: Some(Vec::new()),
         uvs: Some(Vec::new()),
@@ -211,6 +229,7 @@ pub fn curve(pieces: &[CurvePiece], room: Room<'_>) -> Result<MeshData, String> 
     }
     let look = match pieces[0].normals {
         Some(_) => Look::RIBBON,
+        None if fibre => Look::of_fibre(length / width),
         None => Look::of(length / width),
     };
     let sides = look.sides;
@@ -228,7 +247,16 @@ pub fn curve(pieces: &[CurvePiece], room: Room<'_>) -> Result<MeshData, String> 
                     // Carried along, it turns no more than the curve does.
                     let left = across - t * across.dot(t);
                     across = left.try_normalize().unwrap_or(t.any_orthonormal_vector());
-                    ring_at(&mut mesh, piece, u, [across, t.cross(across)], sides);
+                    if !fibre {
+                        ring_at(&mut mesh, piece, u, [across, t.cross(across)], sides);
+                        continue;
+                    }
+                    if i > 0 {
+                        let widths = piece.length() / (steps as f64 * width);
+                        let (sin, cos) = (FIBRE_TURN[0] * widths).min(FIBRE_TURN[1]).sin_cos();
+                        across = across * cos + t.cross(across) * sin;
+                    }
+                    across_at(&mut mesh, piece, u, across, 0.5 * PI);
                 }
             }
         }
@@ -252,10 +280,14 @@ fn push(mesh: &mut MeshData, p: DVec3, n: DVec3, uv: DVec2) {
 
 fn strip_at(mesh: &mut MeshData, piece: &CurvePiece, u: f64, n: DVec3) {
     let t = piece.tangent(u);
-    let b = n.cross(t).normalize_or_zero();
-    let n = t.cross(b);
+    across_at(mesh, piece, u, n.cross(t).normalize_or_zero(), 1.0);
+}
+
+/// The edges of a strip along `b`, by a factor wider than the curve.
+fn across_at(mesh: &mut MeshData, piece: &CurvePiece, u: f64, b: DVec3, wider: f64) {
+    let n = piece.tangent(u).cross(b);
     for v in [0.0, 1.0] {
-        let p = piece.at(u) + b * ((v - 0.5) * piece.width(u));
+        let p = piece.at(u) + b * ((v - 0.5) * wider * piece.width(u));
         push(mesh, p, n, DVec2::new(u, v));
     }
 }
@@ -298,7 +330,7 @@ mod tests {
     }
 
     fn mesh(pieces: &[CurvePiece]) -> MeshData {
-        curve(pieces, &mut |_| Ok(())).unwrap()
+        curve(pieces, false, &mut |_| Ok(())).unwrap()
     }
 
     fn arc(normals: Option<[DVec3; 2]>) -> CurvePiece {
@@ -389,6 +421,36 @@ mod tests {
         }
     }
 
+    /// A fibre is a strip along its axis, seen as wide as the curve is in the mean over its turns.
+    #[test]
+    fn fibres_are_met_once() {
+        let straight = CurvePiece {
+            points: [0.0, 1.0, 2.0, 3.0].map(|z| DVec3::new(0.0, 0.0, z)),
+            widths: [0.01; 2],
+            normals: None,
+        };
+        let one = |piece| curve(&[piece], true, &mut |_| Ok(())).unwrap();
+        let mesh = one(straight);
+        assert_eq!(mesh.triangles.len(), 2);
+        for (p, uv) in mesh.positions.iter().zip(mesh.uvs.as_ref().unwrap()) {
+            let [r, side] = [f64::from(p[0]).hypot(p[1].into()), f64::from(uv[1])];
+            assert!((r - 0.25 * PI * 0.01).abs() < 1e-8 && (side == 0.0 || side == 1.0));
+        }
+        // Turns are spread evenly: the mean over many is that over a circle.
+        let mut width = 0.0;
+        for i in 0..2000 {
+            let at = DVec3::new(f64::from(i), 0.3, 0.0);
+            let mesh = one(CurvePiece {
+                points: straight.points.map(|p| p + at),
+                ..straight
+            });
+            let [a, b] = [0, 1].map(|i| vec(mesh.positions[i]));
+            width += (b - a).y.abs() / 2000.0;
+        }
+        assert!((width / 0.01 - 1.0).abs() < 0.05, "{width}");
+        assert!(one(arc(None)).triangles.len() > 2);
+    }
+
     #[test]
     fn ribbons_are_strips_along_their_normals() {
         let normals = [DVec3::Z, DVec3::new(-0.6, 0.0, 0.8)];
@@ -422,7 +484,7 @@ mod tests {
             assert!(mesh.triangles.is_empty() && mesh.warnings.len() == 1);
         }
         assert!(mesh(&[]).triangles.is_empty());
-        let none = curve(&[arc(None)], &mut |_| Err("no room".into()));
+        let none = curve(&[arc(None)], false, &mut |_| Err("no room".into()));
         assert_eq!(none.unwrap_err(), "no room");
     }
 }

@@ -20,7 +20,7 @@ mod grid;
 mod quadric;
 mod subdivision;
 
-pub use bilinear::{append_patches, bilinear_mesh, bilinear_mesh_within};
+pub use bilinear::{append_patches, bilinear_mesh_within};
 pub use curve::{Basis, CurvePiece, curve};
 pub use disk::{disk, whole_disk};
 pub use grid::{Knots, height_field, nurbs};

@@ -30,4 +30,4 @@ pub use self::blackbody::{
 pub use self::file::read_spd;
 pub use self::glass::{Sellmeier, glass_index};
 pub use self::named::{is_sensor, named, named_index, named_spd_file};
-pub use self::reduce::{Meaning, bounded_samples, index_samples, light_samples, samples};
+pub use self::reduce::{Meaning, bounded_samples, hats, index_samples, light_samples, samples};

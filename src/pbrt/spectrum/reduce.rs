@@ -65,6 +65,26 @@ pub(super) fn reduce_law(f: impl Fn(f64) -> f64, meaning: Meaning) -> [f32; 3] {
     }
 }
 
+/// For each of these wavelengths, which rise, the colour of a reflectance that is 1 there and falls
+/// to 0 at its neighbours; 0 beyond the ends. Channels out of gamut are kept.
+pub fn hats(wavelengths: &[f32]) -> Result<Vec<[f64; 3]>, String> {
+    let finite = wavelengths.iter().all(|w| w.is_finite());
+    if !(finite && wavelengths.is_sorted_by(|a, b| a < b)) {
+        return Err("has wavelengths that do not rise".into());
+    }
+    let d65 = |l: f64| interpolate(&ILLUMINANT_D65, l);
+    let white = xyz_to_rgb(to_xyz(d65));
+    let mut spectrum: Vec<Sample> = wavelengths.iter().map(|w| (*w, 0.0)).collect();
+    let mut all = Vec::with_capacity(wavelengths.len());
+    for k in 0..wavelengths.len() {
+        spectrum[k].1 = 1.0;
+        let seen = xyz_to_rgb(to_xyz(|l| d65(l) * interpolate_within(&spectrum, l)));
+        all.push(std::array::from_fn(|i| seen[i] / white[i]));
+        spectrum[k].1 = 0.0;
+    }
+    Ok(all)
+}
+
 /// The colour of `f(wavelength in nm)` at luminance 1, as pbrt-v4 has every light; channels out of
 /// gamut are cut to 0 after that, so that the others keep their value. Black if there is no light
 /// to speak of.

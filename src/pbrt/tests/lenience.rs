@@ -126,11 +126,6 @@ fn matrices_may_have_a_fourth_row() {
 fn clamped_values_are_told() {
     for (dialect, world, warning) in [
         (
-            "v3",
-            "Material \"matte\" \"rgb Kd\" [2 .5 .5] Shape \"sphere\"",
-            "parameter \"Kd\": is more than 1",
-        ),
-        (
             "v4",
             "Material \"diffuse\" \"rgb reflectance\" [2 .5 .5] Shape \"sphere\"",
             "parameter \"reflectance\": is more than 1",

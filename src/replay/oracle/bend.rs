@@ -3,7 +3,7 @@
 use super::coated;
 use super::microfacet::unpacked_alphas;
 use super::path::PathVertex;
-use super::reference::{axes, twin};
+use super::reference::{axes, exchanges, twin};
 use super::vector::*;
 use super::warp::{self, from_axes};
 use crate::scene::Sides;
@@ -25,7 +25,7 @@ pub struct Taken {
 /// The direction that a BSDF samples for a path arriving along `wo`.
 pub fn bend(sides: Option<Sides>, v: &PathVertex, wo: V, u: [f64; 3], taken: Taken) -> V {
     let (s, t) = axes(v);
-    let exchanges = sides == Some(Sides::Geometric) && !v.kind.is_delta();
+    let exchanges = exchanges(sides, v);
     let wo = [dot(wo, s), dot(wo, t), dot(wo, v.ns)];
     let row = v.row.map(f64::from);
     let (x, y, z) = (wo[0], wo[1], wo[2]);

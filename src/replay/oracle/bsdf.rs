@@ -8,7 +8,7 @@ pub use super::microfacet::{
 use super::coated;
 use super::vector::{V, add, dot, scale, unit};
 use crate::simd::Vec3;
-use crate::surface::{Kind, Mode};
+use crate::surface::{Kind, Mode, Tabulated};
 use std::f64::consts::PI;
 
 /// Rough glass: reflection as of a metal, but for the Fresnel term, which also chooses the lobe; or
@@ -129,16 +129,27 @@ pub fn across(kind: Kind, row: &[f64; 8], wo: V, wi: V) -> V {
     }
 }
 
+/// [`eval_in`] of a kind without tables.
+pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
+    eval_in(&Tabulated::default(), kind, row, [wo, wi], mode)
+}
+
 /// Value and densities for two unit directions in the shading frame, both away from the surface.
 /// `row` are the BSDF's parameters; a BSDF without formulas here is evaluated by its kernel.
-pub fn eval(kind: Kind, row: &[f64; 8], wo: V, wi: V, mode: Mode) -> Value {
+pub fn eval_in(
+    tables: &Tabulated,
+    kind: Kind,
+    row: &[f64; 8],
+    [wo, wi]: [V; 2],
+    mode: Mode,
+) -> Value {
     let dark = Value {
         f: [0.0; 3],
         pdf: 0.0,
         pdf_reverse: 0.0,
     };
     if !kind.is_delta() && !has_formulas(kind) {
-        return of_kernel(kind, row, [wo, wi], mode);
+        return of_kernel(tables, kind, row, [wo, wi], mode);
     }
     if kind == Kind::DiffuseTransmission {
         return diffuse_transmission(row, wo[2], wi[2]);
@@ -269,9 +280,15 @@ pub fn delta_of_kernel(kind: Kind, row: &[f64; 8], wo: V, up: bool) -> (V, f64, 
     })
 }
 
-fn of_kernel(kind: Kind, row: &[f64; 8], directions: [V; 2], mode: Mode) -> Value {
+fn of_kernel(
+    tables: &Tabulated,
+    kind: Kind,
+    row: &[f64; 8],
+    directions: [V; 2],
+    mode: Mode,
+) -> Value {
     let narrow = directions.map(|[x, y, z]| Vec3::new(x as f32, y as f32, z as f32));
-    let value = kind.eval(&row.map(|x| x as f32), narrow, mode);
+    let value = kind.eval_in(tables, &row.map(|x| x as f32), narrow, mode);
     Value {
         f: value.f.lane(0).map(f64::from),
         pdf: value.pdf.into(),

@@ -4,6 +4,7 @@ use super::path::PathVertex;
 use super::sky::Sky;
 use crate::camera::Region;
 use crate::scene::{Scene, Sides};
+use crate::surface::Tabulated;
 use crate::transport::World;
 
 /// Weighs paths of a scene in `f64`.
@@ -15,6 +16,8 @@ pub struct Oracle<'a> {
     pub(super) skies: Vec<Option<Sky>>,
     /// What tells reflections from transmissions, if there are shading normals at all.
     pub(in crate::replay) sides: Option<Sides>,
+    /// What tabulated BSDFs look up.
+    pub(super) tables: &'a Tabulated,
     /// Raster positions that are sampled.
     pub(super) region: Region,
     /// The camera has a lens.
@@ -36,6 +39,7 @@ impl<'a> Oracle<'a> {
                 .map(|l| Sky::of(scene, &l.kind))
                 .collect(),
             sides: world.sides,
+            tables: &world.materials.tables,
             region: world.camera.region,
             lens: world.plan.lens,
             tangents: world.wanted.tangent,

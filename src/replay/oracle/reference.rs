@@ -24,7 +24,7 @@ use super::path::{Path, PathVertex};
 use super::vector::*;
 use super::{bsdf, coated, panorama};
 use crate::scene::{Projection, Sides};
-use crate::surface::{Kind, Mode};
+use crate::surface::{Kind, Mode, Tabulated};
 
 /// What [`Oracle::reference`] finds.
 #[derive(Clone, Debug)]
@@ -144,7 +144,14 @@ impl Oracle<'_> {
         let end = self.end(&path.end);
         let (towards, inv_d2) = self.segments(path, &end);
         let joints: Vec<Joint> = (0..k)
-            .map(|j| joint(self.sides, &x[j], scale(towards[j], -1.0), towards[j + 1]))
+            .map(|j| {
+                joint(
+                    (self.sides, self.tables),
+                    &x[j],
+                    scale(towards[j], -1.0),
+                    towards[j + 1],
+                )
+            })
             .collect();
         let end_cos = |w: V| end.normal.map_or(1.0, |n| dot(w, n).abs());
         let leaving = scale(towards[k], -1.0);
@@ -281,7 +288,7 @@ fn log_density(x: &[PathVertex], end: &EndPoint, s: u32, forth: &[f64], back: &[
     if p.is_nan() { f64::NEG_INFINITY } else { p }
 }
 
-fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
+fn joint((sides, tables): (Option<Sides>, &Tabulated), v: &PathVertex, wo: V, wi: V) -> Joint {
     let row = v.row.map(f64::from);
     let (co, ci) = (dot(wo, v.ns), dot(wi, v.ns));
     let rgb = |at: usize| [row[at], row[at + 1], row[at + 2]];
@@ -311,8 +318,8 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
             let (s, t) = axes(v);
             let local = |w: V| [dot(w, s), dot(w, t), dot(w, v.ns)];
             let (o, i) = (local(wo), local(wi));
-            let eval = |o: V, i: V| bsdf::eval(v.kind, &row, o, i, Mode::Radiance);
-            if sides == Some(Sides::Geometric) && is_disputed(v, wo, wi) {
+            let eval = |o: V, i: V| bsdf::eval_in(tables, v.kind, &row, [o, i], Mode::Radiance);
+            if exchanges(sides, v) && is_disputed(v, wo, wi) {
                 let other = |w: V| twin(w, local(v.ng));
                 let f = bsdf::across(v.kind, &row, o, i);
                 let pdf = eval(o, other(i)).pdf;
@@ -326,6 +333,7 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
     let delta = v.kind.is_delta();
     let valid = co * ci != 0.0
         && match sides {
+            _ if v.kind.is_whole() => true,
             None => sides_agree(wo, wi, v),
             Some(Sides::Geometric) if !delta => true,
             Some(_) => v.ns != v.ng || sides_agree(wo, wi, v),
@@ -341,6 +349,11 @@ fn joint(sides: Option<Sides>, v: &PathVertex, wo: V, wi: V) -> Joint {
         cos_in: dot(wo, v.ng).abs(),
         cos_out: dot(wi, v.ng).abs(),
     }
+}
+
+/// Whether a direction about which the normals disagree is exchanged for its twin.
+pub(super) fn exchanges(sides: Option<Sides>, v: &PathVertex) -> bool {
+    sides == Some(Sides::Geometric) && !v.kind.is_delta() && !v.kind.is_whole()
 }
 
 /// Axes of the shading frame; where there is no tangent any will do.

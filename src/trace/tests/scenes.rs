@@ -100,6 +100,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
         },
         integrator: IntegratorSettings::default(),
         sides: Sides::Geometric,
+        brightest: 1.0,
         space: Space {
             centre: DVec3::ZERO,
             scale: 1.0,

@@ -4,6 +4,7 @@ use crate::common::bsdf::{coated_copper, coated_diffuse};
 use phalanx::replay::vector::*;
 use phalanx::surface::Kind;
 use phalanx::surface::coated_rows::pack_bounces;
+use phalanx::surface::hair;
 use phalanx::surface::microfacet::pack_alphas;
 
 const COPPER: [f32; 6] = [0.2, 0.92, 1.4, 3.9, 2.4, 2.1];
@@ -90,6 +91,10 @@ pub fn rough_rows() -> Vec<(Kind, [f32; 8])> {
         rows.push((Kind::CoatedConductor, rough));
         let below = coated_copper(eta, None, conductor);
         rows.push((Kind::CoatedConductorBase, below));
+    }
+    for (h, beta, alpha) in [(0.3, 0.3, 2.0), (-0.9, 1.0, 0.0), (0.0, 0.05, -10.0)] {
+        let row = hair::row([0.4, 0.0, 5.0], h, 1.55, [beta; 2], alpha);
+        rows.push((Kind::Hair, row));
     }
     rows
 }
