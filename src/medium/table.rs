@@ -162,6 +162,10 @@ impl<'a> MediumTable<'a> {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let [o, d] = [piece.origin, piece.direction];
         let (a, b) = (dot(d, d), dot(o, d));
+        if a.is_nan() || a <= 0.0 {
+            // It goes nowhere.
+            return piece.range;
+        }
         // The point of the ray next to the centre, and half of the chord.
         let middle = -b / a;
         let p = [0, 1, 2].map(|k| d[k].mul_add(middle, o[k]));
