@@ -169,7 +169,7 @@ impl Medium {
 }
 
 /// The media of a scene, and where they are. All indices are into [`Media::list`], or
-/// [`NONE`](super::NONE) for a vacuum.
+/// [`NONE`] for a vacuum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Media {
     /// Those that something is filled with.
