@@ -35,7 +35,6 @@ impl World<'_> {
             list = &parted[0];
             let (flights, endpoints) = (&subpaths.flight, &mut subpaths.endpoints[side as usize]);
             self.arrive_in_media::<L>(rays, &parted[1], flights, endpoints);
-            self.surround(&rays.hit, flights, whole, endpoints);
         }
         match (self.materials.own_rows, self.wanted.any()) {
             (false, false) => self.arrive_at::<L, false, false>(rays, list, subpaths, at),
@@ -44,6 +43,9 @@ impl World<'_> {
             (true, true) => self.arrive_at::<L, true, true>(rays, list, subpaths, at),
         }
         let endpoints = &mut subpaths.endpoints[side as usize];
+        if self.plan.media {
+            self.surround(&rays.hit, &subpaths.flight, whole, endpoints);
+        }
         let parameters = &mut subpaths.parameters;
         if self.plan.mixtures {
             self.choose_components(endpoints, parameters, at, component);

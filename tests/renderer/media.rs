@@ -194,7 +194,8 @@ fn integrators_agree_about_fog_and_milk() {
     expect_agreement(&mixed(), 1, "media-mixed");
 }
 
-/// Light from infinity and from a spotlight.
+/// Light from infinity and from a spotlight, above a ground of which the back is seen: the file
+/// says of it that it is in a vacuum.
 #[test]
 fn integrators_agree_about_lights_in_fog() {
     let camera = homogeneous("air", [0.0, 0.02, 0.05], [0.15, 0.1, 0.1], 0.3)
@@ -205,9 +206,10 @@ fn integrators_agree_about_lights_in_fog() {
            LightSource \"distant\" \"rgb L\" [1 .5 .2] \"point from\" [-1 1 -1]\n\
            LightSource \"infinite\" \"rgb L\" [.2 .3 .5]\n\
            Material \"matte\" \"rgb Kd\" [.6 .6 .6]\n\
-           Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+           AttributeBegin\nReverseOrientation\nShape \"trianglemesh\"\n\
+           \"integer indices\" [0 1 2 0 2 3]\n\
            \"point P\" [-2 -1 -2 -2 -1 2 2 -1 2 2 -1 -2]\n\
-           Shape \"sphere\" \"float radius\" [.5]\n";
+           AttributeEnd\nShape \"sphere\" \"float radius\" [.5]\n";
     expect_agreement(&text, 1, "media-lights");
 }
 

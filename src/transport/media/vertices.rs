@@ -117,7 +117,10 @@ impl World<'_> {
         }
     }
 
-    /// Notes which media are on both sides of the endpoints of `list`, on surfaces or not.
+    /// Notes which media are on both sides of the endpoints of `list`, on surfaces or not. On the
+    /// side that a subpath comes from it is the one that it has come through, whatever the surface
+    /// says: files often say of the back of a ground or a wall that it is a vacuum, and then see
+    /// it from there. So all strategies agree about such places.
     pub(in crate::transport) fn surround(
         &self,
         hits: &[Hit],
@@ -132,10 +135,15 @@ impl World<'_> {
                 IN_MEDIUM => NONE,
                 _ => self.geometry.shape_of(primitive).0.boundary,
             };
-            endpoints.media[i] = match boundary {
-                NONE => [flights[i].medium; 2],
+            let medium = flights[i].medium;
+            let mut sides = match boundary {
+                NONE => [medium; 2],
                 _ => self.media.media.boundaries[boundary as usize],
             };
+            let (n, wo) = (endpoints.frame[i].ng, endpoints.place[i].wo);
+            let along = n[0] * wo[0] + n[1] * wo[1] + n[2] * wo[2];
+            sides[usize::from(along <= 0.0)] = medium;
+            endpoints.media[i] = sides;
         }
     }
 }
