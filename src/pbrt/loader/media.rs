@@ -26,14 +26,18 @@ impl Loader {
         }
         let mut names = [inside, outside];
         if self.dialect == Dialect::V3 {
+            let mut told = String::new();
             for name in &mut names {
-                if !name.is_empty() && !self.media.has(name) {
+                if name.is_empty() || self.media.has(name) {
+                    continue;
+                }
+                if told != *name {
                     self.report.warn_at(
                         site,
                         format_args!("there is no medium named \"{name}\": none is used"),
                     );
-                    name.clear();
                 }
+                told = std::mem::take(name);
             }
         }
         let [inside, outside] = names.map(|name| self.media.number(&name));
