@@ -26,18 +26,18 @@ use crate::transport::World;
 
 pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let memory = MemoryLimit::new(None);
-    let input = input::load(args.scene.as_deref(), &memory, messages)?;
+    let mut input = input::load(args.scene.as_deref(), &memory, messages)?;
     let max_depth = args.max_depth.unwrap_or(input.scene.integrator.max_depth);
     let most = crate::chain::counts::MAX_DEPTHS - 1;
     if max_depth > most {
         let message = format!("{}: maxdepth {max_depth} is beyond {most}", input.name);
         return Err(Failure::Input(message));
     }
-    let world = World::with_forced(&input.scene, max_depth, &args.effects.force_effects);
     let prices = match args.estimate {
-        true => Some(price::of(&input.scene, max_depth)?),
+        true => Some(price::of(&mut input.scene, max_depth)?),
         false => None,
     };
+    let world = World::with_forced(&input.scene, max_depth, &args.effects.force_effects);
     if args.json {
         outputs::print(&json::document(&input, &world, prices))?;
         return Ok(ExitCode::SUCCESS);

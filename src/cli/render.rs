@@ -222,7 +222,9 @@ fn summary(render: &Render) -> String {
             100.0 * stats.acceptance_large
         )
     };
-    if let Some(shares) = &stats.shares {
+    // Nothing where no depth carries light.
+    let shares = stats.shares.as_ref().map(ToString::to_string);
+    if let Some(shares) = shares.filter(|shares| !shares.is_empty()) {
         line += &format!("; {shares}");
     }
     line

@@ -11,6 +11,9 @@ use exr::prelude::*;
 
 use super::{Picture, check_size, file_bytes};
 
+/// The attribute that names the program.
+const SOFTWARE: &str = "software";
+
 /// Writes one losslessly compressed layer: channels R, G, B, and, for each of `more`, a name and as
 /// many pixels, `name.R`, `name.G` and `name.B`. Names of attributes that EXR cannot hold are
 /// skipped.
@@ -43,6 +46,11 @@ pub fn write(
     for (name, value) in attributes {
         if let AttributeValue::Chromaticities(value) = value {
             chromaticities = Some(value);
+            continue;
+        }
+        // A name that EXR itself gives a meaning.
+        if let (SOFTWARE, AttributeValue::Text(text)) = (name.as_str(), &value) {
+            layer_attributes.software_name = Some(text.clone());
             continue;
         }
         if let Some(name) =

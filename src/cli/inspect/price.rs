@@ -1,4 +1,4 @@
-//! How long the picture takes, by a render of a second.
+//! How long the picture takes, by a render of a second that is smaller.
 
 use std::time::Duration;
 
@@ -12,6 +12,9 @@ use crate::scene::Scene;
 /// How long the render is that the rest is taken from.
 const TRIAL: Duration = Duration::from_secs(1);
 
+/// About how many pixels it has. The error of a pixel depends on what is spent on it alone.
+const PIXELS: f64 = 4096.0;
+
 /// Errors that are told of: those of `--quality`, and a tenth.
 const ERRORS: [f64; 3] = [0.1, 0.05, 0.01];
 
@@ -22,11 +25,28 @@ pub struct Price {
     seconds: f64,
 }
 
-/// Renders for a moment, as the scene asks for, and looks at the error.
+/// Renders for a moment, as the scene asks for, and looks at the error. The scene is left as it
+/// was.
 ///
 /// # Errors
 /// What keeps the scene from being rendered.
-pub fn of(scene: &Scene, max_depth: u32) -> Result<Vec<Price>, Failure> {
+pub fn of(scene: &mut Scene, max_depth: u32) -> Result<Vec<Price>, Failure> {
+    let (film, camera) = (scene.film.clone(), scene.camera.clone());
+    let pixels = film.crop_pixels() as f64;
+    let scale = (PIXELS / pixels).sqrt().min(1.0);
+    let small = |side: u32| (f64::from(side) * scale).ceil() as u32;
+    let resized = scene.set_resolution(small(film.width), small(film.height));
+    let part = scene.film.crop_pixels() as f64 / pixels;
+    let prices = match resized {
+        Ok(()) => trial(scene, max_depth, part),
+        Err(e) => Err(Failure::Input(e.to_string())),
+    };
+    (scene.film, scene.camera) = (film, camera);
+    prices
+}
+
+/// Prices of the whole picture by a render of a part of its pixels.
+fn trial(scene: &Scene, max_depth: u32, part: f64) -> Result<Vec<Price>, Failure> {
     let settings = Settings {
         max_depth,
         time: Some(TRIAL),
@@ -37,7 +57,7 @@ pub fn of(scene: &Scene, max_depth: u32) -> Result<Vec<Price>, Failure> {
     let render = integrate::render(scene, &settings, &Silent);
     let stats = render.map_err(|e| Failure::Input(e.to_string()))?.stats;
     let taken = stats.bootstrap_seconds + stats.render_seconds;
-    Ok(prices(stats.relative_error, taken))
+    Ok(prices(stats.relative_error, taken / part))
 }
 
 /// The square of an error falls with the work.
