@@ -47,7 +47,8 @@ fn shows_its_texture(scene: &Scene, z: f64, what: &str) {
             p: p.as_vec3().to_array(),
             n: [0.0, 0.0, 1.0],
         };
-        evaluate(&scene.textures, &scene.images, texture, &place).map(|v| v.clamp(0.0, 1.0))
+        evaluate(&scene.textures, &scene.images, texture, &place)
+            .map(|v| v.clamp(0.0, scene.brightest))
     };
     const STEPS: usize = 24;
     let (mut darkest, mut brightest) = (f32::INFINITY, f32::NEG_INFINITY);
