@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Instructions per mutation in a scene that calls for no effect, of this program and of one in which no other effect exists
-# (`plainest.sh` makes it), and the median speeds of both in turns: benches/effects/instructions.sh [SCENE]. Counts repeat exactly,
+# Instructions per mutation in a scene that calls for no effect, of this program and of one in which
+# no other effect exists (`plainest.sh` makes it), and the median speeds of both in turns:
+# benches/effects/instructions.sh [SCENE]. Counts repeat exactly,
 # speeds do not. ROUNDS=0 leaves speeds out. Needs valgrind and jq (apt install valgrind jq).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -8,24 +9,12 @@ scene=${1:-benches/effects/none.pbrt}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# Instructions of the whole program at a number of mutations per pixel of 100 x 100.
-count() { # PROGRAM MUTATIONS
-    valgrind --tool=callgrind --callgrind-out-file="$folder/out" "$1" render "$scene" --integrator mmlt --threads 1 --resolution 100x100 \
-        --bootstrap 2000 --mutations "$2" -o "$folder/a.pfm" --quiet 2>"$folder/log"
-    sed -n 's/.*Collected : //p' "$folder/log"
-}
-
-# Two lengths, so that loading and the bootstrap cancel.
-per_mutation() { # PROGRAM
-    local few many
-    few=$(count "$1" 10)
-    many=$(count "$1" 30)
-    echo "scale=1; ($many - $few) / (20 * 100 * 100)" | bc
-}
+. benches/count.sh
 
 # Mutations per second of a render of about a second.
 speed() { # PROGRAM
-    "$1" render "$scene" --integrator mmlt --threads 1 --resolution 100x100 --bootstrap 2000 --mutations 400 -o "$folder/a.pfm" --stats "$folder/stats" --quiet 2>"$folder/log"
+    "$1" render "$scene" --integrator mmlt --threads 1 --resolution 100x100 --bootstrap 2000 \
+        --mutations 400 -o "$folder/a.pfm" --stats "$folder/stats" --quiet 2>"$folder/log"
     jq .mutations_per_second "$folder/stats"
 }
 median() { sort -g | awk '{ v[NR] = $1 } END { print NR % 2 ? v[(NR + 1) / 2] : (v[NR / 2] + v[NR / 2 + 1]) / 2 }'; }
@@ -35,8 +24,8 @@ benches/effects/plainest.sh "$folder/plainest"
 cargo build --quiet --release
 with=target/release/phalanx
 without=$folder/target/release/phalanx
-full=$(per_mutation "$with")
-plainest=$(per_mutation "$without")
+full=$(per_mutation "$with" "$scene" 100)
+plainest=$(per_mutation "$without" "$scene" 100)
 echo "with the plan: $full instructions per mutation"
 echo "without other effects: $plainest"
 echo "ratio: $(echo "scale=4; $full / $plainest" | bc)"

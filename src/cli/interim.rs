@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::messages::Messages;
+use crate::formats::Picture;
 use crate::integrate::{Observer, Phase};
 
 /// Shows a render to another observer, and asks it for a picture every so often.
@@ -13,12 +14,12 @@ pub struct Interim<'a> {
     every: Duration,
     /// When the last picture was asked for.
     last: Mutex<Instant>,
-    pictures: SyncSender<Vec<[f32; 3]>>,
+    pictures: SyncSender<Picture>,
 }
 
 impl<'a> Interim<'a> {
     /// And where the pictures come out. One that nobody has taken yet stands for later ones.
-    pub fn new(shown: &'a dyn Observer, every: Duration) -> (Self, Receiver<Vec<[f32; 3]>>) {
+    pub fn new(shown: &'a dyn Observer, every: Duration) -> (Self, Receiver<Picture>) {
         let (pictures, out) = sync_channel(1);
         let interim = Self {
             shown,
@@ -52,21 +53,21 @@ impl Observer for Interim<'_> {
         due
     }
 
-    fn picture(&self, pixels: Vec<[f32; 3]>) {
+    fn picture(&self, picture: Picture) {
         // A disk that is too slow gets fewer pictures.
-        let _ = self.pictures.try_send(pixels);
+        let _ = self.pictures.try_send(picture);
     }
 }
 
 /// Writes pictures until there are no more. What fails is said once: the next may succeed.
 pub fn write_all(
-    pictures: Receiver<Vec<[f32; 3]>>,
+    pictures: Receiver<Picture>,
     messages: Messages,
-    write: impl Fn(Vec<[f32; 3]>) -> Result<(), String>,
+    write: impl Fn(&Picture) -> Result<(), String>,
 ) {
     let mut failed = false;
-    for pixels in pictures {
-        let written = write(pixels);
+    for picture in pictures {
+        let written = write(&picture);
         if let (Err(message), false) = (&written, failed) {
             messages.warning(format_args!("--output-every: {message}"));
         }

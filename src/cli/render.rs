@@ -119,7 +119,8 @@ fn one(
             let (observer, pictures) = Interim::new(&progress, every);
             let display = args.display.display();
             let files = &files;
-            let write = move |pixels| write_interim(files, &scene.film, pixels, &display);
+            let write =
+                move |picture: &Picture| write_interim(files, &scene.film, picture, &display);
             scope.spawn(move || interim::write_all(pictures, messages, write));
             integrate::render(scene, &settings, &observer)
         }),
@@ -249,11 +250,15 @@ fn write_files(
     files: &[PathBuf],
     input: &Input,
     settings: &Settings,
-    render: Render,
+    mut render: Render,
     messages: Messages,
 ) -> bool {
     let film = &input.scene.film;
-    let picture = picture(film, render.pixels);
+    let pixels = std::mem::take(&mut render.pixels);
+    let picture = Picture {
+        pixels,
+        ..render.picture()
+    };
     let mut attributes = attributes(&input.name, settings, &render.stats);
     attributes.extend(chromaticities(film));
     let display = args.display.display();
@@ -289,18 +294,6 @@ fn write_files(
     whole
 }
 
-/// Pixels of the crop window in their place.
-fn picture(film: &Film, pixels: Vec<[f32; 3]>) -> Picture {
-    let [x0, x1, y0, y1] = film.crop;
-    Picture {
-        width: x1 - x0,
-        height: y1 - y0,
-        offset: [x0, y0],
-        full: [film.width, film.height],
-        pixels,
-    }
-}
-
 /// The primaries of a film that has its own.
 fn chromaticities(film: &Film) -> Option<Attribute> {
     film.chromaticities.map(|c| Attribute {
@@ -313,13 +306,12 @@ fn chromaticities(film: &Film) -> Option<Attribute> {
 fn write_interim(
     files: &[PathBuf],
     film: &Film,
-    pixels: Vec<[f32; 3]>,
+    picture: &Picture,
     display: &Display,
 ) -> Result<(), String> {
-    let picture = picture(film, pixels);
     let attributes: Vec<Attribute> = chromaticities(film).into_iter().collect();
     for path in files.iter().filter(|path| !crate::files::is_special(path)) {
-        let written = output::write(path, &picture, &attributes, display);
+        let written = output::write(path, picture, &attributes, display);
         written.map_err(|e| e.to_string())?;
     }
     Ok(())

@@ -2,14 +2,11 @@
 
 use std::time::Duration;
 
+use clap::ValueEnum;
+
+use super::args::values::Quality;
 use super::units;
-use crate::integrate::{EndedBy, Render, Stats};
-
-/// Errors that `--quality` has names for, from the worst.
-const NAMED: [(f64, &str); 3] = [(0.2, "draft"), (0.05, "good"), (0.01, "final")];
-
-/// Split R-hat from which on chains have not mixed.
-const MIXED: f64 = 1.1;
+use crate::integrate::{EndedBy, MIXED, Render, Stats};
 
 /// What is known of the picture's error, and what ended the render if something cut it short;
 /// `None` if nothing is to be said.
@@ -32,16 +29,18 @@ pub fn verdict(render: &Render, target: Option<f64>) -> Option<String> {
 /// the next that has a name.
 fn quality(stats: &Stats, error: f64, missed: Option<f64>) -> String {
     let name = |error: f64| {
-        let named = NAMED.iter().rev().find(|(most, _)| error <= *most);
-        named.map_or(String::new(), |(_, name)| format!(" ({name})"))
+        let mut best = Quality::value_variants().iter().rev();
+        let named = best.find(|quality| error <= quality.error());
+        let value = named.and_then(Quality::to_possible_value);
+        value.map_or(String::new(), |value| format!(" ({})", value.get_name()))
     };
     let mut line = format!("relative error {}{}", units::percent(error), name(error));
     let unmixed = stats.rhat.filter(|rhat| *rhat > MIXED);
     if let Some(rhat) = unmixed {
         line += &format!(", by chains that have not mixed (split R-hat {rhat:.2})");
     }
-    let next = NAMED.iter().find(|(goal, _)| error > *goal);
-    let goal = missed.or(next.map(|next| next.0));
+    let mut goals = Quality::value_variants().iter().map(|next| next.error());
+    let goal = missed.or(goals.find(|next| error > *next));
     if missed.is_some() {
         line += "; the target is not reached";
     }

@@ -4,7 +4,7 @@ use crate::chain::mixing::{Mixing, StrategyMixing};
 use serde::{Serialize, Serializer};
 
 /// Chains have mixed if split R-hat is below this (Gelman et al. 2013, section 11.5).
-pub(super) const MIXED: f64 = 1.1;
+pub const MIXED: f64 = 1.1;
 /// Part of all light below which a depth or a strategy is not worth a warning: its own error is in
 /// the estimate.
 pub(super) const MATTERS: f64 = 0.05;

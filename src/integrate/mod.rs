@@ -47,7 +47,7 @@ mod settings;
 mod shares;
 mod tuning;
 
-pub use self::depth_stats::{CrossCheck, DepthStats};
+pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
 pub use self::error::{Tiles, standard_errors};
 pub use self::failure::RenderError;
 pub use self::needs::{Need, Needs};

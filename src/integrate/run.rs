@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::scale::bring_to_scale;
 use super::settings::Settings;
+use crate::formats::Picture;
 use crate::scene::Scene;
 use crate::transport::World;
 
@@ -35,10 +36,10 @@ pub trait Observer: Sync {
     fn wants_picture(&self) -> bool {
         false
     }
-    /// The picture so far, if it was wanted: pixels as
-    /// [`Render::pixels`](super::Render::pixels), but for what chains still hold.
-    fn picture(&self, pixels: Vec<[f32; 3]>) {
-        let _ = pixels;
+    /// The picture so far, if it was wanted, but for what chains still hold: as
+    /// [`Render::picture`](super::Render::picture).
+    fn picture(&self, picture: Picture) {
+        let _ = picture;
     }
     /// True ends the render early, with a correctly normalised picture.
     fn stop(&self) -> bool {
@@ -106,7 +107,15 @@ impl Run<'_> {
             let mut pixels = picture();
             let film = &self.scene.film;
             bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
-            self.observer.picture(pixels);
+            let (width, height) = self.size();
+            let [offset, full] = self.window();
+            self.observer.picture(Picture {
+                width,
+                height,
+                offset,
+                full,
+                pixels,
+            });
         }
     }
 

@@ -5,7 +5,7 @@ use super::grid::walk;
 use super::passed::{Passed, depths};
 use super::span::Span;
 use super::travel::{Piece, Scattered, Travel};
-use crate::scene::{Density, Emission, LightKind, MaterialKind, Media, Medium, NONE, Scene};
+use crate::scene::{Density, LightKind, MaterialKind, Media, Medium, NONE, Scene};
 
 /// The media of a scene.
 pub struct MediumTable<'a> {
@@ -60,11 +60,6 @@ impl<'a> MediumTable<'a> {
         self.media.list.iter().map(|medium| medium.g)
     }
 
-    /// Whether light can be scattered in a medium.
-    fn scatters(&self, medium: &Medium) -> bool {
-        medium.scattering != [0.0; 3]
-    }
-
     /// Adds the optical depth of a piece of a ray to what it has passed.
     pub fn pass(&self, medium: u32, piece: &Piece, passed: &mut Passed) {
         let mut travel = Travel {
@@ -88,7 +83,8 @@ impl<'a> MediumTable<'a> {
                 extinction: grid, ..
             } => grid,
         };
-        let scatters = self.scatters(medium);
+        let scatters = medium.scatters();
+        let glows = travel.glow.is_some() && medium.shines();
         let unit = length(piece.direction);
         let mut found = None;
         walk(grid, piece, |cell| {
@@ -101,7 +97,7 @@ impl<'a> MediumTable<'a> {
             } else {
                 span.invert(&travel.passed, travel.least)
             };
-            if travel.glow.is_some() && medium.emission != Emission::Dark {
+            if glows {
                 glow::add(medium, piece, &span, to, scatters, travel);
             }
             if passes {
@@ -125,7 +121,7 @@ impl<'a> MediumTable<'a> {
         piece: &Piece,
         travel: &mut Travel,
     ) -> Option<Scattered> {
-        let scatters = self.scatters(medium);
+        let scatters = medium.scatters();
         let [start, end] = self.inside(piece);
         let unit = length(piece.direction);
         let whole = (end - start) * unit;
@@ -138,7 +134,7 @@ impl<'a> MediumTable<'a> {
             let inverse = travel.passed.invert(medium.extinction, travel.least);
             inverse.min(whole)
         };
-        if travel.glow.is_some() && medium.emission != Emission::Dark {
+        if travel.glow.is_some() && medium.shines() {
             glow::add_evenly(medium, distance, scatters, travel);
         }
         if passes {

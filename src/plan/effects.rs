@@ -4,7 +4,7 @@
 use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{Emission, Material, Medium, NONE, Projection, Scene, Shape};
+use crate::scene::{Material, Medium, NONE, Projection, Scene, Shape};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -288,11 +288,10 @@ impl Effects {
             return;
         };
         self.add(Effect::Media, || filling(first));
-        if let Some(shines) = (scene.media.list.iter()).find(|m| m.emission != Emission::Dark) {
+        if let Some(shines) = scene.media.list.iter().find(|m| m.shines()) {
             self.add(Effect::EmitterHits, || filling(shines));
         }
-        let scatters = |m: &&Medium| m.scattering != [0.0; 3];
-        let Some(medium) = scene.media.list.iter().find(scatters) else {
+        let Some(medium) = scene.media.list.iter().find(|m| m.scatters()) else {
             return;
         };
         let why = || filling(medium);

@@ -24,26 +24,26 @@ pub struct Medium {
     pub emission: Emission,
 }
 
-/// How dense a medium is.
+/// How dense a medium is, by grids of some kind.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Density {
+pub enum Density<G = Grid> {
     /// 1 everywhere.
     Uniform,
     /// A number for all channels; 0 outside the grid.
-    Grid(Grid),
+    Grid(G),
     /// Of each channel its own: extinction and scattering are multiplied by grids of three
     /// channels each; 0 outside.
     Channels {
         /// Of the extinction.
-        extinction: Grid,
+        extinction: G,
         /// Of the scattering; as large as that of the extinction, and in the same place.
-        scattering: Grid,
+        scattering: G,
     },
 }
 
-/// Light that a medium emits: radiance times absorption per length.
+/// Light that a medium emits: radiance times absorption per length, by grids of some kind.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Emission {
+pub enum Emission<G = Grid> {
     /// None.
     Dark,
     /// The same wherever the density is the same: radiance times absorption per internal length,
@@ -56,14 +56,14 @@ pub enum Emission {
         /// Where the grid is 1.
         radiance: Rgb,
         /// One channel or three.
-        grid: Grid,
+        grid: G,
     },
     /// `radiance` times two grids, of three channels each.
     Product {
         /// Absorption times radiance per internal length, where both grids are 1.
         radiance: Rgb,
         /// Of absorption, and of radiance.
-        grids: [Grid; 2],
+        grids: [G; 2],
     },
     /// `absorption` times the density times the light of a black body.
     BlackBody {
@@ -71,7 +71,7 @@ pub enum Emission {
         absorption: Rgb,
         /// Of the temperature, in kelvin by `scale * (value - offset)`, up to 100 of which there is
         /// no light; and of what that is multiplied by.
-        grids: [Grid; 2],
+        grids: [G; 2],
         /// Kelvin per unit.
         scale: f32,
         /// Value of 0 K.
@@ -79,6 +79,33 @@ pub enum Emission {
         /// Radiance every [`Emission::KELVIN_STEP`], from 0 K on; beyond the last that of the last.
         table: Arc<[Rgb]>,
     },
+}
+
+impl<G> Density<G> {
+    /// The grids that it needs.
+    pub fn grids(&self) -> impl Iterator<Item = &G> {
+        let [first, second] = match self {
+            Self::Uniform => [None, None],
+            Self::Grid(grid) => [Some(grid), None],
+            Self::Channels {
+                extinction,
+                scattering,
+            } => [Some(extinction), Some(scattering)],
+        };
+        first.into_iter().chain(second)
+    }
+}
+
+impl<G> Emission<G> {
+    /// The grids that it needs.
+    pub fn grids(&self) -> impl Iterator<Item = &G> {
+        let grids = match self {
+            Self::Dark | Self::Even(_) => &[],
+            Self::Grid { grid, .. } => std::slice::from_ref(grid),
+            Self::Product { grids, .. } | Self::BlackBody { grids, .. } => &grids[..],
+        };
+        grids.iter()
+    }
 }
 
 impl Emission {
@@ -147,24 +174,24 @@ impl Medium {
         self.density != Density::Uniform
     }
 
+    /// Whether light can be scattered in it.
+    pub fn scatters(&self) -> bool {
+        self.scattering != [0.0; 3]
+    }
+
+    /// Whether it emits light.
+    pub fn shines(&self) -> bool {
+        self.emission != Emission::Dark
+    }
+
     fn bytes(&self) -> usize {
-        let density = match &self.density {
-            Density::Uniform => 0,
-            Density::Grid(grid) => grid.bytes(),
-            Density::Channels {
-                extinction,
-                scattering,
-            } => extinction.bytes() + scattering.bytes(),
+        let density: usize = self.density.grids().map(Grid::bytes).sum();
+        let emission: usize = self.emission.grids().map(Grid::bytes).sum();
+        let table = match &self.emission {
+            Emission::BlackBody { table, .. } => size_of_val(&table[..]),
+            _ => 0,
         };
-        let emission = match &self.emission {
-            Emission::Dark | Emission::Even(_) => 0,
-            Emission::Grid { grid, .. } => grid.bytes(),
-            Emission::Product { grids, .. } => grids.iter().map(Grid::bytes).sum(),
-            Emission::BlackBody { grids, table, .. } => {
-                grids.iter().map(Grid::bytes).sum::<usize>() + size_of_val(&table[..])
-            }
-        };
-        size_of::<Self>() + density + emission
+        size_of::<Self>() + density + emission + table
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::fourier_table::FourierTable;
-use super::tabulated::Tabulated;
+use super::tabulated::{self, Tabulated};
 use crate::simd::{Lanes, Vec3};
 
 /// Row: name of a [`FourierTable`].
@@ -113,24 +113,11 @@ impl Bsdf for Fourier {
         u: [L; 3],
         mode: Mode,
     ) -> BsdfSample<L> {
-        let mut wi = [[0.0; 3]; 8];
-        for (lane, wi) in wi.iter_mut().enumerate().take(L::N) {
-            if let Some(table) = tables.get::<FourierTable>(row[0].lane(lane)) {
-                let u = [u[0].lane(lane).into(), u[1].lane(lane).into()];
-                *wi = sampled(table, wide(wo.lane(lane)), u);
-            }
-        }
-        let along = |c: usize| L::from_fn(|i| wi[i][c]);
-        let wi = Vec3::new(along(0), along(1), along(2));
-        let value = Self::eval_in(tables, row, wo, wi, mode);
-        let weight = value.f * (wi.z.abs() / value.pdf);
-        let valid = value.pdf.gt(L::zero());
-        BsdfSample {
-            wi,
-            throughput: weight.or_zero(valid),
-            pdf: value.pdf,
-            pdf_reverse: value.pdf_reverse,
-        }
+        tabulated::sample::<Self, L>(tables, row, wo, mode, |lane| {
+            let table = tables.get::<FourierTable>(row[0].lane(lane))?;
+            let u = [u[0].lane(lane).into(), u[1].lane(lane).into()];
+            Some(sampled(table, wide(wo.lane(lane)), u))
+        })
     }
 
     fn eval_in<L: Lanes>(

@@ -4,6 +4,7 @@ use super::bsdf::Kernel;
 use super::fourier::Fourier;
 use super::fourier_table::FourierTable;
 use super::packing::{At, BsdfMaterial, Shared};
+use super::tabulated;
 use crate::scene::{Description, Dialect, Param, Parameters};
 use std::sync::Arc;
 
@@ -27,14 +28,8 @@ impl BsdfMaterial for FourierMaterial {
     const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V3, "fourier")];
 
     fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
-        let Some(bytes) = set.file("bsdffile", MOST_BYTES)? else {
-            return Err(set.error("needs a \"string bsdffile\""));
-        };
-        let table = FourierTable::parse(&bytes);
-        let table = table.map_err(|why| set.error(format_args!("its file {why}")))?;
-        Ok(Self {
-            table: Arc::new(table),
-        })
+        let table = tabulated::read(set, "bsdffile", MOST_BYTES, FourierTable::parse)?;
+        Ok(Self { table })
     }
 
     /// What rows call the table.
@@ -49,6 +44,6 @@ impl BsdfMaterial for FourierMaterial {
     }
 
     fn row(&self, name: &f32, _: &At) -> [f32; 8] {
-        [*name, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        tabulated::row(*name)
     }
 }

@@ -7,7 +7,7 @@ use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
 use super::diffuse::same_side;
 use super::measured_table::MeasuredTable;
 use super::packing::{At, BsdfMaterial, Shared};
-use super::tabulated::Tabulated;
+use super::tabulated::{self, Tabulated};
 use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Vec3};
 use std::sync::Arc;
@@ -44,26 +44,13 @@ impl Bsdf for Measured {
         u: [L; 3],
         mode: Mode,
     ) -> BsdfSample<L> {
-        let mut found = [[0.0; 3]; 8];
-        for (lane, found) in found.iter_mut().enumerate().take(L::N) {
+        tabulated::sample::<Self, L>(tables, row, wo, mode, |lane| {
             let o = wo.lane(lane);
             let u = [u[0].lane(lane).into(), u[1].lane(lane).into()];
-            let table = tables.get::<MeasuredTable>(row[0].lane(lane));
-            if let Some(i) = table.and_then(|table| table.sample(up(o, o), u)) {
-                *found = i.map(|x| if o[2] < 0.0 { -x as f32 } else { x as f32 });
-            }
-        }
-        let along = |c: usize| L::from_fn(|i| found[i][c]);
-        let wi = Vec3::new(along(0), along(1), along(2));
-        let value = Self::eval_in(tables, row, wo, wi, mode);
-        let weight = value.f * (wi.z.abs() / value.pdf);
-        let valid = value.pdf.gt(L::zero());
-        BsdfSample {
-            wi,
-            throughput: weight.or_zero(valid),
-            pdf: value.pdf,
-            pdf_reverse: value.pdf_reverse,
-        }
+            let table = tables.get::<MeasuredTable>(row[0].lane(lane))?;
+            let found = table.sample(up(o, o), u)?;
+            Some(found.map(|x| if o[2] < 0.0 { -x as f32 } else { x as f32 }))
+        })
     }
 
     fn eval_in<L: Lanes>(
@@ -126,14 +113,9 @@ impl BsdfMaterial for MeasuredMaterial {
     const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V4, "measured")];
 
     fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
-        let Some(bytes) = set.file("filename", MOST_BYTES)? else {
-            return Err(set.error("needs a \"string filename\""));
-        };
-        let table = MeasuredTable::parse(&bytes, |nm| set.hats(nm));
-        let table = table.map_err(|why| set.error(format_args!("its file {why}")))?;
-        Ok(Self {
-            table: Arc::new(table),
-        })
+        let parse = |bytes: &[u8]| MeasuredTable::parse(bytes, |nm| set.hats(nm));
+        let table = tabulated::read(set, "filename", MOST_BYTES, parse)?;
+        Ok(Self { table })
     }
 
     /// What rows call the table.
@@ -148,6 +130,6 @@ impl BsdfMaterial for MeasuredMaterial {
     }
 
     fn row(&self, name: &f32, _: &At) -> [f32; 8] {
-        [*name, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        tabulated::row(*name)
     }
 }

@@ -17,7 +17,8 @@
 //! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the
 //!    top down (`crowd.rs`, `split.rs`).
 //! 7. No kernel knows materials: only `build.rs` looks at them, to leave out interfaces, which rays
-//!    pass. [`offset`] moves origins off surfaces by what the tests' error bounds ask for.
+//!    pass, unless media change there. [`offset`] moves origins off surfaces by what the tests'
+//!    error bounds ask for.
 
 mod best;
 mod build;
@@ -141,8 +142,8 @@ pub struct Stats {
 }
 
 impl Tracer {
-    /// Primitives of interface materials, and those that are not finite or have no area, are left
-    /// out.
+    /// Primitives of interface materials where no media change, and those that are not finite or
+    /// have no area, are left out.
     ///
     /// # Panics
     /// With more than 2^26 triangles or spheres.

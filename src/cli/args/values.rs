@@ -131,7 +131,7 @@ pub enum Quality {
 
 impl Quality {
     /// The relative error.
-    pub fn error(self) -> f64 {
+    pub const fn error(self) -> f64 {
         match self {
             Self::Draft => 0.2,
             Self::Good => 0.05,

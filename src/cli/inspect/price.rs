@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use crate::cli::args::values::Quality;
 use crate::cli::failure::Failure;
 use crate::cli::units;
 use crate::integrate::{self, Settings, Silent};
@@ -15,8 +16,8 @@ const TRIAL: Duration = Duration::from_secs(1);
 /// About how many pixels it has. The error of a pixel depends on what is spent on it alone.
 const PIXELS: f64 = 4096.0;
 
-/// Errors that are told of: those of `--quality`, and a tenth.
-const ERRORS: [f64; 3] = [0.1, 0.05, 0.01];
+/// Errors that are told of: a tenth, and the better ones of `--quality`.
+const ERRORS: [f64; 3] = [0.1, Quality::Good.error(), Quality::Final.error()];
 
 /// The time to a relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

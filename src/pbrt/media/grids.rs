@@ -6,14 +6,14 @@ use glam::{DAffine3, DVec3};
 
 use super::cloud;
 use super::coefficients::{asymmetry, coefficients};
-use super::world::{WorldDensity, WorldEmission, WorldGrid, WorldMedium};
+use super::world::{WorldGrid, WorldMedium};
 use crate::pbrt::color::Use;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::params::{ParamSet, Type};
 use crate::pbrt::spectrum;
 use crate::pbrt::textures::Deferred;
 use crate::pbrt::transform::inverse;
-use crate::scene::{Emission, Rgb};
+use crate::scene::{Density, Emission, Rgb};
 
 /// Samples along each side of a cloud, at most: its density is a function, which is looked up
 /// between them.
@@ -145,7 +145,7 @@ impl WorldMedium {
         let [absorption, scattering] = coefficients(set, set.dialect == Dialect::V3)?;
         let mut medium = Self::new(name, set, [absorption, scattering]);
         medium.g = asymmetry(set)?;
-        medium.density = WorldDensity::Grid(density);
+        medium.density = Density::Grid(density);
         if set.dialect == Dialect::V3 {
             // pbrt-v3 has the extinction of the first channel for all.
             let first = absorption[0] + scattering[0];
@@ -193,12 +193,12 @@ impl WorldMedium {
         medium.g = asymmetry(set)?;
         if let Some(light) = light {
             let radiance = set.float_in("Lescale", 1.0, 0.0, f64::INFINITY)? as f32;
-            medium.emission = WorldEmission::Product {
+            medium.emission = Emission::Product {
                 radiance: [radiance * scale; 3],
                 grids: [absorption, light],
             };
         }
-        medium.density = WorldDensity::Channels {
+        medium.density = Density::Channels {
             extinction,
             scattering,
         };
@@ -239,7 +239,7 @@ impl WorldMedium {
         let [absorption, scattering] = coefficients_without_scale(set)?;
         let mut medium = Self::new(name, set, [absorption, scattering]);
         medium.g = asymmetry(set)?;
-        medium.density = WorldDensity::Grid(lattice.grid(set, values.into(), size)?);
+        medium.density = Density::Grid(lattice.grid(set, values.into(), size)?);
         Ok(medium)
     }
 }
@@ -252,7 +252,7 @@ fn coefficients_without_scale(set: &ParamSet) -> Deferred<[Rgb; 2]> {
 
 impl Lattice {
     /// What a v4 `uniformgrid` of this absorption emits.
-    fn emission(&self, set: &ParamSet, absorption: Rgb) -> Deferred<WorldEmission> {
+    fn emission(&self, set: &ParamSet, absorption: Rgb) -> Deferred<Emission<WorldGrid>> {
         let light = set.color("Le", Use::Emission)?;
         let temperature = self.floats(set, "temperature")?;
         if light.is_some() && temperature.is_some() {
@@ -268,19 +268,19 @@ impl Lattice {
             None => self.grid(set, Arc::from(&[1.0f32][..]), [1; 3])?,
         };
         Ok(match (light, temperature) {
-            (Some(radiance), _) if radiance != [0.0; 3] => WorldEmission::Grid {
+            (Some(radiance), _) if radiance != [0.0; 3] => Emission::Grid {
                 absorption,
                 radiance,
                 grid: factor,
             },
-            (_, Some(grid)) => WorldEmission::BlackBody {
+            (_, Some(grid)) => Emission::BlackBody {
                 absorption,
                 grids: [grid, factor],
                 scale,
                 offset,
                 table: black_bodies(),
             },
-            _ => WorldEmission::Dark,
+            _ => Emission::Dark,
         })
     }
 }

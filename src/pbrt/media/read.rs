@@ -3,11 +3,12 @@
 use glam::DAffine3;
 
 use super::coefficients::{asymmetry, coefficients};
-use super::world::{WorldEmission, WorldMedium};
+use super::world::WorldMedium;
 use crate::pbrt::color::Use;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::params::ParamSet;
 use crate::pbrt::textures::Deferred;
+use crate::scene::Emission;
 
 impl WorldMedium {
     /// Reads a medium; `ctm` is the current transform.
@@ -52,7 +53,7 @@ impl WorldMedium {
             let scale = set.float_in("Lescale", 1.0, 0.0, f64::INFINITY)? as f32;
             let [absorption, _] = coefficients;
             medium.emission =
-                WorldEmission::Even([0, 1, 2].map(|c| absorption[c] * radiance[c] * scale));
+                Emission::Even([0, 1, 2].map(|c| absorption[c] * radiance[c] * scale));
         }
         Ok(medium)
     }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::pbrt::params::ParamSet;
 use crate::pbrt::transform::rows;
-use crate::scene::{self, Rgb, Space};
+use crate::scene::{self, Density, Emission, Rgb, Space};
 
 /// A medium in world space: coefficients per length of the file.
 #[derive(Clone, Debug)]
@@ -17,42 +17,8 @@ pub(in crate::pbrt) struct WorldMedium {
     pub(super) extinction: Rgb,
     scattering: Rgb,
     pub(super) g: f32,
-    pub(super) density: WorldDensity,
-    pub(super) emission: WorldEmission,
-}
-
-/// As [`scene::Density`].
-#[derive(Clone, Debug)]
-pub(super) enum WorldDensity {
-    Uniform,
-    Grid(WorldGrid),
-    Channels {
-        extinction: WorldGrid,
-        scattering: WorldGrid,
-    },
-}
-
-/// As [`scene::Emission`].
-#[derive(Clone, Debug)]
-pub(super) enum WorldEmission {
-    Dark,
-    Even(Rgb),
-    Grid {
-        absorption: Rgb,
-        radiance: Rgb,
-        grid: WorldGrid,
-    },
-    Product {
-        radiance: Rgb,
-        grids: [WorldGrid; 2],
-    },
-    BlackBody {
-        absorption: Rgb,
-        grids: [WorldGrid; 2],
-        scale: f32,
-        offset: f32,
-        table: Arc<[Rgb]>,
-    },
+    pub(super) density: Density<WorldGrid>,
+    pub(super) emission: Emission<WorldGrid>,
 }
 
 /// Numbers at the points of a lattice, in world space.
@@ -73,8 +39,8 @@ impl WorldMedium {
             extinction: [0, 1, 2].map(|c| (absorption[c] + scattering[c]).min(f32::MAX)),
             scattering,
             g: 0.0,
-            density: WorldDensity::Uniform,
-            emission: WorldEmission::Dark,
+            density: Density::Uniform,
+            emission: Emission::Dark,
         }
     }
 
@@ -93,39 +59,39 @@ impl WorldMedium {
             values: Arc::clone(&grid.values),
         };
         let density = match &self.density {
-            WorldDensity::Uniform => scene::Density::Uniform,
-            WorldDensity::Grid(of) => scene::Density::Grid(grid(of)),
-            WorldDensity::Channels {
+            Density::Uniform => Density::Uniform,
+            Density::Grid(of) => Density::Grid(grid(of)),
+            Density::Channels {
                 extinction,
                 scattering,
-            } => scene::Density::Channels {
+            } => Density::Channels {
                 extinction: grid(extinction),
                 scattering: grid(scattering),
             },
         };
         let emission = match &self.emission {
-            WorldEmission::Dark => scene::Emission::Dark,
-            WorldEmission::Even(rgb) => scene::Emission::Even(per_length(*rgb)),
-            WorldEmission::Grid {
+            Emission::Dark => Emission::Dark,
+            Emission::Even(rgb) => Emission::Even(per_length(*rgb)),
+            Emission::Grid {
                 absorption,
                 radiance,
                 grid: of,
-            } => scene::Emission::Grid {
+            } => Emission::Grid {
                 absorption: per_length(*absorption),
                 radiance: *radiance,
                 grid: grid(of),
             },
-            WorldEmission::Product { radiance, grids } => scene::Emission::Product {
+            Emission::Product { radiance, grids } => Emission::Product {
                 radiance: per_length(*radiance),
                 grids: [grid(&grids[0]), grid(&grids[1])],
             },
-            WorldEmission::BlackBody {
+            Emission::BlackBody {
                 absorption,
                 grids,
                 scale,
                 offset,
                 table,
-            } => scene::Emission::BlackBody {
+            } => Emission::BlackBody {
                 absorption: per_length(*absorption),
                 grids: [grid(&grids[0]), grid(&grids[1])],
                 scale: *scale,
@@ -146,22 +112,7 @@ impl WorldMedium {
 
     /// Memory of its grids, in bytes.
     pub fn bytes(&self) -> u64 {
-        let of = |grid: &WorldGrid| size_of_val(&grid.values[..]) as u64;
-        let density = match &self.density {
-            WorldDensity::Uniform => 0,
-            WorldDensity::Grid(grid) => of(grid),
-            WorldDensity::Channels {
-                extinction,
-                scattering,
-            } => of(extinction) + of(scattering),
-        };
-        density
-            + match &self.emission {
-                WorldEmission::Dark | WorldEmission::Even(_) => 0,
-                WorldEmission::Grid { grid, .. } => of(grid),
-                WorldEmission::Product { grids, .. } | WorldEmission::BlackBody { grids, .. } => {
-                    grids.iter().map(of).sum()
-                }
-            }
+        let grids = self.density.grids().chain(self.emission.grids());
+        grids.map(|grid| size_of_val(&grid.values[..]) as u64).sum()
     }
 }

@@ -3,7 +3,7 @@
 use super::{Folder, TINY, bright};
 use std::fs;
 use std::io::Write;
-use std::process::Stdio;
+use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -91,43 +91,35 @@ fn several_scenes_are_rendered_one_after_another() {
     assert!(said.contains("-o: files of several scenes"), "{said}");
 }
 
+/// The program, fed a text.
+fn fed(folder: &Folder, arguments: &str, text: &str) -> Output {
+    let mut child = folder
+        .command(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(text.as_bytes()).unwrap();
+    drop(stdin);
+    child.wait_with_output().unwrap()
+}
+
 #[test]
 fn scenes_come_from_stdin_and_pictures_go_to_stdout() {
     let folder = Folder::new();
     let scene = "WorldBegin\nLightSource \"infinite\"\nShape \"sphere\"\n";
-    let mut child = folder
-        .command("render - --integrator pt --spp 4 --resolution 8x8 -q -o -")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    child
-        .stdin
-        .take()
-        .unwrap()
-        .write_all(scene.as_bytes())
-        .unwrap();
-    let output = child.wait_with_output().unwrap();
+    let flags = "--integrator pt --spp 4 --resolution 8x8";
+    let output = fed(&folder, &format!("render - {flags} -q -o -"), scene);
     assert!(output.status.success());
     folder.write("same.pbrt", scene);
     folder
-        .run("render same.pbrt --integrator pt --spp 4 --resolution 8x8 -o a.exr")
+        .run(&format!("render same.pbrt {flags} -o a.exr"))
         .succeeds();
     fs::write(folder.path().join("piped.exr"), &output.stdout).unwrap();
     assert_eq!(folder.exr("piped.exr").pixels, folder.exr("a.exr").pixels);
-    let mut child = folder
-        .command("render - -o a.exr")
-        .stdin(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    child
-        .stdin
-        .take()
-        .unwrap()
-        .write_all(b"WorldBegin\nShape \"cube\"\n")
-        .unwrap();
-    let output = child.wait_with_output().unwrap();
+    let output = fed(&folder, "render - -o a.exr", "WorldBegin\nShape \"cube\"\n");
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.starts_with("error: stdin:2:1: "), "{said}");
