@@ -6,7 +6,8 @@
 
 use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
 use super::fourier_table::FourierTable;
-use super::tabulated::{self, Tabulated};
+use super::tabulated::Tabulated;
+use super::tabulated_bsdf;
 use crate::simd::{Lanes, Vec3};
 
 /// Row: name of a [`FourierTable`].
@@ -113,7 +114,7 @@ impl Bsdf for Fourier {
         u: [L; 3],
         mode: Mode,
     ) -> BsdfSample<L> {
-        tabulated::sample::<Self, L>(tables, row, wo, mode, |lane| {
+        tabulated_bsdf::sample::<Self, L>(tables, row, wo, mode, |lane| {
             let table = tables.get::<FourierTable>(row[0].lane(lane))?;
             let u = [u[0].lane(lane).into(), u[1].lane(lane).into()];
             Some(sampled(table, wide(wo.lane(lane)), u))

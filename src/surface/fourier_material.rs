@@ -4,7 +4,7 @@ use super::bsdf::Kernel;
 use super::fourier::Fourier;
 use super::fourier_table::FourierTable;
 use super::packing::{At, BsdfMaterial, Shared};
-use super::tabulated;
+use super::tabulated_bsdf;
 use crate::scene::{Description, Dialect, Param, Parameters};
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ impl BsdfMaterial for FourierMaterial {
     const NAMES: &'static [(Dialect, &'static str)] = &[(Dialect::V3, "fourier")];
 
     fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
-        let table = tabulated::read(set, "bsdffile", MOST_BYTES, FourierTable::parse)?;
+        let table = tabulated_bsdf::read(set, "bsdffile", MOST_BYTES, FourierTable::parse)?;
         Ok(Self { table })
     }
 
@@ -44,6 +44,6 @@ impl BsdfMaterial for FourierMaterial {
     }
 
     fn row(&self, name: &f32, _: &At) -> [f32; 8] {
-        tabulated::row(*name)
+        tabulated_bsdf::row(*name)
     }
 }

@@ -7,7 +7,8 @@ use super::bsdf::{Bsdf, BsdfSample, BsdfValue, Kernel, Mode};
 use super::diffuse::same_side;
 use super::measured_table::MeasuredTable;
 use super::packing::{At, BsdfMaterial, Shared};
-use super::tabulated::{self, Tabulated};
+use super::tabulated::Tabulated;
+use super::tabulated_bsdf;
 use crate::scene::{Description, Dialect, Param, Parameters};
 use crate::simd::{Lanes, Vec3};
 use std::sync::Arc;
@@ -44,7 +45,7 @@ impl Bsdf for Measured {
         u: [L; 3],
         mode: Mode,
     ) -> BsdfSample<L> {
-        tabulated::sample::<Self, L>(tables, row, wo, mode, |lane| {
+        tabulated_bsdf::sample::<Self, L>(tables, row, wo, mode, |lane| {
             let o = wo.lane(lane);
             let u = [u[0].lane(lane).into(), u[1].lane(lane).into()];
             let table = tables.get::<MeasuredTable>(row[0].lane(lane))?;
@@ -114,7 +115,7 @@ impl BsdfMaterial for MeasuredMaterial {
 
     fn read<P: Parameters>(set: &P) -> Result<Self, P::Error> {
         let parse = |bytes: &[u8]| MeasuredTable::parse(bytes, |nm| set.hats(nm));
-        let table = tabulated::read(set, "filename", MOST_BYTES, parse)?;
+        let table = tabulated_bsdf::read(set, "filename", MOST_BYTES, parse)?;
         Ok(Self { table })
     }
 
@@ -130,6 +131,6 @@ impl BsdfMaterial for MeasuredMaterial {
     }
 
     fn row(&self, name: &f32, _: &At) -> [f32; 8] {
-        tabulated::row(*name)
+        tabulated_bsdf::row(*name)
     }
 }

@@ -108,6 +108,7 @@ pub mod seen_through;
 pub mod substrate;
 pub mod table;
 pub mod tabulated;
+pub mod tabulated_bsdf;
 pub mod tensor;
 #[cfg(test)]
 pub(crate) mod tests;
