@@ -13,7 +13,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let method = Method {
         name: "lt",
         purpose: Purpose::LightTracer,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: true,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);

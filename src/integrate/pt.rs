@@ -12,7 +12,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let method = Method {
         name: "pt",
         purpose: Purpose::PathTracer,
-        dimensions: layout.total(),
+        layout: layout.dimensions(),
         splats: false,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_unidirectional::<L>(&layout, samples, n, paths);

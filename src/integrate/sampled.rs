@@ -4,7 +4,8 @@
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
-use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, SplattingFilm};
+use crate::film::{Done, FilterTable, GROUPS, SEQUENCES, Sample, SampleFilm, SplattingFilm};
+use crate::plan::{Layout, Pair};
 use crate::scene::Clamp;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
@@ -25,8 +26,8 @@ const FIRST: u64 = 1 << 16;
 pub(super) struct Method<'a> {
     pub name: &'static str,
     pub purpose: Purpose,
-    /// Primary samples that it takes; the first two are its raster position.
-    pub dimensions: usize,
+    /// Where its primary samples are; the first two are its raster position.
+    pub layout: &'a Layout,
     /// It also splats light elsewhere: [`Paths::splats`].
     pub splats: bool,
     /// Evaluates the first so many columns.
@@ -79,8 +80,9 @@ pub(super) struct Counts {
 pub(super) struct Sampling<'a> {
     run: &'a Run<'a>,
     method: &'a Method<'a>,
-    fill: fn(&Grid, &Stream, &mut Samples, u64, usize),
+    fill: fn(&Grid, &Stream, &[Pair], &mut Samples, u64, usize),
     stream: Stream,
+    pairs: Vec<Pair>,
     grid: Grid,
     sums: SplattingFilm,
     /// Of all passes.
@@ -129,6 +131,7 @@ impl<'a> Sampling<'a> {
             method,
             fill: Grid::fill::<L>,
             stream: Stream::new(run.settings.seed, method.purpose),
+            pairs: method.layout.pairs(),
             sums: SplattingFilm::new(filter, run.settings.estimate_error, method.splats),
             total: spp.saturating_mul(grid.cells()),
             grid,
@@ -152,13 +155,20 @@ impl<'a> Sampling<'a> {
             .map(|chunk| {
                 let spare = lock(&self.workspaces).pop();
                 let (mut paths, mut samples) = spare.unwrap_or_else(|| {
-                    let samples = Samples::new(method.dimensions, batch as usize);
+                    let samples = Samples::new(method.layout.total, batch as usize);
                     (Box::new(Paths::new(run.world)), samples)
                 });
                 let begin = done + chunk * batch;
                 let n = (until - begin).min(batch) as usize;
                 let before = paths.rays.traced;
-                (self.fill)(&self.grid, &self.stream, &mut samples, begin, n);
+                (self.fill)(
+                    &self.grid,
+                    &self.stream,
+                    &self.pairs,
+                    &mut samples,
+                    begin,
+                    n,
+                );
                 (method.evaluate)(&samples, n, &mut paths);
                 if let Some(clamp) = film.clamp.filter(|_| clamps) {
                     clamp_all(clamp, &mut paths);
@@ -420,7 +430,7 @@ impl PartFilm {
 
 /// Standard error of the sum over the whole picture; 0 if there are not two passes.
 fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
-    let count = passes.min(GROUPS as u64) as f64;
+    let count = passes.min(SEQUENCES as u64) as f64;
     if count < 2.0 {
         return 0.0;
     }

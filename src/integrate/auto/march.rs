@@ -67,7 +67,7 @@ pub(super) fn march<L: Lanes>(
     let method = sampled::Method {
         name: "auto",
         purpose: Purpose::Bidirectional,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: layout.splats() > 0,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
