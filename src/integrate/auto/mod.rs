@@ -16,6 +16,7 @@
 //! would not be independent of them. The budget is that of mutations per pixel: a sample takes the
 //! place of as many mutations as trace as many rays.
 
+mod bulk;
 mod evidence;
 mod march;
 mod model;
