@@ -82,7 +82,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let instances = placements.settle(&mut loader.geometry, &mut loader.report)?;
     let space = space_of(&loader.geometry, &instances, &eyes);
     flush::part(
-        &mut loader.geometry,
+        (&mut loader.geometry, &instances),
         &loader.tables.materials,
         &space,
         camera.position(),

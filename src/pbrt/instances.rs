@@ -4,8 +4,8 @@
 //! every instance takes a step of its own. It takes more memory, and more time to sort. So
 //!
 //! 1. what is seen once is copied;
-//! 2. what is small enough is copied: objects of at most [`FEW`] primitives, and those whose copies
-//!    have at most [`SOME`] together, as long as all such copies have no more than [`MANY`];
+//! 2. objects whose copies have at most [`SOME`] primitives together are copied, as long as all such
+//!    copies have no more than [`MANY`];
 //! 3. everything else is kept once, but for places that squash it: they have no way back.
 //!
 //! Copies come where the file has them, so that only what is kept changes the order of primitives.
@@ -20,12 +20,12 @@ use super::geometry::{Geometry, MAX_PRIMITIVES, WorldShape, is_placeable, too_ma
 use super::transform::inverse;
 use crate::scene::{self, Space};
 
-/// Objects of so many primitives take no more memory as copies.
-const FEW: usize = 8;
-/// Copies of an object with so many primitives together are sorted in no time.
+/// Copies of an object: with a tenth of it they were traced a fifth to two fifths faster than
+/// instances and were built in a twentieth of a second, with ten times it they were slower (fields
+/// of `benches/instances.py`, with and without `--copies`).
 const SOME: usize = 1 << 15;
-/// Primitives of copies that are made for speed alone.
-const MANY: usize = 1 << 20;
+/// All copies that are made for speed alone.
+const MANY: usize = 1 << 17;
 /// Copies of more bytes are worth a word.
 const NOTABLE_BYTES: usize = 256 << 20;
 /// Ratio of the longest to the shortest way that a place stretches an object; beyond it there is no
@@ -116,11 +116,10 @@ impl Placements {
             .map(|(&uses, object)| {
                 let primitives = object.primitives();
                 let all = uses.saturating_mul(primitives);
-                let small = primitives <= FEW || all <= SOME;
                 if uses < 2 || primitives == 0 {
                     return false;
                 }
-                if small && copied + all <= MANY {
+                if all <= SOME && copied + all <= MANY {
                     copied += all;
                     return false;
                 }
@@ -268,4 +267,83 @@ fn copy<'a>(
         report.warn_at(&site, what);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pbrt::load_str;
+    use crate::scene::Scene;
+
+    fn load(world: &str) -> Scene {
+        let text = format!(
+            "LookAt 0 0 9  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n\
+             LightSource \"infinite\"\n{world}"
+        );
+        load_str(&text, "test.pbrt", ".".as_ref()).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    /// Of `2 n n` triangles, and a sphere.
+    fn sheet(n: usize) -> String {
+        let (mut p, mut indices) = (String::new(), String::new());
+        for j in 0..=n {
+            for i in 0..=n {
+                p += &format!("{i} {j} {} ", (i * j) % 3);
+                if i < n && j < n {
+                    let (a, b) = (j * (n + 1) + i, (j + 1) * (n + 1) + i);
+                    indices += &format!("{a} {} {b} {b} {} {} ", a + 1, a + 1, b + 1);
+                }
+            }
+        }
+        format!(
+            "Shape \"trianglemesh\" \"point P\" [{p}] \"integer indices\" [{indices}]\nShape \"sphere\"\n"
+        )
+    }
+
+    fn object(n: usize) -> String {
+        format!("ObjectBegin \"o\"\n{}ObjectEnd\n", sheet(n))
+    }
+
+    const PLACE: &str = "Translate 0 9 1\nObjectInstance \"o\"\n";
+
+    #[test]
+    fn what_is_large_and_seen_again_is_kept_once() {
+        let once = load(&(object(140) + PLACE));
+        assert!(once.instances.is_empty());
+        assert_eq!(once.triangles.len(), 39_200);
+        let twice = load(&(object(140) + PLACE + PLACE));
+        assert_eq!(twice.instances.placed.len(), 2);
+        assert_eq!(twice.triangles.len(), 39_200);
+        assert_eq!((twice.own_triangles(), twice.own_spheres()), (0..0, 0..0));
+        let small = load(&(object(3) + &PLACE.repeat(10)));
+        assert!(small.instances.is_empty());
+        assert_eq!((small.triangles.len(), small.spheres.len()), (180, 10));
+        // Where it is squashed it is copied: the sphere has no volume there.
+        let flat = object(140).replace("Shape \"sphere\"", "") + PLACE + PLACE;
+        let flat = load(&(flat + "Scale 1 1 0\nObjectInstance \"o\"\n"));
+        assert_eq!(flat.instances.placed.len(), 2);
+        assert_eq!(flat.own_triangles(), 0..39_200);
+    }
+
+    #[test]
+    fn a_place_far_away_is_refused() {
+        let text = "WorldBegin\n".to_owned() + &object(140) + PLACE + "Scale 1e99 1 1\n" + PLACE;
+        let error = load_str(&text, "test.pbrt", ".".as_ref()).unwrap_err();
+        assert!(error.to_string().contains(BEYOND), "{error}");
+    }
+
+    #[test]
+    fn copies_come_where_the_file_has_them() {
+        let ball = "Shape \"sphere\" \"float radius\" 2\n";
+        let as_object = object(4) + ball + PLACE + ball;
+        let in_place = ball.to_owned() + "Translate 0 9 1\n" + &sheet(4) + ball;
+        let [a, b] = [as_object, in_place].map(|world| load(&world));
+        assert_eq!(a.spheres, b.spheres);
+        assert_eq!(a.shapes, b.shapes);
+        let corners = |scene: &Scene| {
+            let all = scene.triangles.iter().flat_map(|t| t.v);
+            all.map(|v| scene.vertices[v as usize]).collect::<Vec<_>>()
+        };
+        assert_eq!(corners(&a), corners(&b));
+    }
 }

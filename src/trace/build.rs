@@ -72,7 +72,11 @@ pub fn best(part: &Part) -> Option<Tree> {
         return Some(flat.tree);
     }
     let boxes: &[Boxed] = bytemuck::cast_slice(&boxes);
-    let bvh = build_bvh2(boxes, quality(boxes.len()), &mut Duration::default());
+    let bvh = build_bvh2(
+        boxes,
+        quality(boxes.len(), !part.large),
+        &mut Duration::default(),
+    );
     flat.copy(&bvh).then_some(flat.tree)
 }
 
@@ -122,7 +126,7 @@ pub fn over_boxes(scene: &Scene, boxes: &[Bounds], extent: &Extent) -> Tree {
     } else {
         let params = BvhBuildParams {
             max_prims_per_leaf: 1,
-            ..quality(boxes.len())
+            ..quality(boxes.len(), true)
         };
         let boxed: &[Boxed] = bytemuck::cast_slice(boxes);
         let bvh = build_bvh2(boxed, params, &mut Duration::default());
@@ -226,9 +230,11 @@ fn collect(part: &Part, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds>)
     (primitives, boxes)
 }
 
-/// How much work to put into the tree.
-fn quality(primitives: usize) -> BvhBuildParams {
+/// How much work to put into the tree. With `less`, what is built is not the one tree over
+/// everything; from some size on the better tree is not worth the wait there.
+fn quality(primitives: usize, less: bool) -> BvhBuildParams {
     let params = match primitives {
+        8192..100_000 if less => BvhBuildParams::medium_build(),
         0..100_000 => BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()

@@ -10,6 +10,9 @@
 //! A hit depends on the ray, the instance and the primitive alone: how much nearer than others it
 //! must be is asked with a margin, and only the distance as the caller sees it decides, then the
 //! instance, then the primitive. What is in its place comes after all instances.
+//!
+//! Triangles of instances reach a little over their edges ([`Overlapping`]): what shares an edge in
+//! two spaces has no gap there.
 
 use std::cell::RefCell;
 
@@ -27,7 +30,7 @@ use super::single::{self, Cursor, STACK, Stack, Stored, alone};
 use super::sphere::LeafSphere;
 use super::store::Triangles;
 use super::trees::Trees;
-use super::triangle::TriangleTest;
+use super::triangle::Overlapping;
 use crate::memory::Table;
 use crate::scene::{NONE, Scene};
 use crate::simd::Vec3 as Lane3;
@@ -331,7 +334,7 @@ thread_local! {
 impl Instances {
     /// Rays of `list` that meet an instance before what they have hit so far.
     #[inline(never)]
-    pub fn closest<T: TriangleTest, const VAST: bool>(
+    pub fn closest<const VAST: bool>(
         &self,
         rays: &[Ray],
         list: &[u32],
@@ -354,7 +357,8 @@ impl Instances {
                         return false;
                     };
                     let start = inside.start(search.limit);
-                    let best = alone::<T, false>(&object.trees(), &inside.ray, start, inner);
+                    let best =
+                        alone::<Overlapping, false>(&object.trees(), &inside.ray, start, inner);
                     if best.prim != NONE {
                         search.record(inside.outside(best.t), placed.instance, &best);
                     }
@@ -366,7 +370,7 @@ impl Instances {
 
     /// Rays of `list` that are not blocked yet and meet an instance.
     #[inline(never)]
-    pub fn occluded<T: TriangleTest, const VAST: bool>(
+    pub fn occluded<const VAST: bool>(
         &self,
         rays: &[Ray],
         list: &[u32],
@@ -394,11 +398,41 @@ impl Instances {
                     if start.t < 0.0 {
                         return false;
                     }
-                    alone::<T, true>(&object.trees(), &inside.ray, start, inner).t < 0.0
+                    alone::<Overlapping, true>(&object.trees(), &inside.ray, start, inner).t < 0.0
                 });
                 blocked[i as usize] = u32::from(found);
             }
         });
+    }
+
+    /// [`Self::closest`] of one ray, by all instances in the order of the scene's list or the other
+    /// way round, without bounds.
+    #[cfg(test)]
+    pub fn closest_of_all(&self, record: &Ray, hit: &mut Hit, extent: &Extent, back: bool) {
+        let ray = ray::Ray::<f32>::load(std::slice::from_ref(record), &[0], extent);
+        let mut all: Vec<&Placed> = self.placed.iter().collect();
+        all.sort_by_key(|placed| placed.instance);
+        if back {
+            all.reverse();
+        }
+        let mut stack = [0; STACK];
+        for placed in all.into_iter().filter(|_| ray.live()) {
+            let object = &self.objects[placed.object as usize];
+            if let Some(inside) = placed.enter(&ray, ray.t_max, object) {
+                let start = inside.start(ray.t_max);
+                let found =
+                    alone::<Overlapping, false>(&object.trees(), &inside.ray, start, &mut stack);
+                if found.prim != NONE {
+                    let mut search = Search {
+                        ray: &ray,
+                        t_max: record.t_max,
+                        hit,
+                        limit: ray.t_max,
+                    };
+                    search.record(inside.outside(found.t), placed.instance, &found);
+                }
+            }
+        }
     }
 
     /// Calls `each` with the instances whose boxes a ray meets no further than the search's limit,

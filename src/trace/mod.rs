@@ -237,7 +237,7 @@ impl Tracer {
         self.closest_by::<L, Watertight>(coherence, rays, list, hits);
     }
 
-    /// [`Tracer::closest_with`] by another test of triangles.
+    /// [`Tracer::closest_with`] by another test of triangles, but for those of instances.
     pub fn closest_by<L: Lanes, T: TriangleTest>(
         &self,
         coherence: Coherence,
@@ -256,9 +256,9 @@ impl Tracer {
         match &self.instances {
             None => {}
             Some(instances) if self.extent.vast => {
-                instances.closest::<T, true>(rays, list, hits, &self.extent);
+                instances.closest::<true>(rays, list, hits, &self.extent);
             }
-            Some(instances) => instances.closest::<T, false>(rays, list, hits, &self.extent),
+            Some(instances) => instances.closest::<false>(rays, list, hits, &self.extent),
         }
     }
 
@@ -280,7 +280,7 @@ impl Tracer {
         self.occluded_by::<L, Watertight>(coherence, rays, list, blocked);
     }
 
-    /// [`Tracer::occluded_with`] by another test of triangles.
+    /// [`Tracer::occluded_with`] by another test of triangles, but for those of instances.
     pub fn occluded_by<L: Lanes, T: TriangleTest>(
         &self,
         coherence: Coherence,
@@ -302,9 +302,9 @@ impl Tracer {
         match &self.instances {
             None => {}
             Some(instances) if self.extent.vast => {
-                instances.occluded::<T, true>(rays, list, blocked, &self.extent);
+                instances.occluded::<true>(rays, list, blocked, &self.extent);
             }
-            Some(instances) => instances.occluded::<T, false>(rays, list, blocked, &self.extent),
+            Some(instances) => instances.occluded::<false>(rays, list, blocked, &self.extent),
         }
     }
 
