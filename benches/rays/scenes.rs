@@ -190,6 +190,7 @@ fn scene(triangles: &[[Vec3; 3]]) -> Scene {
             scale: 1.0,
         },
         large: Large::default(),
+        instances: Instances::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         files: vec![],
         warnings: vec![],

@@ -22,9 +22,15 @@ pub struct Derivatives {
 }
 
 impl Geometry<'_> {
-    /// The derivatives at a point `p` of a primitive; `b1`, `b2` are its barycentric coordinates if
-    /// that is a triangle.
-    pub fn derivatives(&self, primitive: u32, b: [f64; 2], p: DVec3) -> Derivatives {
+    /// The derivatives at a point `p` of a primitive, in the space of its corners, and the unit
+    /// shading normal there, zero where the geometric one serves; `b1`, `b2` are its barycentric
+    /// coordinates if that is a triangle.
+    pub(super) fn own_derivatives(
+        &self,
+        primitive: u32,
+        b: [f64; 2],
+        p: DVec3,
+    ) -> (Derivatives, DVec3) {
         let triangles = self.triangles();
         if primitive < triangles {
             self.triangle_derivatives(primitive, b)
@@ -33,7 +39,7 @@ impl Geometry<'_> {
         }
     }
 
-    fn triangle_derivatives(&self, triangle: u32, [b1, b2]: [f64; 2]) -> Derivatives {
+    fn triangle_derivatives(&self, triangle: u32, [b1, b2]: [f64; 2]) -> (Derivatives, DVec3) {
         let corners = (self.triangles[triangle as usize].v).map(|v| self.vertices[v as usize]);
         let uv = corners.map(|v| v.uv.map(f64::from));
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -69,13 +75,14 @@ impl Geometry<'_> {
             let n = if smooth { n } else { e1.cross(e2) };
             (dpdu, dpdv) = (given, n.normalize_or_zero().cross(given));
         }
-        Derivatives {
+        let derivatives = Derivatives {
             dpdu,
             dpdv,
             dndu,
             dndv,
             smooth: smooth || is_given,
-        }
+        };
+        (derivatives, n.normalize_or_zero())
     }
 
     /// The tangent between the vertices of a triangle; zero where there is none.
@@ -88,7 +95,7 @@ impl Geometry<'_> {
         corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2]
     }
 
-    fn sphere_derivatives(&self, sphere: u32, p: DVec3) -> Derivatives {
+    fn sphere_derivatives(&self, sphere: u32, p: DVec3) -> (Derivatives, DVec3) {
         let sphere = &self.spheres[sphere as usize];
         let linear = |m: &[[f32; 4]; 3]| {
             let row = |r: &[f32; 4]| DVec3::new(r[0].into(), r[1].into(), r[2].into());
@@ -107,18 +114,19 @@ impl Geometry<'_> {
         let by_v = DVec3::new(w.z * x / r, w.z * w.y / r, -r) * -PI;
         let n = for_normals * w;
         let facing = f64::from(sphere.facing);
-        Derivatives {
+        let derivatives = Derivatives {
             dpdu: to_world * by_u,
             dpdv: to_world * by_v,
             dndu: of_unit(n, for_normals * by_u) * facing,
             dndv: of_unit(n, for_normals * by_v) * facing,
             smooth: false,
-        }
+        };
+        (derivatives, n.normalize_or_zero() * facing)
     }
 }
 
 /// The derivative of `n / |n|` from that of `n`.
-fn of_unit(n: DVec3, by: DVec3) -> DVec3 {
+pub(super) fn of_unit(n: DVec3, by: DVec3) -> DVec3 {
     let length = n.length();
     let unit = n / length;
     (by - unit * unit.dot(by)) / length

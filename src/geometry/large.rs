@@ -179,19 +179,19 @@ impl<L: Lanes> AreaSample<L> {
     }
 }
 
-fn lanes<L: Lanes>(x: L) -> [f32; 8] {
+pub(super) fn lanes<L: Lanes>(x: L) -> [f32; 8] {
     let mut out = [0.0; 8];
     x.store(&mut out);
     out
 }
 
-fn put_one<L: Lanes>(x: L, i: usize, value: f32) -> L {
+pub(super) fn put_one<L: Lanes>(x: L, i: usize, value: f32) -> L {
     let mut all = lanes(x);
     all[i] = value;
     L::load(&all)
 }
 
-fn put<L: Lanes>(v: &mut Vec3<L>, i: usize, [x, y, z]: [f32; 3]) {
+pub(super) fn put<L: Lanes>(v: &mut Vec3<L>, i: usize, [x, y, z]: [f32; 3]) {
     v.x = put_one(v.x, i, x);
     v.y = put_one(v.y, i, y);
     v.z = put_one(v.z, i, z);

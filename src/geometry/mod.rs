@@ -7,6 +7,7 @@
 
 mod derivatives;
 mod frame;
+mod instances;
 mod large;
 mod point;
 mod sphere;
@@ -16,7 +17,7 @@ pub use self::frame::shading_frame;
 use self::large::LargeSurfaces;
 pub use self::point::{AreaSample, SurfacePoint, Wanted};
 use self::sphere::{SphereMap, SphereTables};
-use crate::scene::{NONE, Scene, Shape, Sphere, Triangle, Vertex, VertexLanes};
+use crate::scene::{Instances, NONE, Scene, Shape, Sphere, Triangle, Vertex, VertexLanes};
 use crate::simd::{Lanes, Mask, Vec3, math};
 use crate::trace::offset;
 
@@ -34,6 +35,7 @@ pub struct Geometry<'a> {
     sphere_tables: SphereTables,
     shapes: &'a [Shape],
     large: LargeSurfaces<'a>,
+    instances: &'a Instances,
     /// Radius of a ball about the origin that holds all geometry, at least `f32::MIN_POSITIVE`.
     pub radius: f32,
 }
@@ -42,12 +44,13 @@ impl<'a> Geometry<'a> {
     /// Borrows the scene's tables. Vertices that no triangle refers to count for nothing.
     pub fn new(scene: &'a Scene) -> Self {
         // Vertices that no triangle refers to can lie anywhere.
-        let corners = (scene.triangles.iter())
+        let [triangles, spheres] = [scene.own_triangles(), scene.own_spheres()];
+        let corners = (scene.triangles[..triangles.end as usize].iter())
             .flat_map(|t| t.v)
             .map(|i| scene.vertices[i as usize].p);
         let reach = corners
             .map(|p| p.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>())
-            .chain(scene.spheres.iter().map(|s| {
+            .chain(scene.spheres[..spheres.end as usize].iter().map(|s| {
                 // Centre plus the Frobenius norm of the linear part bounds every point.
                 let centre: f64 = s.to_world.iter().map(|r| f64::from(r[3]).powi(2)).sum();
                 let linear: f64 = (s.to_world.iter().flat_map(|r| &r[..3]))
@@ -66,7 +69,7 @@ impl<'a> Geometry<'a> {
             [] => NO_VERTEX,
             some => some,
         };
-        Self {
+        let mut geometry = Self {
             vertices,
             tangents: &scene.tangents,
             triangles: &scene.triangles,
@@ -74,13 +77,15 @@ impl<'a> Geometry<'a> {
             sphere_tables: SphereTables::new(&scene.spheres),
             shapes: &scene.shapes,
             large: LargeSurfaces::new(scene),
+            instances: &scene.instances,
             // Without geometry any radius serves, as long as its square and inverse are numbers.
-            radius: if reach > 0.0 {
-                (reach.sqrt() * 1.000_001) as f32
-            } else {
-                1.0
-            },
+            radius: 1.0,
+        };
+        let reach = reach.sqrt().max(geometry.reach_of_instances());
+        if reach > 0.0 {
+            geometry.radius = (reach * 1.000_001) as f32;
         }
+        geometry
     }
 
     /// How many triangles there are: the first primitive that is a sphere.
@@ -107,21 +112,37 @@ impl<'a> Geometry<'a> {
         (shape, light)
     }
 
-    /// The surface points of hits. `prim` has 1 to `N` entries, none of them [`NONE`]; `origin`,
-    /// `direction`, `t` are read for spheres, `b1`, `b2` for triangles.
+    /// The surface points of hits. `prim` has 1 to `N` entries, none of them [`NONE`], and
+    /// `instance` as many if instances are wanted; `origin`, `direction`, `t` are read for spheres,
+    /// `b1`, `b2` for triangles.
     #[inline(always)]
     pub fn surface_point<L: Lanes>(
         &self,
-        prim: &[u32],
+        (prim, instance): (&[u32], &[u32]),
         origin: Vec3<L>,
         direction: Vec3<L>,
-        [t, b1, b2]: [L; 3],
+        hit: [L; 3],
+        wanted: Wanted,
+    ) -> SurfacePoint<L> {
+        if wanted.instances {
+            return self.instanced_point((prim, instance), [origin, direction], hit, wanted);
+        }
+        self.own_point(prim, [origin, direction], hit, wanted)
+    }
+
+    /// [`Self::surface_point`] in the space of the primitives' corners.
+    #[inline(always)]
+    fn own_point<L: Lanes>(
+        &self,
+        prim: &[u32],
+        [origin, direction]: [Vec3<L>; 2],
+        hit: [L; 3],
         wanted: Wanted,
     ) -> SurfacePoint<L> {
         if wanted.large && !self.large.is_empty() {
-            return self.large_point(prim, origin, direction, [t, b1, b2], wanted);
+            return self.large_point(prim, origin, direction, hit, wanted);
         }
-        self.small_point(prim, origin, direction, [t, b1, b2], wanted)
+        self.small_point(prim, origin, direction, hit, wanted)
     }
 
     /// [`Self::surface_point`] where some surfaces are large. Not inlined: the others keep their
@@ -294,6 +315,7 @@ impl<'a> Geometry<'a> {
             normals: false,
             spheres: false,
             large: false,
+            instances: false,
         };
         self.triangle_point(prim, b1, b2, wanted).uv
     }

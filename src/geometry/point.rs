@@ -15,6 +15,8 @@ pub struct Wanted {
     pub spheres: bool,
     /// The scene has large surfaces.
     pub large: bool,
+    /// The scene has instances.
+    pub instances: bool,
 }
 
 impl Wanted {

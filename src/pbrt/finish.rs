@@ -6,18 +6,19 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::brightness;
 use super::dialect::Dialect;
-use super::error::SceneError;
+use super::error::{Report, SceneError};
 use super::extent::{Eyes, large_of, space_of};
 use super::flush;
 use super::geometry::{Geometry, WorldShape};
+use super::instances::{Instances as WorldInstances, Placement, Placements};
 use super::lights::AreaLight;
 use super::loader::{Loader, Pending};
 use super::media::Fillings;
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    IntegratorSettings, Large, Light, LightKind, NONE, Scene, Shape, Sides, Space, Sphere,
-    Triangle, Vertex,
+    Instance, Instances, IntegratorSettings, Large, Light, LightKind, NONE, Object, Scene, Shape,
+    Sides, Space, Sphere, Triangle, Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: products of its
@@ -74,9 +75,14 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         .filter_map(|l| l.position())
         .take(LAMPS);
     let eyes = Eyes(std::iter::once(camera.position()).chain(lamps).collect());
-    let space = space_of(&loader.geometry, &eyes);
+    let placements = std::mem::replace(
+        &mut loader.placements,
+        Placements::new(loader.geometry.budget()),
+    );
+    let instances = placements.settle(&mut loader.geometry, &mut loader.report)?;
+    let space = space_of(&loader.geometry, &instances, &eyes);
     flush::part(
-        &mut loader.geometry,
+        (&mut loader.geometry, &instances),
         &loader.tables.materials,
         &space,
         camera.position(),
@@ -84,7 +90,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     );
     let mut fillings = Fillings::new(
         std::mem::take(&mut loader.media),
-        &loader.geometry.shapes,
+        (loader.geometry.shapes.iter()).chain(instances.shapes()),
         (camera_medium, &loader.light_media),
         &space,
         &mut loader.report,
@@ -96,17 +102,13 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             None => SceneError(what.into()),
         }
     })?;
+    let [triangles, spheres, shapes] = instances.sizes(&loader.geometry);
     let mut scene = Scene {
-        vertices: loader
-            .geometry
-            .vertices
-            .iter()
-            .map(|v| to_vertex(v, &space))
-            .collect(),
-        tangents: tangents(&loader.geometry, &space),
-        triangles: Vec::with_capacity(loader.geometry.triangles.len()),
-        spheres: Vec::with_capacity(loader.geometry.spheres.len()),
-        shapes: Vec::with_capacity(loader.geometry.shapes.len()),
+        vertices: Vec::new(),
+        tangents: Vec::new(),
+        triangles: Vec::with_capacity(triangles),
+        spheres: Vec::with_capacity(spheres),
+        shapes: Vec::with_capacity(shapes),
         alphas: std::mem::take(&mut loader.tables.alphas),
         materials: std::mem::take(&mut loader.tables.materials),
         textures: loader.tables.take_textures(&space),
@@ -130,39 +132,106 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
             Dialect::V4 => 1.0,
         },
         large: Large::default(),
+        instances: Instances::default(),
         bounds: [Vec3::ZERO; 2],
         files: loader.dir.files(),
         warnings: Vec::new(),
     };
-    let mut spheres = Vec::with_capacity(loader.geometry.spheres.len());
-    for shape in &loader.geometry.shapes {
-        let dropped = if shape.spheres {
-            let to = (&mut scene, &mut fillings);
-            add_spheres(to, &loader.geometry, shape, &mut spheres);
-            [0; 2]
-        } else {
-            add_triangles(&mut scene, &mut fillings, &loader.geometry, shape)
-        };
-        let [flat, repeated] = dropped;
-        if flat > 0 {
-            loader.report.warn_at(
-                &shape.site,
-                format_args!("{flat} triangles without area dropped"),
-            );
-        }
-        if repeated > 0 {
-            loader.report.warn_at(
-                &shape.site,
-                format_args!("{repeated} triangles that lie on others of the lamp dropped"),
-            );
-        }
-    }
+    let spheres = add(
+        (&mut scene, &mut fillings),
+        &loader.geometry,
+        &space,
+        &mut loader.report,
+    );
+    add_objects((&mut scene, &mut fillings), instances, &mut loader.report);
     scene.media = fillings.media;
-    scene.bounds = bounds(&scene);
+    scene.bounds = whole_bounds(&scene);
     scene.large = large_of(&scene, &loader.geometry, &spheres, &eyes);
     brightness::dim(&mut scene);
     scene.warnings = loader.report.finish();
     Ok(scene)
+}
+
+/// Adds geometry whose coordinates become those of `space`, and returns the maps of its spheres
+/// there.
+fn add(
+    (scene, fillings): (&mut Scene, &mut Fillings),
+    geometry: &Geometry,
+    space: &Space,
+    report: &mut Report,
+) -> Vec<DAffine3> {
+    let base = scene.vertices.len();
+    let vertices = geometry.vertices.iter().map(|v| to_vertex(v, space));
+    if base == 0 {
+        scene.vertices = vertices.collect();
+    } else {
+        scene.vertices.extend(vertices);
+    }
+    if !geometry.tangents.is_empty() {
+        scene.tangents.resize(base, [0.0; 3]);
+        scene.tangents.extend(tangents(geometry, space));
+    }
+    let mut spheres = Vec::with_capacity(geometry.spheres.len());
+    for shape in &geometry.shapes {
+        let [flat, repeated] = if shape.spheres {
+            let to = (&mut *scene, &mut *fillings);
+            add_spheres(to, geometry, shape, space, &mut spheres);
+            [0; 2]
+        } else {
+            add_triangles(scene, fillings, geometry, shape, base as u32)
+        };
+        if flat > 0 {
+            let what = format_args!("{flat} triangles without area dropped");
+            report.warn_at(&shape.site, what);
+        }
+        if repeated > 0 {
+            let what = format_args!("{repeated} triangles that lie on others of the lamp dropped");
+            report.warn_at(&shape.site, what);
+        }
+    }
+    spheres
+}
+
+/// Adds what is kept once, each object in a space of its own, and where it is seen.
+fn add_objects(
+    (scene, fillings): (&mut Scene, &mut Fillings),
+    instances: WorldInstances,
+    report: &mut Report,
+) {
+    let WorldInstances { objects, placed } = instances;
+    let mut spaces = Vec::with_capacity(objects.len());
+    for object in objects {
+        let space = object.space();
+        let first = [scene.triangles.len() as u32, scene.spheres.len() as u32];
+        add((scene, fillings), &object.geometry, &space, report);
+        let [triangles, spheres] = [
+            first[0]..scene.triangles.len() as u32,
+            first[1]..scene.spheres.len() as u32,
+        ];
+        let bounds = bounds(
+            &scene.vertices,
+            &scene.triangles[first[0] as usize..],
+            &scene.spheres[first[1] as usize..],
+        );
+        spaces.push(space);
+        scene.instances.objects.push(Object {
+            triangles,
+            spheres,
+            bounds: bounds.unwrap_or_default(),
+        });
+    }
+    let Space { centre, scale } = scene.space;
+    let place = |p: &Placement| {
+        let space = &spaces[p.object as usize];
+        Instance {
+            to_world: DAffine3 {
+                matrix3: p.by.matrix3 * (scale / space.scale),
+                translation: (p.by.transform_point3(space.centre) - centre) * scale,
+            },
+            object: p.object,
+        }
+    };
+    scene.instances.placed = placed.iter().map(place).collect();
 }
 
 fn to_vertex(v: &super::geometry::WorldVertex, space: &Space) -> Vertex {
@@ -187,13 +256,14 @@ fn tangents(geometry: &Geometry, space: &Space) -> Vec<[f32; 3]> {
     geometry.tangents.iter().map(narrow).collect()
 }
 
-/// Adds the triangles that have an area, and their lights; returns how many have none, and how many
-/// of a lamp lie on others of it.
+/// Adds the triangles that have an area, and their lights; the first vertex of the geometry is the
+/// scene's `base`. Returns how many have none, and how many of a lamp lie on others of it.
 fn add_triangles(
     scene: &mut Scene,
     fillings: &mut Fillings,
     geometry: &Geometry,
     shape: &WorldShape,
+    base: u32,
 ) -> [usize; 2] {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let world = &geometry.triangles[range];
@@ -209,22 +279,21 @@ fn add_triangles(
     let (mut flat, mut repeated) = (0, 0);
     let mut places = HashSet::new();
     for triangle in world {
-        let [a, b, c] = triangle
-            .v
-            .map(|i| Vec3::from(scene.vertices[i as usize].p).as_dvec3());
+        let v = triangle.v.map(|i| base + i);
+        let [a, b, c] = v.map(|i| Vec3::from(scene.vertices[i as usize].p).as_dvec3());
         if (b - a).cross(c - a).length() <= MIN_CROSS {
             flat += 1;
             continue;
         }
         if let Some(light) = &shape.light
-            && !places.insert(place(scene, triangle.v, light.two_sided))
+            && !places.insert(place(scene, v, light.two_sided))
         {
             repeated += 1;
             continue;
         }
         let index = scene.triangles.len() as u32;
         scene.triangles.push(Triangle {
-            v: triangle.v,
+            v,
             shape: shape_index,
         });
         if let Some(light) = &shape.light {
@@ -285,18 +354,18 @@ fn place(scene: &Scene, v: [u32; 3], both_sides: bool) -> [[u32; 3]; 3] {
     corners
 }
 
-/// Adds spheres and their lights; `placed` gets their maps to internal space.
+/// Adds spheres and their lights; `placed` gets their maps to `space`.
 fn add_spheres(
     (scene, fillings): (&mut Scene, &mut Fillings),
     geometry: &Geometry,
     shape: &WorldShape,
+    space: &Space,
     placed: &mut Vec<DAffine3>,
 ) {
     let range = shape.first as usize..(shape.first + shape.count) as usize;
     let shape_index = scene.shapes.len() as u32;
     let first = scene.spheres.len() as u32;
     let first_light = scene.lights.len() as u32;
-    let space = scene.space;
     for world in &geometry.spheres[range] {
         let to_world = DAffine3 {
             matrix3: world.to_world.matrix3 * space.scale,
@@ -346,27 +415,42 @@ fn add_spheres(
     });
 }
 
-/// Bounds of all geometry that was kept, internal space.
-fn bounds(scene: &Scene) -> [Vec3; 2] {
+/// Bounds of primitives; none without any.
+fn bounds(vertices: &[Vertex], triangles: &[Triangle], spheres: &[Sphere]) -> Option<[Vec3; 2]> {
     let mut low = Vec3::INFINITY;
     let mut high = Vec3::NEG_INFINITY;
-    for triangle in &scene.triangles {
+    for triangle in triangles {
         for i in triangle.v {
-            let p = Vec3::from(scene.vertices[i as usize].p);
+            let p = Vec3::from(vertices[i as usize].p);
             low = low.min(p);
             high = high.max(p);
         }
     }
-    for sphere in &scene.spheres {
+    for sphere in spheres {
         let m = sphere.to_world;
         let centre = Vec3::new(m[0][3], m[1][3], m[2][3]);
         let half = Vec3::from(m.map(|r| Vec3::new(r[0], r[1], r[2]).length()));
         low = low.min(centre - half);
         high = high.max(centre + half);
     }
-    if low.x > high.x {
-        [Vec3::ZERO; 2]
-    } else {
-        [low, high]
-    }
+    (low.x <= high.x).then_some([low, high])
+}
+
+/// Bounds of all geometry that was kept, internal space.
+fn whole_bounds(scene: &Scene) -> [Vec3; 2] {
+    let own = bounds(
+        &scene.vertices,
+        &scene.triangles[..scene.own_triangles().end as usize],
+        &scene.spheres[..scene.own_spheres().end as usize],
+    );
+    let Instances { objects, placed } = &scene.instances;
+    let boxes = placed.iter().map(|i| {
+        let around = i.around(objects[i.object as usize].bounds);
+        around.map(|p| p.as_vec3())
+    });
+    let union = |a: [Vec3; 2], b: [Vec3; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    own.into_iter()
+        .chain(boxes)
+        .reduce(union)
+        .unwrap_or_default()
 }

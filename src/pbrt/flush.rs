@@ -14,12 +14,14 @@
 mod tree;
 
 use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
 
 use glam::{DVec2, DVec3};
 
 use self::tree::{Facet, arrange, visit};
-use super::error::Report;
+use super::error::{Report, Site};
 use super::geometry::{Geometry, WorldTriangle};
+use super::instances::Instances;
 use crate::scene::{Material, MaterialKind, NONE, Space};
 
 /// How far in front a lamp lies, in units of the scene's radius: some 256 roundings.
@@ -44,7 +46,7 @@ struct Lamp {
     /// Planes of its facets that lie in other surfaces.
     planes: Vec<Plane>,
     /// A surface it lies in.
-    wall: Option<usize>,
+    wall: Option<Rc<Site>>,
 }
 
 #[derive(Clone, Copy)]
@@ -67,7 +69,7 @@ impl Plane {
 
 /// Moves lamps that lie in other surfaces off them, with a warning each.
 pub(super) fn part(
-    geometry: &mut Geometry,
+    (geometry, instances): (&mut Geometry, &Instances),
     materials: &[Material],
     space: &Space,
     eye: DVec3,
@@ -79,7 +81,8 @@ pub(super) fn part(
     }
     let mut tree = Vec::new();
     arrange(&mut facets, &mut tree);
-    let neighbours = find(geometry, materials, &mut lamps, &facets, &tree);
+    let scene = (&*geometry, instances);
+    let neighbours = find(scene, materials, &mut lamps, &facets, &tree);
     for lamp in &mut lamps {
         turn(lamp, eye);
     }
@@ -91,10 +94,9 @@ pub(super) fn part(
         shift(geometry, lamp, f64::from(layer) * lamp.step);
         // Without a wall it lies in itself, back to back.
         let shape = &geometry.shapes[lamp.shape];
-        let (Some(light), Some(wall)) = (&shape.light, lamp.wall) else {
+        let (Some(light), Some(wall)) = (&shape.light, &lamp.wall) else {
             continue;
         };
-        let wall = &geometry.shapes[wall].site;
         let origin = light.set.site.origin();
         report.warn_once(
             &format!("lamp in a surface {origin}"),
@@ -156,7 +158,7 @@ fn collect(geometry: &Geometry, materials: &[Material], space: &Space) -> (Vec<L
 
 /// Finds what lamps lie in: their planes, and pairs of lamps in one place.
 fn find(
-    geometry: &Geometry,
+    (geometry, instances): (&Geometry, &Instances),
     materials: &[Material],
     lamps: &mut [Lamp],
     facets: &[Facet],
@@ -166,8 +168,14 @@ fn find(
     let lamp_of: HashMap<usize, usize> = (lamps.iter().enumerate())
         .map(|(i, l)| (l.shape, i))
         .collect();
-    let mut neighbours = BTreeSet::new();
-    let mut pairs = 0;
+    let mut finding = Finding {
+        lamps,
+        facets,
+        tree,
+        most,
+        pairs: 0,
+        neighbours: BTreeSet::new(),
+    };
     for (index, shape) in geometry.shapes.iter().enumerate() {
         if shape.spheres || !is_visible(materials, shape.material) {
             continue;
@@ -175,35 +183,79 @@ fn find(
         let other = lamp_of.get(&index).copied();
         let range = shape.first as usize..(shape.first + shape.count) as usize;
         for triangle in &geometry.triangles[range] {
-            let p = corners(geometry, triangle);
-            let around = [
-                p[0].min(p[1]).min(p[2]) - most,
-                p[0].max(p[1]).max(p[2]) + most,
-            ];
-            visit(facets, tree, around, &mut |facet| {
-                pairs += 1;
-                let lamp = &mut lamps[facet.lamp];
-                let is_own = other == Some(facet.lamp);
-                if pairs > MOST_PAIRS || is_own && !are_back_to_back(facet, p, lamp) {
-                    return;
-                }
-                let Some(plane) = shared_plane(facet, p, lamp) else {
-                    return;
-                };
-                note(plane, facet, lamp);
-                // Of two of its own triangles, back to back, each shines from its side; the lamp
-                // lies in nothing else.
-                if is_own {
-                    return;
-                }
-                if let Some(other) = other {
-                    neighbours.insert([facet.lamp.min(other), facet.lamp.max(other)]);
-                }
-                lamp.wall.get_or_insert(index);
-            });
+            finding.meet(corners(geometry, triangle), other, &shape.site);
         }
     }
-    neighbours
+    for placement in &instances.placed {
+        let object = &instances.objects[placement.object as usize];
+        let [low, high] = placement.around(object);
+        if !finding.is_near([low, high]) {
+            continue;
+        }
+        let geometry = &object.geometry;
+        for shape in &geometry.shapes {
+            if shape.spheres || !is_visible(materials, shape.material) {
+                continue;
+            }
+            let range = shape.first as usize..(shape.first + shape.count) as usize;
+            for triangle in &geometry.triangles[range] {
+                let p = corners(geometry, triangle).map(|p| placement.by.transform_point3(p));
+                finding.meet(p, None, &shape.site);
+            }
+        }
+    }
+    finding.neighbours
+}
+
+/// Lamps on the way to what they lie in.
+struct Finding<'a> {
+    lamps: &'a mut [Lamp],
+    facets: &'a [Facet],
+    tree: &'a [[DVec3; 2]],
+    /// The largest step of a lamp.
+    most: f64,
+    /// Compared so far.
+    pairs: u64,
+    neighbours: BTreeSet<[usize; 2]>,
+}
+
+impl Finding<'_> {
+    /// Whether something in a box may be near a lamp.
+    fn is_near(&self, [low, high]: [DVec3; 2]) -> bool {
+        let mut is_near = false;
+        let around = [low - self.most, high + self.most];
+        visit(self.facets, self.tree, around, &mut |_| is_near = true);
+        is_near && self.pairs <= MOST_PAIRS
+    }
+
+    /// Notes the lamps that lie in a triangle, which belongs to the lamp `other` if to any.
+    fn meet(&mut self, p: [DVec3; 3], other: Option<usize>, site: &Rc<Site>) {
+        let around = [
+            p[0].min(p[1]).min(p[2]) - self.most,
+            p[0].max(p[1]).max(p[2]) + self.most,
+        ];
+        visit(self.facets, self.tree, around, &mut |facet| {
+            self.pairs += 1;
+            let lamp = &mut self.lamps[facet.lamp];
+            let is_own = other == Some(facet.lamp);
+            if self.pairs > MOST_PAIRS || is_own && !are_back_to_back(facet, p, lamp) {
+                return;
+            }
+            let Some(plane) = shared_plane(facet, p, lamp) else {
+                return;
+            };
+            note(plane, facet, lamp);
+            // Of two of its own triangles, back to back, each shines from its side; the lamp
+            // lies in nothing else.
+            if is_own {
+                return;
+            }
+            if let Some(other) = other {
+                (self.neighbours).insert([facet.lamp.min(other), facet.lamp.max(other)]);
+            }
+            lamp.wall.get_or_insert_with(|| Rc::clone(site));
+        });
+    }
 }
 
 /// The plane of a facet that lies in the triangle `p`.
@@ -412,5 +464,35 @@ mod tests {
             "{:?}",
             scene.warnings
         );
+    }
+
+    #[test]
+    fn lamps_lie_in_what_is_kept_once() {
+        // A wall of 140 by 140 squares.
+        let (mut p, mut indices) = (String::new(), String::new());
+        for i in 0..141 * 141 {
+            p += &format!("{} {} 0 ", i % 141, i / 141);
+            if i % 141 < 140 && i < 140 * 141 {
+                let (a, b) = (i, i + 141);
+                indices += &format!("{a} {} {b} {b} {} {} ", a + 1, a + 1, b + 1);
+            }
+        }
+        let wall = format!(
+            "ObjectBegin \"wall\"\nShape \"trianglemesh\" \"integer indices\" [{indices}]\n\
+             \"point P\" [{p}]\nObjectEnd\n"
+        );
+        let place = "AttributeBegin\nTranslate -1 -1 0\nScale .015 .015 1\n\
+            ObjectInstance \"wall\"\nAttributeEnd\n";
+        let far = place.replace("-1 0\n", "-1 1\n");
+        let scene = load(&(lamp("\"rgb L\" [1 1 1]", 0.0) + &wall + place + &far));
+        assert_eq!(scene.instances.placed.len(), 2);
+        let z = heights(&scene);
+        assert!(
+            z.len() == 1 && scene.warnings.len() == 1,
+            "{z:?} {:?}",
+            scene.warnings
+        );
+        let text = &scene.warnings[0];
+        assert!(text.contains("lies in the surface"), "{text}");
     }
 }

@@ -1,6 +1,7 @@
 //! Geometry in world space, `f64`: meshes and spheres with their orientation folded in, and
 //! instances of them.
 
+mod copies;
 mod normal_map;
 
 use std::f64::consts::PI;
@@ -12,19 +13,26 @@ use self::normal_map::NormalMap;
 use super::error::{Report, SceneError, Site};
 use super::lights::AreaLight;
 use super::loading::Loading;
-use super::transform::{Place, normal_matrix, swaps_handedness};
+use super::transform::{Place, normal_matrix};
 use crate::pbrt::budget::{Budget, Charge};
 use crate::pbrt::mesh::MeshData;
 use crate::scene;
 
 /// Triangles and spheres a scene may have after instancing: 67 million take about 5 GB.
-const MAX_PRIMITIVES: usize = 1 << 26;
+pub(super) const MAX_PRIMITIVES: usize = 1 << 26;
 
 /// Coordinates beyond this are treated as infinite: squares and products of them must stay numbers.
 const FARTHEST: f64 = 1e100;
 
-fn is_placeable(p: DVec3) -> bool {
+pub(super) fn is_placeable(p: DVec3) -> bool {
     p.to_array().iter().all(|c| c.abs() <= FARTHEST)
+}
+
+/// What is wrong with more than [`MAX_PRIMITIVES`].
+pub(super) fn too_many() -> String {
+    format!(
+        "the scene has more than {MAX_PRIMITIVES} triangles, instances included; use fewer instances or simpler meshes"
+    )
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -163,7 +171,8 @@ impl Geometry {
         }
     }
 
-    fn primitives(&self) -> usize {
+    /// Triangles and spheres.
+    pub fn primitives(&self) -> usize {
         self.triangles.len() + self.spheres.len()
     }
 
@@ -173,6 +182,11 @@ impl Geometry {
             + self.tangents.len() * size_of::<DVec3>()
             + self.triangles.len() * size_of::<WorldTriangle>()
             + self.spheres.len() * size_of::<WorldSphere>()
+    }
+
+    /// What its memory is taken from.
+    pub fn budget(&self) -> &Rc<Budget> {
+        &self.budget
     }
 
     /// Memory for something that is made before it is added.
@@ -209,9 +223,7 @@ impl Geometry {
             self.budget.loading.add_primitives(primitives as u64);
             return Ok(());
         }
-        Err(site.error(format_args!(
-            "the scene has more than {MAX_PRIMITIVES} triangles, instances included; use fewer instances or simpler meshes"
-        )))
+        Err(site.error(too_many()))
     }
 
     /// Takes memory for the lights of so many primitives, and what messages call each of them.
@@ -374,64 +386,6 @@ impl Geometry {
         if count > 0 {
             self.push_shape(setting, false, power_of_whole, first, count);
         }
-        Ok(())
-    }
-
-    /// Copies an object. A mirrored instance keeps its front, so the order of vertices turns round.
-    pub fn add_instance(
-        &mut self,
-        site: &Site,
-        object: &Geometry,
-        by: &DAffine3,
-    ) -> Result<(), SceneError> {
-        let shapes = object.shapes.len();
-        self.room_for(site, object.primitives(), object.vertices.len(), shapes)?;
-        let normals = NormalMap::of(normal_matrix(by), &[]);
-        let mirrored = swaps_handedness(by);
-        let base = self.vertices.len() as u32;
-        let first_triangle = self.triangles.len() as u32;
-        let first_sphere = self.spheres.len() as u32;
-        if !object.tangents.is_empty() {
-            self.room_for_tangents(site, object.vertices.len())?;
-        }
-        for (i, v) in object.vertices.iter().enumerate() {
-            let p = by.transform_point3(v.p);
-            if !is_placeable(p) {
-                return Err(site.error("the current transform moves the object beyond all numbers"));
-            }
-            self.vertices.push(WorldVertex {
-                p,
-                n: normals.apply(v.n.as_dvec3()),
-                uv: v.uv,
-            });
-            self.set_tangent(base as usize + i, by.transform_vector3(object.tangent(i)));
-        }
-        self.triangles.extend(object.triangles.iter().map(|t| {
-            let [a, b, c] = t.v.map(|i| base + i);
-            WorldTriangle {
-                v: if mirrored { [a, c, b] } else { [a, b, c] },
-            }
-        }));
-        for sphere in &object.spheres {
-            let to_world = *by * sphere.to_world;
-            if super::transform::inverse(&to_world).is_none() {
-                return Err(site
-                    .error("the current transform leaves a sphere of the object without volume"));
-            }
-            self.spheres.push(WorldSphere {
-                to_world,
-                ..*sphere
-            });
-        }
-        self.shapes.extend(object.shapes.iter().map(|s| WorldShape {
-            first: s.first
-                + if s.spheres {
-                    first_sphere
-                } else {
-                    first_triangle
-                },
-            ..s.clone()
-        }));
         Ok(())
     }
 

@@ -19,6 +19,7 @@ use super::dialect::Dialect;
 use super::error::{Report, SceneError, Site};
 use super::folder::Folder;
 use super::geometry::Geometry;
+use super::instances::Placements;
 use super::lexer::{Token, TokenKind};
 use super::lights::WorldLight;
 use super::media::Media;
@@ -72,9 +73,10 @@ pub(super) struct Loader {
     pub(super) section: Section,
     coordinate_systems: HashMap<String, [DMat4; 2]>,
     pub media: Media,
-    objects: HashMap<String, Rc<Geometry>>,
+    /// Numbers of objects by name.
+    objects: HashMap<String, u32>,
+    pub placements: Placements,
     open_object: Option<Object>,
-    instance_bytes: usize,
     default_material: Option<u32>,
     bare_materials: Vec<(MaterialKind, u32)>,
     /// Of each material in the table, whether it depends on texture coordinates.
@@ -104,8 +106,8 @@ impl Loader {
             coordinate_systems: HashMap::new(),
             media: Media::default(),
             objects: HashMap::new(),
+            placements: Placements::new(&budget),
             open_object: None,
-            instance_bytes: 0,
             default_material: None,
             bare_materials: Vec::new(),
             needs_uv: Vec::new(),

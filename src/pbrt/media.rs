@@ -120,9 +120,9 @@ pub(super) struct Fillings {
 impl Fillings {
     /// Of all that is filled: the shapes' sides, the surroundings of the camera, those of lights
     /// that are no shapes.
-    pub fn new(
+    pub fn new<'a>(
         mut media: Media,
-        shapes: &[WorldShape],
+        shapes: impl Iterator<Item = &'a WorldShape>,
         (camera, lights): (u32, &[u32]),
         space: &Space,
         report: &mut Report,

@@ -26,6 +26,7 @@ mod folder;
 mod geometry;
 mod given;
 pub mod image;
+mod instances;
 mod lexer;
 mod lights;
 mod loader;

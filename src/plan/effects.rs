@@ -42,6 +42,8 @@ pub enum Effect {
     Spheres,
     /// Surfaces that are tested in `f64`, see [`scene::large`](crate::scene::large).
     LargeSurfaces,
+    /// Objects that are kept once and seen in several places.
+    Instances,
     /// A kernel that samples lights of a kind.
     Light(light::Kind),
     /// A primary sample that chooses a light.
@@ -84,6 +86,7 @@ impl Effect {
             Effect::Media => "media",
             Effect::Spheres => "spheres",
             Effect::LargeSurfaces => "large surfaces",
+            Effect::Instances => "instances",
             Effect::Light(kind) => kind.name(),
             Effect::LightChoice => "choice of light",
             Effect::Lens => "lens",
@@ -115,8 +118,11 @@ impl Effect {
             Effect::Light(_) => Forced::Lights,
             Effect::LightChoice => Forced::LightChoice,
             Effect::Lens => Forced::Lens,
-            // Without media there is nothing that vertices could be placed in.
-            Effect::Media | Effect::Orthographic | Effect::Panorama => return None,
+            // Without media there is nothing that vertices could be placed in, and without objects
+            // nothing that could be seen.
+            Effect::Media | Effect::Instances | Effect::Orthographic | Effect::Panorama => {
+                return None;
+            }
             Effect::Bounces
             | Effect::MoreBounces
             | Effect::EmitterHits
@@ -142,6 +148,7 @@ impl Effect {
             Effect::Media,
             Effect::Spheres,
             Effect::LargeSurfaces,
+            Effect::Instances,
             Effect::LightChoice,
             Effect::Lens,
             Effect::Orthographic,
@@ -399,6 +406,12 @@ impl Effects {
                 }
             });
         }
+        if !scene.instances.is_empty() {
+            self.add(Effect::Instances, || {
+                let (places, objects) = (&scene.instances.placed, &scene.instances.objects);
+                format!("{} objects in {} places", objects.len(), places.len())
+            });
+        }
         let cut = |s: &&Shape| s.alpha != NONE;
         let masked_lights = scene.shapes.iter().filter(cut).any(|s| s.light != NONE);
         match scene.shapes.iter().filter(cut).count() {
@@ -454,6 +467,7 @@ impl Effects {
             normals: self.has(Effect::ShadingNormals),
             spheres: self.has(Effect::Spheres),
             large: self.has(Effect::LargeSurfaces),
+            instances: self.has(Effect::Instances),
         }
     }
 

@@ -54,7 +54,7 @@ impl Surfaces {
         }
         Self {
             scatter: true,
-            face: spheres || in_plane == [false; 3],
+            face: spheres || in_plane == [false; 3] || !scene.instances.is_empty(),
         }
     }
 }

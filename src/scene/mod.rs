@@ -11,6 +11,7 @@
 pub mod camera;
 pub mod film;
 pub mod image;
+pub mod instance;
 pub mod integrator;
 pub mod large;
 pub mod light;
@@ -26,6 +27,7 @@ mod whole;
 pub use self::camera::{Camera, Projection, SphereMap};
 pub use self::film::{Clamp, Film, FilmError, Filter, FilterKind};
 pub use self::image::Image;
+pub use self::instance::{Instance, Instances, Object};
 pub use self::integrator::{IntegratorKind, IntegratorSettings, PathSamplerKind};
 pub use self::large::Large;
 pub use self::light::{EnvLayout, Filtering, Light, LightKind, SpotFalloff};

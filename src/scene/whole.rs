@@ -1,5 +1,6 @@
 //! All tables of a scene together.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use glam::{DVec3, Vec3};
@@ -7,6 +8,7 @@ use glam::{DVec3, Vec3};
 use super::camera::Camera;
 use super::film::Film;
 use super::image::Image;
+use super::instance::Instances;
 use super::integrator::IntegratorSettings;
 use super::large::Large;
 use super::light::{Light, LightKind};
@@ -76,6 +78,8 @@ pub struct Scene {
     pub brightest: f32,
     /// What is kept in `f64` as well; empty in most scenes.
     pub large: Large,
+    /// What is kept once and seen in several places; empty in most scenes.
+    pub instances: Instances,
     /// Bounds of all geometry in internal space, `[min, max]`; both zero if there is none.
     pub bounds: [Vec3; 2],
     /// Every file it was read from: text, meshes, images, spectra.
@@ -100,6 +104,18 @@ impl Scene {
         (self.materials.get(material as usize)).is_some_and(|m| m.kind == MaterialKind::Interface)
     }
 
+    /// The triangles that are in their place, not those of objects.
+    pub fn own_triangles(&self) -> Range<u32> {
+        let first = self.instances.objects.first();
+        0..first.map_or(self.triangles.len() as u32, |o| o.triangles.start)
+    }
+
+    /// The spheres that are in their place, not those of objects.
+    pub fn own_spheres(&self) -> Range<u32> {
+        let first = self.instances.objects.first();
+        0..first.map_or(self.spheres.len() as u32, |o| o.spheres.start)
+    }
+
     /// Memory of its tables, in bytes.
     pub fn bytes(&self) -> u64 {
         let texels = self.images.iter().map(|i| size_of_val(&i.texels[..]));
@@ -112,6 +128,7 @@ impl Scene {
             + size_of_val(&self.materials[..])
             + size_of_val(&self.textures[..])
             + size_of_val(&self.lights[..])
+            + self.instances.bytes()
             + self.media.bytes();
         (tables + texels.sum::<usize>()) as u64
     }

@@ -80,6 +80,7 @@ impl<L: Lanes> Best<L> {
             t: L::select(missed, L::zero(), t),
             b: [self.b1, self.b2],
             primitive: self.prim,
+            instance: L::Uint::splat(NONE),
         }
         .store(hits, list);
     }

@@ -2,6 +2,7 @@
 //! 2018), and its tree is flattened into nodes that hold the boxes of both children. `split.rs`
 //! makes trees that clustering takes too long for.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use bytemuck::{Pod, Zeroable};
@@ -15,28 +16,67 @@ use super::crowd;
 use super::flatten::{Flattening, LEAF_SIZE, Pending, Primitive, Tree};
 use super::large::{LargeSurface, surfaces};
 use super::node::{Bounds, Child, MAX_DEPTH};
+use super::ray::Extent;
 use super::sphere::bounds as sphere_bounds;
 use super::split::Split;
 use super::triangle::is_degenerate;
 use crate::scene::{MaterialKind, NONE, Scene, Shape};
 
+/// What a tree is built over.
+#[derive(Clone)]
+pub struct Part<'a> {
+    pub scene: &'a Scene,
+    /// Entries of the scene's tables.
+    pub triangles: Range<u32>,
+    pub spheres: Range<u32>,
+    /// With large surfaces; objects have none.
+    pub large: bool,
+    /// Of what rays meet beside these.
+    pub beside: Option<Bounds>,
+}
+
+impl<'a> Part<'a> {
+    /// What is in its place.
+    pub fn own(scene: &'a Scene, beside: Option<Bounds>) -> Self {
+        Self {
+            scene,
+            triangles: scene.own_triangles(),
+            spheres: scene.own_spheres(),
+            large: true,
+            beside,
+        }
+    }
+
+    fn large(&self) -> Vec<LargeSurface> {
+        if self.large {
+            surfaces(self.scene)
+        } else {
+            Vec::new()
+        }
+    }
+}
+
 /// The best tree that can be built in reasonable time, if it is not too deep: obvhs', unless many
 /// primitives lie in one place.
-pub fn best(scene: &Scene) -> Option<Tree> {
-    let large = surfaces(scene);
-    let (mut primitives, mut boxes) = collect(scene, &large);
+pub fn best(part: &Part) -> Option<Tree> {
+    let (scene, large) = (part.scene, part.large());
+    let (mut primitives, mut boxes) = collect(part, &large);
     let mut is_crowded = crowd::is_crowded(&boxes);
     if is_crowded {
         drop_equals(scene, &mut primitives, &mut boxes);
         is_crowded = crowd::is_crowded(&boxes);
     }
-    let mut flat = Flattening::new(scene, &primitives, &boxes, large);
+    let mut flat = Flattening::new(scene, &primitives, &boxes, large, part.beside);
     if is_crowded {
         flat.split(Split::Area);
         return Some(flat.tree);
     }
     let boxes: &[Boxed] = bytemuck::cast_slice(&boxes);
-    let bvh = build_bvh2(boxes, quality(boxes.len()), &mut Duration::default());
+    let bvh = build_bvh2(
+        boxes,
+        quality(boxes.len(), !part.large),
+        &mut Duration::default(),
+    );
     flat.copy(&bvh).then_some(flat.tree)
 }
 
@@ -70,18 +110,69 @@ impl Boundable for Boxed {
 }
 
 /// A tree of bounded depth: halves at the median centre of the longest axis.
-pub fn halve(scene: &Scene) -> Tree {
-    let large = surfaces(scene);
-    let (primitives, boxes) = collect(scene, &large);
-    let mut flat = Flattening::new(scene, &primitives, &boxes, large);
+pub fn halve(part: &Part) -> Tree {
+    let large = part.large();
+    let (primitives, boxes) = collect(part, &large);
+    let mut flat = Flattening::new(part.scene, &primitives, &boxes, large, part.beside);
     flat.split(Split::Half);
     flat.tree
 }
 
+/// A tree over boxes that stand for something else, with one in a leaf unless they are many in one
+/// place: its triangles are their indices. `extent` is that of the scene.
+pub fn over_boxes(scene: &Scene, boxes: &[Bounds], extent: &Extent) -> Tree {
+    let split = if crowd::is_crowded(boxes) {
+        Split::Area
+    } else {
+        let params = BvhBuildParams {
+            max_prims_per_leaf: 1,
+            ..quality(boxes.len(), true)
+        };
+        let boxed: &[Boxed] = bytemuck::cast_slice(boxes);
+        let bvh = build_bvh2(boxed, params, &mut Duration::default());
+        let fill = |flat: &mut Flattening| flat.copy(&bvh);
+        if let Some(tree) = tree_over(scene, boxes, extent, fill) {
+            return tree;
+        }
+        Split::Half
+    };
+    let fill = |flat: &mut Flattening| {
+        flat.split(split);
+        true
+    };
+    tree_over(scene, boxes, extent, fill).expect("filled")
+}
+
+/// [`over_boxes`] of bounded depth.
+pub fn halves_of_boxes(scene: &Scene, boxes: &[Bounds], extent: &Extent) -> Tree {
+    let fill = |flat: &mut Flattening| {
+        flat.split(Split::Half);
+        true
+    };
+    tree_over(scene, boxes, extent, fill).expect("filled")
+}
+
+fn tree_over(
+    scene: &Scene,
+    boxes: &[Bounds],
+    extent: &Extent,
+    fill: impl FnOnce(&mut Flattening) -> bool,
+) -> Option<Tree> {
+    let primitives: Vec<Primitive> = (0..boxes.len() as u32).map(Primitive::Triangle).collect();
+    let mut flat = Flattening::new(scene, &primitives, boxes, Vec::new(), None);
+    flat.tree.extent = *extent;
+    fill(&mut flat).then_some(flat.tree)
+}
+
 /// All primitives a ray can meet, and their boxes. Primitives that are not finite or have no area
 /// are left out.
-fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds>) {
-    let places = (scene.large).places(scene.triangles.len(), scene.spheres.len());
+fn collect(part: &Part, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds>) {
+    let scene = part.scene;
+    let places = if part.large {
+        (scene.large).places(scene.triangles.len(), scene.spheres.len())
+    } else {
+        Vec::new()
+    };
     let place = |i: usize| places.get(i).copied().unwrap_or(NONE);
     let visible = |shape: u32| {
         let Shape {
@@ -95,7 +186,12 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
             )
     };
     let finite = |b: &Bounds| b.iter().flatten().all(|x| x.is_finite());
-    let triangles = scene.triangles.iter().enumerate().filter_map(|(i, t)| {
+    let range = |r: &Range<u32>| r.start as usize..r.end as usize;
+    let (of_triangles, of_spheres) = (range(&part.triangles), range(&part.spheres));
+    let listed = of_triangles
+        .clone()
+        .zip(&scene.triangles[of_triangles.clone()]);
+    let triangles = listed.filter_map(|(i, t)| {
         let p = t.v.map(|v| scene.vertices[v as usize].p);
         let range = |k: usize| {
             p.iter().fold([f32::INFINITY, -f32::INFINITY], |b, p| {
@@ -113,7 +209,8 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
         let usable = finite(&bounds) && !is_degenerate(p);
         (visible(t.shape) && usable).then_some((Primitive::Triangle(i as u32), bounds))
     });
-    let spheres = scene.spheres.iter().enumerate().filter_map(|(i, s)| {
+    let listed = of_spheres.clone().zip(&scene.spheres[of_spheres.clone()]);
+    let spheres = listed.filter_map(|(i, s)| {
         let bounds = sphere_bounds(s);
         let usable = finite(&bounds) && s.to_unit.iter().flatten().all(|x| x.is_finite());
         let primitive = match place(scene.triangles.len() + i) {
@@ -124,7 +221,7 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
     });
     // Filtered iterators cannot tell their length, and growing tables of this size takes as long as
     // filling them.
-    let count = scene.triangles.len() + scene.spheres.len();
+    let count = of_triangles.len() + of_spheres.len();
     let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (primitive, bounds) in triangles.chain(spheres) {
         primitives.push(primitive);
@@ -133,9 +230,11 @@ fn collect(scene: &Scene, large: &[LargeSurface]) -> (Vec<Primitive>, Vec<Bounds
     (primitives, boxes)
 }
 
-/// How much work to put into the tree.
-fn quality(primitives: usize) -> BvhBuildParams {
+/// How much work to put into the tree. With `less`, what is built is not the one tree over
+/// everything; from some size on the better tree is not worth the wait there.
+fn quality(primitives: usize, less: bool) -> BvhBuildParams {
     let params = match primitives {
+        8192..100_000 if less => BvhBuildParams::medium_build(),
         0..100_000 => BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()

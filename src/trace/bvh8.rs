@@ -71,7 +71,7 @@ struct Offer {
 }
 
 impl Cuts {
-    fn offer(of: &[Cuts], bounds: &Bounds, child: Child) -> Offer {
+    fn offer(of: &[Cuts], bounds: &Bounds, child: Child, most: u32) -> Offer {
         let area = half_area(bounds);
         if child.is_leaf() {
             return Offer {
@@ -81,7 +81,7 @@ impl Cuts {
         }
         let cuts = &of[child.index()];
         let mut cost = [area + cuts.cost[8]; 8];
-        if cuts.count <= WIDTH as u32 {
+        if cuts.count <= most {
             cost[1] = cost[1].min(area * LEAF_COST);
         }
         let mut parts = [1; 8];
@@ -95,7 +95,7 @@ impl Cuts {
         Offer { cost, parts }
     }
 
-    fn of_all(nodes: &[Node]) -> Vec<Cuts> {
+    fn of_all(nodes: &[Node], most: u32) -> Vec<Cuts> {
         let nothing = Cuts {
             cost: [0.0; 9],
             first: [1; 9],
@@ -123,7 +123,8 @@ impl Cuts {
                 count: a.1 + b.1,
                 ..nothing
             };
-            let offer = |side: usize| Cuts::offer(&cuts, &node.bounds[side], node.child(side));
+            let offer =
+                |side: usize| Cuts::offer(&cuts, &node.bounds[side], node.child(side), most);
             let (a, b) = (offer(0), offer(1));
             for n in 2..=8 {
                 cut.cost[n] = f32::INFINITY;
@@ -148,28 +149,29 @@ struct Family {
 
 impl Family {
     /// Opens a node of the binary tree until `parts` of its descendants are left.
-    fn open(&mut self, nodes: &[Node], cuts: &[Cuts], node: usize, parts: usize) {
+    fn open(&mut self, (nodes, cuts): (&[Node], &[Cuts]), node: usize, parts: usize, most: u32) {
         let first = cuts[node].first[parts] as usize;
         for (side, parts) in [first, parts - first].into_iter().enumerate() {
             let (bounds, child) = (nodes[node].bounds[side], nodes[node].child(side));
             if child == Child::EMPTY {
                 continue;
             }
-            match Cuts::offer(cuts, &bounds, child).parts[parts.min(7)] {
+            match Cuts::offer(cuts, &bounds, child, most).parts[parts.min(7)] {
                 1 => {
                     self.members[self.len] = (bounds, child);
                     self.len += 1;
                 }
-                parts => self.open(nodes, cuts, child.index(), parts as usize),
+                parts => self.open((nodes, cuts), child.index(), parts as usize, most),
             }
         }
     }
 }
 
-/// Merges nodes of the binary tree, and the triangles of its leaves to groups.
-pub fn collapse(tree: &Tree) -> Bvh8 {
+/// Merges nodes of the binary tree, and the triangles of its leaves to groups of at most so many.
+pub fn collapse(tree: &Tree, most: usize) -> Bvh8 {
     let nodes = &tree.nodes[..];
-    let cuts = Cuts::of_all(nodes);
+    let most = most as u32;
+    let cuts = Cuts::of_all(nodes, most);
     let mut wide = Bvh8 {
         nodes: vec![Node8::new()],
         again: vec![Child::inner(0); nodes.len()],
@@ -183,7 +185,7 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
             members: [(NOWHERE, Child::EMPTY); 8],
             len: 0,
         };
-        family.open(nodes, &cuts, node, 8);
+        family.open((nodes, &cuts), node, 8, most);
         let members = &mut family.members[..family.len];
         // Where any hit will do, the largest is the most likely to have one.
         members.sort_by(|a, b| half_area(&b.0).total_cmp(&half_area(&a.0)));
@@ -196,7 +198,7 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
             wide.nodes[at].child[slot] = if child.is_leaf() {
                 wide.groups += usize::from(!child.is_sphere_leaf());
                 child
-            } else if is_group(&cuts, &bounds, child) {
+            } else if is_group(&cuts, &bounds, child, most) {
                 let cut = &cuts[child.index()];
                 wide.groups += 1;
                 Child::leaf(false, cut.start as usize, cut.count as usize)
@@ -215,10 +217,10 @@ pub fn collapse(tree: &Tree) -> Bvh8 {
 }
 
 /// Whether a subtree is better tested as a leaf than visited.
-fn is_group(cuts: &[Cuts], bounds: &Bounds, child: Child) -> bool {
+fn is_group(cuts: &[Cuts], bounds: &Bounds, child: Child, most: u32) -> bool {
     let cut = &cuts[child.index()];
     let area = half_area(bounds);
-    cut.count <= WIDTH as u32 && area * LEAF_COST <= area + cut.cost[8]
+    cut.count <= most && area * LEAF_COST <= area + cut.cost[8]
 }
 
 impl Bvh8 {

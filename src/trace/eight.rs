@@ -54,7 +54,7 @@ pub(super) fn test_group<T: TriangleTest, const ANY: bool, const VAST: bool>(
 ) {
     let group = trees.triangles.group(range.start, range.len());
     let p = group.ordered(ray.order).all();
-    let (mask, known) = T::covers(&ray.own, &p);
+    let (mask, known) = T::covers_within(&ray.own, &p, ray.pad);
     let covered = Mask::bits(mask) & group.lanes();
     if covered == 0 {
         return;

@@ -52,8 +52,10 @@ impl<'a> Flattening<'a> {
         primitives: &'a [Primitive],
         boxes: &'a [Bounds],
         large: Vec<LargeSurface>,
+        beside: Option<Bounds>,
     ) -> Self {
-        let bounds = boxes.iter().copied().reduce(union).unwrap_or([[0.0; 2]; 3]);
+        let bounds = boxes.iter().copied().chain(beside).reduce(union);
+        let bounds = bounds.unwrap_or([[0.0; 2]; 3]);
         Self {
             scene,
             primitives,

@@ -16,7 +16,9 @@
 //!    such surfaces have none of it in their loops.
 //! 6. Where many primitives lie in one place, equal ones are left out and the tree is made from the
 //!    top down (`crowd.rs`, `split.rs`).
-//! 7. No kernel knows materials: only `build.rs` looks at them, to leave out interfaces, which rays
+//! 7. What the scene keeps once and shows in several places is traced after all else
+//!    (`instances.rs`): scenes without such objects never come there.
+//! 8. No kernel knows materials: only `build.rs` looks at them, to leave out interfaces, which rays
 //!    pass, unless media change there. [`offset`] moves origins off surfaces by what the tests'
 //!    error bounds ask for.
 
@@ -26,6 +28,7 @@ mod bvh8;
 mod crowd;
 mod eight;
 mod flatten;
+mod instances;
 mod large;
 mod node;
 pub mod offset;
@@ -48,8 +51,10 @@ use crate::scene::Scene;
 use crate::simd::Lanes;
 
 use self::best::Best;
+use self::build::Part;
 use self::bvh8::{Bvh8, Node8};
 use self::flatten::Tree;
+use self::instances::{Instances, Objects, Sizes};
 use self::large::LargeSurface;
 use self::node::Node;
 use self::ray::Extent;
@@ -102,6 +107,7 @@ pub struct Tracer {
     triangles: Triangles,
     spheres: Vec<LeafSphere>,
     large: Vec<LargeSurface>,
+    instances: Option<Instances>,
     extent: Extent,
     size: Size,
     stats: Stats,
@@ -131,9 +137,9 @@ pub struct Stats {
     pub nodes8: usize,
     /// Groups of up to eight triangles, the leaves of the wide tree.
     pub blocks8: usize,
-    /// Triangles that rays can meet, but for large ones.
+    /// Triangles that rays can meet, but for large ones; each as often as it has instances.
     pub triangles: usize,
-    /// Spheres that rays can meet, and large surfaces of either kind.
+    /// Spheres that rays can meet, likewise, and large surfaces of either kind.
     pub spheres: usize,
     /// Levels of the binary tree, leaves included.
     pub depth: usize,
@@ -151,18 +157,27 @@ impl Tracer {
         let start = Instant::now();
         let limit = node::Child::MAX_PRIMITIVES;
         assert!(
-            scene.triangles.len() <= limit && scene.spheres.len() <= limit,
-            "a scene can have at most {limit} triangles and as many spheres"
+            scene.triangles.len().max(scene.spheres.len()) <= limit
+                && scene.instances.placed.len() <= limit,
+            "a scene can have at most {limit} triangles, and as many spheres and instances"
         );
-        let widen = |tree: Tree| {
-            let wide = bvh8::collapse(&tree);
-            (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
-        };
-        let (tree, wide) = build::best(scene)
-            .and_then(widen)
-            .or_else(|| widen(build::halve(scene)))
-            .expect("halves are not deep");
-        Self::assemble(scene, tree, wide, start)
+        let mut sizes = Sizes::default();
+        let objects = Objects::build(scene, &mut sizes);
+        let beside = objects.as_ref().and_then(Objects::bounds);
+        let (tree, wide) = wide_tree(&Part::own(scene, beside));
+        let extent = tree.extent;
+        let mut tracer = Self::assemble(scene, tree, wide, start);
+        if let Some(objects) = objects {
+            tracer.instances = Some(objects.assemble(scene, &extent, &mut sizes));
+            let stats = &mut tracer.stats;
+            stats.nodes8 += sizes.nodes;
+            stats.blocks8 += sizes.blocks;
+            stats.triangles += sizes.triangles;
+            stats.spheres += sizes.spheres;
+            stats.bytes += sizes.bytes;
+            stats.build_time = start.elapsed();
+        }
+        tracer
     }
 
     fn assemble(scene: &Scene, mut tree: Tree, wide: Bvh8, start: Instant) -> Tracer {
@@ -191,6 +206,7 @@ impl Tracer {
             triangles,
             spheres: tree.spheres,
             large: tree.large,
+            instances: None,
             extent: tree.extent,
             stats,
         }
@@ -221,7 +237,7 @@ impl Tracer {
         self.closest_by::<L, Watertight>(coherence, rays, list, hits);
     }
 
-    /// [`Tracer::closest_with`] by another test of triangles.
+    /// [`Tracer::closest_with`] by another test of triangles, but for those of instances.
     pub fn closest_by<L: Lanes, T: TriangleTest>(
         &self,
         coherence: Coherence,
@@ -236,6 +252,13 @@ impl Tracer {
             self.trace::<L, T, false, true>(coherence, rays, list, store);
         } else {
             self.trace::<L, T, false, false>(coherence, rays, list, store);
+        }
+        match &self.instances {
+            None => {}
+            Some(instances) if self.extent.vast => {
+                instances.closest::<true>(rays, list, hits, &self.extent);
+            }
+            Some(instances) => instances.closest::<false>(rays, list, hits, &self.extent),
         }
     }
 
@@ -257,7 +280,7 @@ impl Tracer {
         self.occluded_by::<L, Watertight>(coherence, rays, list, blocked);
     }
 
-    /// [`Tracer::occluded_with`] by another test of triangles.
+    /// [`Tracer::occluded_with`] by another test of triangles, but for those of instances.
     pub fn occluded_by<L: Lanes, T: TriangleTest>(
         &self,
         coherence: Coherence,
@@ -275,6 +298,13 @@ impl Tracer {
             self.trace::<L, T, true, true>(coherence, rays, list, store);
         } else {
             self.trace::<L, T, true, false>(coherence, rays, list, store);
+        }
+        match &self.instances {
+            None => {}
+            Some(instances) if self.extent.vast => {
+                instances.occluded::<true>(rays, list, blocked, &self.extent);
+            }
+            Some(instances) => instances.occluded::<false>(rays, list, blocked, &self.extent),
         }
     }
 
@@ -339,6 +369,18 @@ impl Tracer {
             Coherence::Unknown => Way::Apart,
         }
     }
+}
+
+/// The best tree that can be followed, binary and wide.
+fn wide_tree(part: &Part) -> (Tree, Bvh8) {
+    let widen = |tree: Tree| {
+        let wide = bvh8::collapse(&tree, store::WIDTH);
+        (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
+    };
+    build::best(part)
+        .and_then(widen)
+        .or_else(|| widen(build::halve(part)))
+        .expect("halves are not deep")
 }
 
 thread_local! {

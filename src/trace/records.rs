@@ -27,7 +27,10 @@ record! {
         /// An index into the triangles, or their number plus an index into the spheres, or
         /// [`NONE`](crate::scene::NONE).
         primitive: u32,
-    } free 4
+        /// An index into [`Instances::placed`](crate::scene::Instances::placed), or
+        /// [`NONE`](crate::scene::NONE): the primitive is in its place.
+        instance: u32,
+    } free 3
 }
 
 impl Ray {

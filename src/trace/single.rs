@@ -13,13 +13,13 @@ use crate::simd::{Lanes, Mask, f32x8};
 
 /// Entries of the stack; a power of two, so that it needs no bounds checks. A node leaves at most
 /// seven behind.
-const STACK: usize = 256;
+pub(super) const STACK: usize = 256;
 /// Deepest wide tree that can be traversed, in levels of nodes.
 pub const MAX_DEPTH: usize = STACK / 7;
 
 /// Children to be visited: bits of the distance at which the ray enters, then the child. Distances
 /// are not negative, so entries order as integers.
-type Stack = [u64; STACK];
+pub(super) type Stack = [u64; STACK];
 
 /// Room for the rays of one packet on their way.
 pub struct Walks([Walk; 8]);
@@ -39,10 +39,10 @@ struct Walk {
 
 /// Where a ray is, and what it has found. Apart from the rest so that it stays in registers.
 #[derive(Clone, Copy)]
-struct Cursor {
-    current: Child,
-    top: usize,
-    best: Best<f32>,
+pub(super) struct Cursor {
+    pub current: Child,
+    pub top: usize,
+    pub best: Best<f32>,
 }
 
 /// A packet in memory, `[field][lane]`, from where a lane is loaded into all lanes by one
@@ -80,7 +80,7 @@ impl Stored {
     }
 
     #[inline(always)]
-    fn splat<const VAST: bool>(&self, lane: usize) -> Broadcast {
+    pub(super) fn splat<const VAST: bool>(&self, lane: usize) -> Broadcast {
         let lane = lane & 7;
         let order = match (self.swap_x >> lane & 1, self.swap_y >> lane & 1) {
             (1, _) => [2, 1, 0],
@@ -208,6 +208,24 @@ pub fn leave<
 ) -> Best<L> {
     follow::<L, T, ANY, VAST, INTERLEAVE>(trees, rays, stored, live, start, &mut best, walks);
     best
+}
+
+/// Follows one ray; `best` may hold what hits must not be beyond. As [`traverse`], to the bit.
+#[inline(always)]
+pub(super) fn alone<T: TriangleTest, const ANY: bool>(
+    trees: &Trees,
+    ray: &Ray<f32>,
+    best: Best<f32>,
+    stack: &mut Stack,
+) -> Best<f32> {
+    let wide = Stored::new(ray).splat::<false>(0);
+    let mut cursor = Cursor {
+        current: Child::inner(0),
+        top: 0,
+        best,
+    };
+    while cursor.step::<f32, T, ANY, false>(trees, &wide, stack, (ray, 0)) {}
+    cursor.best
 }
 
 /// The best hits of a packet in memory, lane by lane.
@@ -367,7 +385,13 @@ impl Cursor {
 
     /// Enters the nearest child; the others wait, farthest first. Mostly there are one or two.
     #[inline(always)]
-    fn enter_nearest(&mut self, node: &Node8, near: f32x8, mut meets: u32, stack: &mut Stack) {
+    pub(super) fn enter_nearest(
+        &mut self,
+        node: &Node8,
+        near: f32x8,
+        mut meets: u32,
+        stack: &mut Stack,
+    ) {
         let slot = meets.trailing_zeros() as usize & 7;
         meets &= meets - 1;
         if meets == 0 {
@@ -403,7 +427,7 @@ impl Cursor {
     /// Enters the first child, which is the largest; the others wait in their order. What is
     /// nearest does not matter.
     #[inline(always)]
-    fn enter_any(&mut self, node: &Node8, mut meets: u32, stack: &mut Stack) {
+    pub(super) fn enter_any(&mut self, node: &Node8, mut meets: u32, stack: &mut Stack) {
         loop {
             let slot = meets.ilog2() as usize & 7;
             let child = node.child[slot];

@@ -46,6 +46,12 @@ pub trait TriangleTest {
     /// need to know.
     fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]);
 
+    /// [`Self::covers`] of what may have neighbours in other spaces; `pad` is as for [`Self::hit`].
+    #[inline(always)]
+    fn covers_within<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3], _: L) -> (L::Mask, [L; 3]) {
+        Self::covers(ray, p)
+    }
+
     /// Hits in `(0, t_max]`, of the lanes in `mask`; with `ANY` before `t_max`. `known` is from the
     /// first step, `pad` what the boxes of triangles are grown by.
     fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
@@ -89,10 +95,58 @@ impl TriangleTest for Watertight {
     }
 }
 
-/// Lanes whose ray, a line without end, passes through the triangle, and the weights of the
-/// vertices up to a common factor.
+/// The test of triangles of instances: as [`Watertight`], but triangles reach a little over their
+/// edges. What shares an edge with another instance has it in another space, with other roundings;
+/// no ray finds the way between them.
+pub struct Overlapping;
+
+/// How far triangles reach over their edges, in units of what their boxes are grown by: 8 roundings
+/// of the object's size, of which vertices and rays lose one each and the projection some 5.
+const OVERLAP: f32 = 1.0 / 8.0;
+
+impl TriangleTest for Overlapping {
+    #[inline(always)]
+    fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
+        covers(ray, p)
+    }
+
+    #[inline(always)]
+    fn covers_within<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3], pad: L) -> (L::Mask, [L; 3]) {
+        let [p0, p1, p2] = projected(ray, p);
+        let weights = weights([p0, p1, p2]);
+        let reach = pad * L::splat(OVERLAP);
+        // A weight is twice an area over an edge, which this is not shorter than.
+        let along = |a: [L; 2], b: [L; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
+        let [u, v, w] = weights;
+        let [u_reach, v_reach, w_reach] =
+            [along(p1, p2), along(p2, p0), along(p0, p1)].map(|edge| edge * reach);
+        let zero = L::zero();
+        let inside = zero.le((u + u_reach).min(v + v_reach).min(w + w_reach));
+        let turned = (u - u_reach).max(v - v_reach).max(w - w_reach).le(zero);
+        (inside.or(turned), weights)
+    }
+
+    #[inline(always)]
+    fn hit<L: Lanes, const ANY: bool, const VAST: bool>(
+        ray: &Sheared<L>,
+        p: &[[L; 3]; 3],
+        mask: L::Mask,
+        _: [L; 3],
+        t_max: L,
+        pad: L,
+    ) -> Hit<L> {
+        hit::<L, ANY, VAST>(ray, p, mask, t_max, pad)
+    }
+
+    #[inline(always)]
+    fn barycentrics<L: Lanes>(weights: [L; 3]) -> [L; 2] {
+        barycentrics(weights)
+    }
+}
+
+/// Vertices relative to the origin, projected along the ray.
 #[inline(always)]
-pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
+fn projected<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> [[L; 2]; 3] {
     let project = |p: &[L; 3]| {
         let z = p[2] - ray.o[2];
         [
@@ -100,8 +154,20 @@ pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) 
             z.mul_add(ray.shear[1], p[1] - ray.o[1]),
         ]
     };
-    let ([x0, y0], [x1, y1], [x2, y2]) = (project(&p[0]), project(&p[1]), project(&p[2]));
-    let weights = [x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0];
+    [project(&p[0]), project(&p[1]), project(&p[2])]
+}
+
+/// Edge functions of projected vertices at the ray.
+#[inline(always)]
+fn weights<L: Lanes>([[x0, y0], [x1, y1], [x2, y2]]: [[L; 2]; 3]) -> [L; 3] {
+    [x2 * y1 - y2 * x1, x0 * y2 - y0 * x2, x1 * y0 - y1 * x0]
+}
+
+/// Lanes whose ray, a line without end, passes through the triangle, and the weights of the
+/// vertices up to a common factor.
+#[inline(always)]
+pub fn covers<L: Lanes>(ray: &Sheared<L>, p: &[[L; 3]; 3]) -> (L::Mask, [L; 3]) {
+    let weights = weights(projected(ray, p));
     let [u, v, w] = weights;
     let zero = L::zero();
     let mask = zero.le(u.min(v).min(w)).or(u.max(v).max(w).le(zero));

@@ -144,13 +144,18 @@ impl World<'_> {
     /// rays, that casts none.
     pub(super) fn beyond(&self, ray: &Ray, hit: &Hit, shadow: bool) -> Option<[f32; 3]> {
         let Hit {
-            t, b, primitive, ..
+            t,
+            b,
+            primitive,
+            instance,
+            ..
         } = *hit;
         if hit.is_none() || self.geometry.shape_of(primitive).0.alpha == NONE {
             return None;
         }
         let [o, d] = [ray.origin, ray.direction].map(Vec3::splat);
-        let (there, casts_shadow, point) = self.is_there(primitive, o, d, [t, b[0], b[1]]);
+        let of = (primitive, instance);
+        let (there, casts_shadow, point) = self.is_there(of, o, d, [t, b[0], b[1]]);
         let stops = there && (casts_shadow || !shadow);
         (!stops).then(|| offset::leave(point.p, point.error, point.ng, d).lane(0))
     }
@@ -159,7 +164,7 @@ impl World<'_> {
     /// [`Geometry::surface_point`](crate::geometry::Geometry::surface_point).
     fn is_there(
         &self,
-        primitive: u32,
+        (primitive, instance): (u32, u32),
         origin: Vec3<f32>,
         direction: Vec3<f32>,
         hit: [f32; 3],
@@ -170,8 +175,10 @@ impl World<'_> {
             normals: false,
             spheres: self.wanted.spheres,
             large: self.wanted.large,
+            instances: self.wanted.instances,
         };
-        let point = (self.geometry).surface_point(&[primitive], origin, direction, hit, wanted);
+        let of: (&[u32], &[u32]) = (&[primitive], &[instance]);
+        let point = (self.geometry).surface_point(of, origin, direction, hit, wanted);
         let place = Place {
             uv: point.uv,
             p: point.p.lane(0),
@@ -212,7 +219,7 @@ impl World<'_> {
             let sphere = primitive - self.geometry.triangles();
             p = self.geometry.sample_spheres(&[sphere], u, v, false).p;
         }
-        self.is_there(primitive, p, Vec3::zero(), hit).0
+        self.is_there((primitive, NONE), p, Vec3::zero(), hit).0
     }
 
     /// No ray crosses more surfaces than this: what still goes on after that goes round in circles

@@ -8,6 +8,7 @@ use super::probe::{Arrived, Probe};
 use super::records::*;
 use super::samples::ComponentSamples;
 use crate::geometry::Wanted;
+use crate::scene::NONE;
 use crate::simd::{Lanes, UintLanes};
 use crate::surface::bump::{Perturbation, PerturbedFrame};
 use crate::surface::texture::Place;
@@ -160,8 +161,14 @@ impl World<'_> {
             for (prim, &path) in prim.iter_mut().zip(chunk) {
                 *prim = rays.hit[path as usize].primitive;
             }
+            let mut instance = [NONE; 8];
+            if MORE && self.wanted.instances {
+                for (instance, &path) in instance.iter_mut().zip(chunk) {
+                    *instance = rays.hit[path as usize].instance;
+                }
+            }
             let point = self.geometry.surface_point(
-                &prim[..chunk.len()],
+                (&prim[..chunk.len()], &instance[..chunk.len()]),
                 ray.origin,
                 ray.direction,
                 [hit.t, hit.b[0], hit.b[1]],
@@ -247,9 +254,10 @@ impl World<'_> {
                 p: endpoints.place[index].p,
                 n: frame.ng,
             };
-            let b = hits[index].b;
+            let hit = &hits[index];
+            let of = (energy.primitive, hit.instance);
             let (perturbation, ns, tangent) =
-                self.shading_at(material as usize, energy.primitive, b, &place, frame.ns);
+                self.shading_at(material as usize, of, hit.b, &place, frame.ns);
             frame.ns = ns;
             energy.tangent = tangent;
             probe.perturbed(path, &perturbation);
@@ -262,14 +270,14 @@ impl World<'_> {
     fn shading_at(
         &self,
         material: usize,
-        primitive: u32,
+        of: (u32, u32),
         b: [f32; 2],
         place: &Place,
         ns: [f32; 3],
     ) -> (Option<Perturbation>, [f32; 3], [f32; 3]) {
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let (p, ng, ns) = (wide(place.p), wide(place.n), wide(ns));
-        let d = self.geometry.derivatives(primitive, b.map(f64::from), p);
+        let d = self.geometry.derivatives(of, b.map(f64::from), p);
         let perturbation = self.materials.perturbation(material, place, &d, ns);
         let perturbed =
             perturbation.and_then(|r| self.materials.perturb(material, &r, &d, [ns, ng]));

@@ -80,8 +80,9 @@ fn memory_is_checked_before_it_is_taken() {
         "{message}"
     );
 
+    // What is squashed is copied.
     let copies = MESH.replace("Shape", "ObjectBegin \"m\"\nShape")
-        + "ObjectEnd\n"
+        + "ObjectEnd\nScale 1 1 0\n"
         + &"ObjectInstance \"m\"\n".repeat(100);
     fs::write(folder.join("copies.pbrt"), copies).unwrap();
     let message = refused(&run(folder, "render copies.pbrt --max-memory 100MiB"));

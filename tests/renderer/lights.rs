@@ -77,7 +77,7 @@ fn sampled_points_have_the_density_that_chance_reports() {
                         continue;
                     }
                     let point = world.geometry.surface_point::<f32>(
-                        &[prim],
+                        (&[prim], &[hit[0].instance]),
                         Vec3::splat(p),
                         seen.to_light,
                         [hit[0].t, hit[0].b[0], hit[0].b[1]],

@@ -33,6 +33,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             input.name, medium.name, medium.origin
         )));
     }
+    if !scene.instances.is_empty() {
+        return Err(Failure::Input(format!(
+            "{}: paths that meet instances of objects cannot be replayed; place the shapes themselves",
+            input.name
+        )));
+    }
     let asked = args.integrator.unwrap_or(scene.integrator.kind);
     let chained = matches!(asked, IntegratorKind::Auto | IntegratorKind::Mmlt);
     let mut settings = Settings {

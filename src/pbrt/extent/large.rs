@@ -1,16 +1,17 @@
 //! Which surfaces are large, what their seams are, and how far `f64` is from them.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use glam::{DAffine3, DVec3};
 
 use super::super::geometry::Geometry;
 use super::super::transform::inverse;
 use super::measure::{
-    Bounds, Eyes, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance,
+    Bounds, Detail, Eyes, SLIVERS, Sizes, axes, corners, sphere_distance, triangle_distance,
 };
 use crate::scene::large::{Large, LargeSphere, LargeTriangle};
-use crate::scene::{NONE, Scene};
+use crate::scene::{Instances, NONE, Object, Scene, Sphere};
 
 /// A surface is large if it is so many times the size of a shape next to it, ...
 const SHAPES: f64 = 4096.0;
@@ -51,7 +52,7 @@ pub(in super::super) fn large_of(
         eyes.iter().any(|&eye| distance(eye) < NEAR * size)
     };
     let mut found = Vec::new();
-    for i in 0..scene.triangles.len() {
+    for i in scene.own_triangles().map(|i| i as usize) {
         let p = corners(i);
         let bounds = Bounds::of(p);
         let size = bounds.size();
@@ -118,22 +119,35 @@ impl Smallest {
         let mut sizes = Sizes::new();
         let mut shapes = vec![Bounds::NONE; scene.shapes.len()];
         let mut whole = Bounds::NONE;
-        for (i, triangle) in scene.triangles.iter().enumerate() {
+        let own = &scene.triangles[..scene.own_triangles().end as usize];
+        for (i, triangle) in own.iter().enumerate() {
             let b = Bounds::of(corners(i));
             sizes.add(b.size());
             let shape = &mut shapes[triangle.shape as usize];
             *shape = shape.with(b);
         }
-        for (i, sphere) in scene.spheres.iter().enumerate() {
+        let own = &scene.spheres[..scene.own_spheres().end as usize];
+        for (i, sphere) in own.iter().enumerate() {
             let b = sphere_box(i);
             sizes.add(b.size());
             let shape = &mut shapes[sphere.shape as usize];
             *shape = shape.with(b);
         }
+        // Shapes of objects are where these are seen.
+        shapes.retain(|b| b.low.x <= b.high.x);
+        let Instances { objects, placed } = &scene.instances;
+        let details: Vec<Detail> = objects.iter().map(|o| detail(scene, o)).collect();
+        for instance in placed {
+            let object = instance.object as usize;
+            let [low, high] = instance.around(objects[object].bounds);
+            shapes.push(Bounds { low, high });
+            let scale = instance.to_world.matrix3.determinant().abs().cbrt();
+            sizes.add_instance(&details[object], scale);
+        }
         shapes.iter().for_each(|b| whole = whole.with(*b));
         // Nothing is larger than twice this.
         let most = 2.0 * whole.size() / SHAPES;
-        shapes.retain(|b| b.low.x <= b.high.x && b.size() <= most);
+        shapes.retain(|b| b.size() <= most);
         let smallest = shapes.iter().fold(f64::INFINITY, |s, b| b.size().min(s));
         // Of few primitives no part is small enough to say what is usual.
         let sure = if sizes.count as f64 * SLIVERS >= 1.0 {
@@ -159,6 +173,20 @@ impl Smallest {
     }
 }
 
+/// How large the primitives of an object are, in its space.
+fn detail(scene: &Scene, object: &Object) -> Detail {
+    let range = |r: &Range<u32>| r.start as usize..r.end as usize;
+    let point = |v: u32| DVec3::from(scene.vertices[v as usize].p.map(f64::from));
+    let triangles = &scene.triangles[range(&object.triangles)];
+    let spheres = &scene.spheres[range(&object.spheres)];
+    let radius = |s: &Sphere| {
+        let row = |r: &[f32; 4]| f64::from(r[0].hypot(r[1]).hypot(r[2]));
+        s.to_world.iter().map(row).fold(0.0, f64::max)
+    };
+    let of_triangles = triangles.iter().map(|t| Bounds::of(t.v.map(point)).size());
+    Detail::of(of_triangles.chain(spheres.iter().map(|s| 2.0 * radius(s))))
+}
+
 /// Adds the neighbours of large triangles: all that share a corner with one.
 fn add_seams(scene: &Scene, corners: &dyn Fn(usize) -> [DVec3; 3], large: &mut Large) {
     if large.triangles.is_empty() {
@@ -171,7 +199,8 @@ fn add_seams(scene: &Scene, corners: &dyn Fn(usize) -> [DVec3; 3], large: &mut L
         is_large[t.triangle as usize] = true;
         places.extend(scene.triangles[t.triangle as usize].v.map(place));
     }
-    for (i, triangle) in scene.triangles.iter().enumerate() {
+    let own = &scene.triangles[..scene.own_triangles().end as usize];
+    for (i, triangle) in own.iter().enumerate() {
         if !is_large[i] && triangle.v.iter().any(|&v| places.contains(&place(v))) {
             large.triangles.push(LargeTriangle {
                 triangle: i as u32,

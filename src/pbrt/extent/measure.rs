@@ -26,9 +26,20 @@ impl Sizes {
     }
 
     pub(super) fn add(&mut self, size: f64) {
+        self.add_many(size, 1);
+    }
+
+    pub(super) fn add_many(&mut self, size: f64, count: u64) {
         // Exponent and the first two digits.
-        self.buckets[(size.abs().to_bits() >> 50) as usize] += 1;
-        self.count += 1;
+        self.buckets[(size.abs().to_bits() >> 50) as usize] += count;
+        self.count += count;
+    }
+
+    /// Adds the primitives of an instance that makes them so much larger.
+    pub(super) fn add_instance(&mut self, detail: &Detail, scale: f64) {
+        let small = detail.count / 50;
+        self.add_many(detail.small * scale, small);
+        self.add_many(detail.usual * scale, detail.count - small);
     }
 
     /// The size that at most `part` of the things fall short of.
@@ -41,6 +52,28 @@ impl Sizes {
             below -= n;
         }
         0.0
+    }
+}
+
+/// How large the primitives of an object are.
+#[derive(Clone, Copy)]
+pub(super) struct Detail {
+    /// All but slivers are larger.
+    small: f64,
+    /// Half are larger.
+    pub(super) usual: f64,
+    pub(super) count: u64,
+}
+
+impl Detail {
+    pub(super) fn of(all: impl Iterator<Item = f64>) -> Self {
+        let mut sizes = Sizes::new();
+        all.for_each(|size| sizes.add(size));
+        Self {
+            small: sizes.quantile(SLIVERS),
+            usual: sizes.quantile(0.5),
+            count: sizes.count,
+        }
     }
 }
 

@@ -1,7 +1,5 @@
 //! Objects and their instances.
 
-use std::rc::Rc;
-
 use super::{Loader, Object};
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{SceneError, Site};
@@ -40,8 +38,8 @@ impl Loader {
         let Some(object) = self.open_object.take() else {
             return;
         };
-        let geometry = Rc::new(object.geometry);
-        if self.objects.insert(object.name.clone(), geometry).is_some() {
+        let number = self.placements.add_object(object.geometry);
+        if self.objects.insert(object.name.clone(), number).is_some() {
             self.report.warn_at(
                 site,
                 format_args!("object \"{}\" replaces an earlier one", object.name),
@@ -57,16 +55,15 @@ impl Loader {
                 "objects cannot hold instances; repeat the shapes".to_owned()
             }
             None => format!("there is no object named \"{name}\""),
-            Some(object) => {
+            Some(&object) => {
                 let place = self.states.current.fixed_ctm(site)?;
                 let Some(by) = place.affine() else {
                     return Err(site.error(
                         "the current transform is projective; place the shapes themselves",
                     ));
                 };
-                self.geometry.add_instance(site, object, by)?;
-                self.instance_bytes = self.instance_bytes.saturating_add(object.bytes());
-                return Ok(());
+                let shapes = self.geometry.shapes.len();
+                return self.placements.place(site, object, by, shapes);
             }
         };
         self.tolerate(site, &what)

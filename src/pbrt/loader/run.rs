@@ -6,9 +6,6 @@ use crate::pbrt::lexer::{Token, TokenKind};
 use crate::pbrt::state::Block;
 use crate::pbrt::stream::Item;
 
-/// Instances are copies; beyond this many bytes that is worth a word.
-const NOTABLE_INSTANCE_BYTES: usize = 256 << 20;
-
 impl Loader {
     /// Interprets the whole scene.
     pub(in crate::pbrt) fn run(&mut self, start: &Site) -> Result<(), SceneError> {
@@ -44,13 +41,6 @@ impl Loader {
             if let (Err(error), false) = (&material.built, material.used.get()) {
                 self.report.warn(format!("{error} (not used by any shape)"));
             }
-        }
-        if self.instance_bytes > NOTABLE_INSTANCE_BYTES {
-            let megabytes = self.instance_bytes >> 20;
-            self.report.warn_at(
-                start,
-                format_args!("object instances are copies, which take {megabytes} MB here"),
-            );
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::path::PathVertex;
 use super::sky::Sky;
 use crate::camera::Region;
-use crate::scene::{Scene, Sides};
+use crate::scene::{NONE, Scene, Sides};
 use crate::surface::Tabulated;
 use crate::transport::World;
 
@@ -59,7 +59,7 @@ impl<'a> Oracle<'a> {
         let Some(perturbation) = v.perturbation else {
             return v;
         };
-        let d = (self.world.geometry).derivatives(v.primitive, b, v.p.into());
+        let d = (self.world.geometry).derivatives((v.primitive, NONE), b, v.p.into());
         let normals = [v.ns.into(), v.ng.into()];
         let materials = &self.world.materials;
         match materials.perturb(v.material as usize, &perturbation, &d, normals) {

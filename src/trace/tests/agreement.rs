@@ -9,9 +9,10 @@ use super::scenes::*;
 use crate::scene::{NONE, Scene, Sphere};
 use crate::simd::{Lanes, Mask, UintLanes, f32x8};
 use crate::trace::best::Best;
+use crate::trace::build::Part;
 use crate::trace::ray;
 use crate::trace::sphere::LeafSphere;
-use crate::trace::store::{Builder, permuted};
+use crate::trace::store::{Builder, WIDTH, permuted};
 use crate::trace::triangle::{Watertight, barycentrics, covers, hit, is_degenerate};
 use crate::trace::{Coherence, Hit, Ray, Size, Tracer};
 use crate::trace::{build, bvh8, packet, single};
@@ -67,8 +68,8 @@ fn check(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>, rays: &[Ray], random: &m
         .iter()
         .map(|&i| brute_force(&tracer, &scene, rays, i))
         .collect();
-    let halves = build::halve(&scene);
-    let wide = bvh8::collapse(&halves);
+    let halves = build::halve(&Part::own(&scene, None));
+    let wide = bvh8::collapse(&halves, WIDTH);
     let halves = Tracer::assemble(&scene, halves, wide, Instant::now());
     for (round, mut tracer) in [tracer, halves].into_iter().enumerate() {
         let unset: Hit = bytemuck::cast([7.0f32; 8]);

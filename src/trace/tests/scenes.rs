@@ -106,6 +106,7 @@ pub fn scene(triangles: &[[Vec3; 3]], spheres: Vec<Sphere>) -> Scene {
             scale: 1.0,
         },
         large: Large::default(),
+        instances: Instances::default(),
         bounds: [-Vec3::ONE, Vec3::ONE],
         files: vec![],
         warnings: vec![],

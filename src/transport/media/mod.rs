@@ -168,7 +168,8 @@ impl World<'_> {
         let wanted = self.border_wanted();
         let [o, d] = [ray.origin, ray.direction].map(Vec3::<f32>::splat);
         let at = [hit.t, hit.b[0], hit.b[1]];
-        let point = (self.geometry).surface_point(&[hit.primitive], o, d, at, wanted);
+        let of: (&[u32], &[u32]) = (&[hit.primitive], &[hit.instance]);
+        let point = (self.geometry).surface_point(of, o, d, at, wanted);
         let [outside, inside] = self.media.media.boundaries[shape.boundary as usize];
         let medium = if d.dot(point.ng) > 0.0 {
             outside
@@ -207,6 +208,7 @@ impl World<'_> {
         Wanted {
             spheres: self.wanted.spheres,
             large: self.wanted.large,
+            instances: self.wanted.instances,
             ..Wanted::default()
         }
     }

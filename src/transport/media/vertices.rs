@@ -42,7 +42,7 @@ impl World<'_> {
         let at = [0.0, 1.0 / 3.0, 1.0 / 3.0];
         let origin = Vec3::<f32>::splat(ray.origin);
         let point = (self.geometry).surface_point(
-            &[primitive],
+            (&[primitive], &[NONE]),
             origin,
             Vec3::zero(),
             at,

@@ -13,7 +13,7 @@ fn normal_at_centroid(text: &str) -> [f64; 3] {
         let third = L::splat(1.0 / 3.0);
         let any = Vec3::splat([0.0, 0.0, 1.0]);
         let b = [L::one(), third, third];
-        let point = (world.geometry).surface_point(&[0], any, any, b, world.wanted);
+        let point = (world.geometry).surface_point((&[0], &[u32::MAX]), any, any, b, world.wanted);
         point.ns.lane(0)
     }
     let n = at::<f32>(&world);
