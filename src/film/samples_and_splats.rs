@@ -2,6 +2,7 @@
 
 use super::samples::Estimate;
 use super::{FilterTable, GROUPS, Passes, SEQUENCES, Sample, SampleFilm, Tiling};
+use crate::checkpoint::{Malformed, Reader, Writer};
 use std::ops::Range;
 
 /// Film for samples that are placed in the cells of the raster one after the other and also splat
@@ -31,6 +32,28 @@ impl SplattingFilm {
         Self {
             splats: splats.then(|| SampleFilm::splatted(filter.clone(), judged)),
             placed: SampleFilm::placed(filter, judged),
+        }
+    }
+
+    /// Writes all that it holds.
+    pub fn save(&self, to: &mut Writer) {
+        let Self { placed, splats } = self;
+        placed.save(to);
+        if let Some(splats) = splats {
+            splats.save(to);
+        }
+    }
+
+    /// Reads all that a film like this one held.
+    ///
+    /// # Errors
+    /// It was another.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        let Self { placed, splats } = self;
+        placed.load(from)?;
+        match splats {
+            Some(splats) => splats.load(from),
+            None => Ok(()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Where splats are summed: layers of 64-bit pixels in stripes, each under a lock of its own.
 
+use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::memory::Table;
 use std::sync::{Mutex, MutexGuard};
 
@@ -30,6 +31,43 @@ impl Stripes {
     /// Pixels of a stripe, a power of two; the last one of a layer may have fewer.
     pub fn pixels(&self) -> usize {
         self.pixels
+    }
+
+    /// The largest of all sums, without its sign.
+    pub fn largest(&self) -> f64 {
+        let of = |table: &Mutex<Table<i64>>| {
+            let table = table
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            let sums = table.entries().iter();
+            sums.map(|sum| sum.unsigned_abs()).max().unwrap_or(0)
+        };
+        self.tables.iter().map(of).max().unwrap_or(0) as f64
+    }
+
+    /// Writes all sums.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            tables,
+            pixels: _,
+            per_layer: _,
+        } = self;
+        for table in tables {
+            let table = table
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            to.table(table.entries());
+        }
+    }
+
+    /// Reads all sums.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        for table in &mut self.tables {
+            let table = table.get_mut();
+            let table = table.unwrap_or_else(|poisoned| poisoned.into_inner());
+            from.table(table.entries_mut())?;
+        }
+        Ok(())
     }
 
     pub fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {

@@ -41,10 +41,12 @@ mod rerun;
 mod result;
 mod run;
 mod sampled;
+mod saved;
 mod scale;
 mod schedule;
 mod settings;
 mod shares;
+mod state;
 mod tuning;
 
 pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
@@ -54,13 +56,16 @@ pub use self::needs::{Need, Needs};
 pub use self::rerun::{Visit, Whose, rerun};
 pub use self::result::{Render, Stats, StrategyPictures};
 pub use self::run::{EndedBy, Observer, Phase, Silent, peak_rss_bytes};
+pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
 pub use self::shares::{Share, Shares};
+pub use self::state::{Made, State};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
 use self::scale::{bring_to_scale, mixed_deviation};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use crate::checkpoint::{Malformed, Reader};
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
@@ -74,10 +79,42 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    render_by(scene, settings, observer, &|run| match settings.lanes {
-        Width::Eight => integrate::<f32x8>(run),
-        Width::One => integrate::<f32>(run),
-    })
+    go(scene, settings, None, observer)
+}
+
+/// Goes on with a render: to the same bits as if it had never been stopped, if the settings are
+/// those that it was begun with. Threads, lanes and what ends it may be others. Samples go on to
+/// any number of them. Chains, too; where that is more than at first, their film keeps the
+/// precision that it was made with, which is higher than that of a film for so many, and the
+/// tuning is that of the shorter render.
+///
+/// # Errors
+/// Those of [`render`], and a state of another scene, picture, integrator or seed.
+pub fn resume(
+    scene: &Scene,
+    settings: &Settings,
+    state: &State,
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    go(scene, settings, Some(state), observer)
+}
+
+fn go(
+    scene: &Scene,
+    settings: &Settings,
+    state: Option<&State>,
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    render_by(
+        scene,
+        settings,
+        state,
+        observer,
+        &|run, from| match settings.lanes {
+            Width::Eight => integrate::<f32x8>(run, from),
+            Width::One => integrate::<f32>(run, from),
+        },
+    )
 }
 
 /// Paths traced eight at a time, whatever the settings say. Unit tests that call this instead of
@@ -87,15 +124,16 @@ pub fn render(
 /// Those of [`render`].
 #[cfg(test)]
 pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, RenderError> {
-    render_by(scene, settings, &Silent, &pt::render::<f32x8>)
+    render_by(scene, settings, None, &Silent, &pt::render::<f32x8>)
 }
 
 /// All of a render but its integrator.
 fn render_by(
     scene: &Scene,
     settings: &Settings,
+    state: Option<&State>,
     observer: &dyn Observer,
-    integrate: &(dyn Fn(&Run) -> Render + Sync),
+    integrate: &(dyn Fn(&Run, Option<&mut Reader>) -> Result<Render, Malformed> + Sync),
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
@@ -104,14 +142,20 @@ fn render_by(
     observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
     observer.progress(Phase::Build, primitives, primitives);
+    let spent = state.map_or(0.0, |state| state.made.seconds);
     let run = Run {
-        scene,
-        world: &world,
-        settings,
-        observer,
         start,
+        spent: Duration::from_secs_f64(spent),
+        ..Run::begin(scene, &world, settings, observer)
     };
-    let mut render = pool.install(|| integrate(&run));
+    let mut render = pool.install(|| match state {
+        Some(state) => {
+            let mut from = Reader::new(&state.packed);
+            run.check_whose(&mut from)?;
+            integrate(&run, Some(&mut from))
+        }
+        None => integrate(&run, None),
+    })?;
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     let colour = scene.film.colour.as_ref();
@@ -143,7 +187,7 @@ fn render_by(
     stats.width = render.width;
     stats.height = render.height;
     stats.build_seconds = world.tracer.stats().build_time.as_secs_f64();
-    stats.total_seconds = start.elapsed().as_secs_f64();
+    stats.total_seconds = run.elapsed().as_secs_f64();
     stats.rays_per_second = per_second(stats.rays, stats.render_seconds + stats.bootstrap_seconds);
     stats.peak_rss_bytes = peak_rss_bytes();
     let dark = settings.target_error.is_some() && stats.b * f64::from(scale) < DARK;
@@ -170,25 +214,19 @@ fn render_by(
 /// Settings out of range, and thread pools that cannot be had.
 pub fn shares(scene: &Scene, world: &World, settings: &Settings) -> Result<Shares, RenderError> {
     check(settings)?;
-    let run = Run {
-        scene,
-        world,
-        settings,
-        observer: &Silent,
-        start: Instant::now(),
-    };
+    let run = Run::begin(scene, world, settings, &Silent);
     Ok(pool(settings.threads)?.install(|| auto::shares::<f32x8>(&run)))
 }
 
 /// Every integrator, by name.
-fn integrate<L: Lanes>(run: &Run) -> Render {
+fn integrate<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
     match run.settings.integrator {
-        IntegratorKind::Auto => auto::render::<L>(run),
-        IntegratorKind::Mmlt => mmlt::render::<L>(run),
-        IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler),
-        IntegratorKind::Pt => pt::render::<L>(run),
-        IntegratorKind::Lt => lt::render::<L>(run),
-        IntegratorKind::Bdpt => bdpt::render::<L>(run),
+        IntegratorKind::Auto => auto::render::<L>(run, from),
+        IntegratorKind::Mmlt => mmlt::render::<L>(run, from),
+        IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler, from),
+        IntegratorKind::Pt => pt::render::<L>(run, from),
+        IntegratorKind::Lt => lt::render::<L>(run, from),
+        IntegratorKind::Bdpt => bdpt::render::<L>(run, from),
     }
 }
 

@@ -3,11 +3,12 @@
 
 use super::sampled::{self, Method};
 use super::{Render, Run};
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::evaluate::UnidirectionalLayout;
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
     let layout = UnidirectionalLayout::new(&run.world.plan, run.settings.max_depth);
     let method = Method {
         name: "pt",
@@ -19,5 +20,5 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
         },
         collect: &|_, _| {},
     };
-    sampled::render::<L>(run, &method).render
+    Ok(sampled::render::<L>(run, &method, from)?.render)
 }

@@ -1,9 +1,12 @@
 //! Integrators of independent samples, a fixed number per pixel: what they share is everything but
 //! what a sample is.
 
+mod saved;
+
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
+use crate::checkpoint::{Malformed, Reader};
 use crate::film::{Done, FilterTable, GROUPS, SEQUENCES, Sample, SampleFilm, SplattingFilm};
 use crate::plan::{Layout, Pair};
 use crate::scene::Clamp;
@@ -90,13 +93,23 @@ pub(super) struct Sampling<'a> {
     done: u64,
     rays: u64,
     rejected: u64,
+    /// Seconds that an earlier process has taken for them, and when this one began.
+    before: f64,
+    since: Instant,
     /// Those that no thread uses: they are large, and made once.
     workspaces: Mutex<Vec<(Box<Paths>, Samples)>>,
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
-    let start = Instant::now();
+pub(super) fn render<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    from: Option<&mut Reader>,
+) -> Result<Sampled, Malformed> {
     let mut sampling = Sampling::new::<L>(run, method, run.settings.samples_per_pixel);
+    if let Some(from) = from {
+        sampling.load(from)?;
+        from.end()?;
+    }
     let total = sampling.total;
     let batch = run.settings.batch.unwrap_or(BATCH) as u64;
     let mut step = FIRST;
@@ -111,13 +124,17 @@ pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
             run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+            if ended_by.is_none() {
+                run.keep(false, |to| sampling.save(to));
+            }
             if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
                 break;
             }
         }
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
-    sampling.finish(start, ended_by.unwrap_or(EndedBy::Effort))
+    run.keep(true, |to| sampling.save(to));
+    Ok(sampling.finish(ended_by.unwrap_or(EndedBy::Effort)))
 }
 
 impl<'a> Sampling<'a> {
@@ -138,6 +155,8 @@ impl<'a> Sampling<'a> {
             done: 0,
             rays: 0,
             rejected: 0,
+            before: 0.0,
+            since: Instant::now(),
             workspaces: Mutex::default(),
         }
     }
@@ -255,7 +274,7 @@ impl<'a> Sampling<'a> {
     }
 
     /// The picture, and what is known of it.
-    pub fn finish(self, start: Instant, ended_by: EndedBy) -> Sampled {
+    pub fn finish(self, ended_by: EndedBy) -> Sampled {
         let Self {
             run, method, sums, ..
         } = &self;
@@ -276,7 +295,7 @@ impl<'a> Sampling<'a> {
         let tiles =
             (settings.estimate_error).then(|| Tiles::of(sums.tiling(), &[layer(&groups, whole)]));
         let warnings = self.warnings(&made, black);
-        let render_seconds = start.elapsed().as_secs_f64();
+        let render_seconds = self.before + self.since.elapsed().as_secs_f64();
         let render = Render {
             stats: Stats {
                 integrator: method.name.into(),

@@ -1,5 +1,6 @@
 //! Primary samples of a batch of paths: a matrix `[dimension][path]` of numbers in `[0, 1)`.
 
+use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::plan::Pair;
 use crate::simd::rng::Stream;
 use crate::simd::sobol;
@@ -43,6 +44,26 @@ impl Samples {
         self.stride = (paths.div_ceil(LINE) | 1) * LINE;
         self.data.clear();
         self.data.resize(dimensions * self.stride, 0.0);
+    }
+
+    /// Writes all of it.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            data,
+            columns: _,
+            stride: _,
+        } = self;
+        to.table(data);
+    }
+
+    /// Reads as many dimensions of as many paths as there is room for.
+    ///
+    /// # Errors
+    /// They are others, or not in `[0, 1)`.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        from.table(&mut self.data)?;
+        let inside = self.data.iter().all(|u| (0.0..1.0).contains(u));
+        Malformed::unless(inside, "a primary sample is out of range")
     }
 
     /// Rows of the matrix.

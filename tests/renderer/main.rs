@@ -44,6 +44,7 @@ mod pssmlt;
 mod reference;
 mod reflectances;
 mod replay;
+mod resume;
 mod rng;
 mod rough_dielectric;
 mod scenes_hard;

@@ -85,7 +85,9 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             iteration: args.iteration.unwrap_or(0),
         };
         let visit = rerun(scene, &world, &settings, whose, &Silent).map_err(|e| match e {
-            RenderError::Settings(_) => Failure::Input(format!("{}: {e}", input.name)),
+            RenderError::Settings(_) | RenderError::State(_) => {
+                Failure::Input(format!("{}: {e}", input.name))
+            }
             RenderError::Threads { .. } => Failure::Io(e.to_string()),
         })?;
         let recorder = Recorder::new(scene, &world);

@@ -21,6 +21,7 @@ mod evidence;
 mod march;
 mod model;
 mod pilot;
+mod saved;
 mod start;
 mod trials;
 
@@ -36,6 +37,7 @@ use super::shares::{Share, Shares};
 use super::{EndedBy, Render, Run};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
 use crate::chain::trial::Trial;
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::transport::PathSampler;
 use crate::transport::bidirectional::BidirectionalLayout;
@@ -75,16 +77,25 @@ pub(super) struct Decision {
     expected: f64,
 }
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
     let start = Instant::now();
-    let decision = Decision::new::<L>(run);
+    let (mut decision, from) = match from {
+        Some(from) => (Decision::load(run, from)?, Some(from)),
+        None => (Decision::new::<L>(run), None),
+    };
     let shares = decision.shares();
-    let pilot_rays = decision.rays;
+    let begun = std::mem::take(&mut decision.bootstraps);
+    let run = &Run {
+        // What a stop has cut short would have decided otherwise.
+        keeps: run.keeps && (from.is_some() || !run.observer.stop()),
+        preface: &|to| decision.save(to),
+        ..*run
+    };
     let (choice, budget) = (&decision.choice, decision.budget());
-    let mut render = march::<L>(run, choice, budget, decision.bootstraps, start);
-    render.stats.rays += pilot_rays;
+    let mut render = march::<L>(run, choice, budget, begun, start, from)?;
+    render.stats.rays += decision.rays;
     render.stats.shares = Some(shares);
-    render
+    Ok(render)
 }
 
 /// Who would bring what.

@@ -94,7 +94,9 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
             Budget { spent: 0, ..budget },
             Vec::new(),
             start,
+            None,
         );
+        let render = render.ok()?;
         traced[i] = render.stats.rays;
         if quiet.stop() {
             return None;
