@@ -7,8 +7,8 @@
 
 /// Part of all pixels, the worst, that does not count.
 const WORST: f64 = 0.005;
-/// Where the picture is dimmer than this part of its mean, errors count as if it were not. Relative:
-/// what is chosen does not depend on how bright the lights are.
+/// Where the picture is dimmer than this part of its mean, errors count as if it were not.
+/// Relative: what is chosen does not depend on how bright the lights are.
 const DARK: f64 = 0.3;
 /// Pixels along each side of the blocks whose mean stands for the picture: its own noise would make
 /// bright pixels look accurate.
