@@ -146,7 +146,8 @@ impl SplattingFilm {
     }
 
     /// What has fallen into each tile by group of passes, one for each of the [`SEQUENCES`], as if
-    /// no pass had been broken off: a part of a pass makes its group's sum more certain, not larger.
+    /// no pass had been broken off: a part of a pass makes its group's sum more certain, not
+    /// larger.
     pub fn tile_sums(&self, done: &Done) -> Vec<[f64; GROUPS]> {
         let mut sums = regular(&self.placed, &done.placed);
         if let Some(splats) = &self.splats {
