@@ -12,7 +12,7 @@ mod surfaces;
 
 pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Forced, Member};
-pub use self::layout::{Layout, Strides, Vertices};
+pub use self::layout::{Layout, Pair, Strides, Vertices};
 pub use self::report::PlanReport;
 use crate::surface::Kind;
 

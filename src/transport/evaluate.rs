@@ -31,6 +31,11 @@ impl UnidirectionalLayout {
         }
     }
 
+    /// Where primary samples are.
+    pub fn dimensions(&self) -> &Layout {
+        &self.at
+    }
+
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
         self.at.total

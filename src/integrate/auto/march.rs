@@ -61,7 +61,7 @@ pub(super) fn march<L: Lanes>(
     budget: Budget,
     begun: Vec<Bootstrap>,
     start: Instant,
-    from: Option<&mut Reader>,
+    from: &mut [Reader],
 ) -> Result<Render, Malformed> {
     let effort = Effort::of(run, choice, budget);
     let kept = choice.bounds();
@@ -69,7 +69,7 @@ pub(super) fn march<L: Lanes>(
     let method = sampled::Method {
         name: "auto",
         purpose: Purpose::Bidirectional,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: layout.splats() > 0,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
@@ -81,7 +81,7 @@ pub(super) fn march<L: Lanes>(
         let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
         let has_samples = !layout.strategies().is_empty();
         let beside = has_samples.then_some(&mut sampling);
-        if let Some(from) = from {
+        if !from.is_empty() {
             return chains::resumed::<L>(run, &chains, effort.mutations, beside, from);
         }
         let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);
