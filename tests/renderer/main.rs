@@ -30,6 +30,7 @@ mod hard_scenes;
 mod image_lights;
 mod lights;
 mod lt;
+mod made_up_states;
 mod measured;
 mod media;
 mod mixtures;
