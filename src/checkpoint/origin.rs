@@ -67,6 +67,11 @@ impl Origin {
         Ok(origin)
     }
 
+    /// Whether a scene was read from files of the same names and content.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.files == other.files
+    }
+
     /// How many files.
     pub fn files(&self) -> usize {
         self.files.len()

@@ -4,6 +4,7 @@
 mod fitting;
 mod keep;
 pub(super) mod look;
+pub(super) mod merge;
 pub(super) mod parse;
 pub(super) mod resume;
 pub(super) mod values;
@@ -404,6 +405,7 @@ impl RenderArgs {
         s.estimate_error = !self.no_estimate;
         s.forced = self.effects.force_effects.clone();
         s.error_layers = self.error_layers;
+        s.shard = self.keep.shard;
         self.chains.apply(s);
         self.apply_effort(s, pixels);
     }
@@ -450,6 +452,21 @@ impl PictureArgs {
 }
 
 impl ChainArgs {
+    /// As if none was given.
+    fn none() -> Self {
+        Self {
+            max_depth: None,
+            chains: None,
+            bootstrap: None,
+            large_step: None,
+            mutation: None,
+            sigma: None,
+            strategy_choice: None,
+            seed: None,
+            mutations: None,
+        }
+    }
+
     /// Applies the flags to what the scene says.
     pub fn apply(&self, s: &mut Settings) {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);

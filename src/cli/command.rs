@@ -5,6 +5,7 @@ use clap::{ColorChoice, Parser, Subcommand};
 use super::about::{CompletionsArgs, ManArgs};
 use super::args::RenderArgs;
 use super::args::look::{BenchArgs, InspectArgs};
+use super::args::merge::MergeArgs;
 use super::args::resume::{InfoArgs, ResumeArgs};
 use super::compare::args::CompareArgs;
 use super::converge::args::ConvergeArgs;
@@ -53,6 +54,7 @@ pub struct Cli {
 pub enum Command {
     Render(Box<RenderArgs>),
     Resume(Box<ResumeArgs>),
+    Merge(MergeArgs),
     Info(InfoArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),

@@ -13,7 +13,7 @@ use super::units;
 use crate::brief::brief;
 use crate::checkpoint::CheckpointError;
 use crate::formats::exr;
-use crate::integrate::{Checkpoint, Settings};
+use crate::integrate::{Checkpoint, Settings, Shard};
 use crate::memory::Bytes;
 
 pub fn run(args: &InfoArgs, _: Messages) -> Result<ExitCode, Failure> {
@@ -78,6 +78,9 @@ fn of_checkpoint(out: &mut String, path: &Path, checkpoint: &Checkpoint) -> fmt:
     if settings.integrator.mutates() {
         writeln!(out, "  chains        {}", settings.chains)?;
         writeln!(out, "  bootstrap     {}", settings.bootstrap)?;
+    }
+    if let Some(Shard { index, of }) = settings.shard {
+        writeln!(out, "  shard         {}/{of}", index + 1)?;
     }
     writeln!(out, "  asked for     {}", asked_for(settings))?;
     let mut counts = Vec::new();

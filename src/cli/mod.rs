@@ -21,6 +21,7 @@ mod inspect;
 mod interim;
 mod keeping;
 mod memory;
+mod merge;
 mod messages;
 mod outputs;
 mod progress;
@@ -64,6 +65,7 @@ pub fn main() -> ExitCode {
     let quiet = match &cli.command {
         Command::Render(args) => args.quiet,
         Command::Resume(args) => args.quiet,
+        Command::Merge(args) => args.quiet,
         Command::Inspect(_) | Command::Info(_) => false,
         Command::Bench(args) => args.quiet,
         Command::Compare(args) => args.quiet,
@@ -79,6 +81,7 @@ pub fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Render(args) => render::run(args, messages),
         Command::Resume(args) => resume::run(args, messages),
+        Command::Merge(args) => merge::run(args, messages),
         Command::Info(args) => info::run(args, messages),
         Command::Inspect(args) => inspect::run(args, messages),
         Command::Bench(args) => bench::run(args, messages),

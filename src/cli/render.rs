@@ -108,7 +108,12 @@ fn one(
         ));
     }
     args.picture.apply(&mut input.scene)?;
-    let files = files(args, &input, messages)?;
+    let shard = args.keep.shard.is_some()
+        || resumed.is_some_and(|resumed| resumed.settings.shard.is_some());
+    let files = match shard {
+        true => Vec::new(),
+        false => files(args, &input, messages)?,
+    };
     if let Some(file) = files.iter().find(|file| taken.contains(file)) {
         return Err(Failure::Input(format!(
             "{}: {} has just been written for another scene; render this one by itself, with -o",
@@ -150,9 +155,11 @@ fn one(
     }
     let made = from.map(|from| from.state.made).unwrap_or_default();
     let progress = Progress::new(signals, messages, &settings, made);
-    let start = |observer: &dyn Observer| match from {
-        Some(from) => integrate::resume(scene, &settings, &from.state, observer),
-        None => integrate::render(scene, &settings, observer),
+    let states = resumed.map_or(&[][..], |resumed| &resumed.shards);
+    let start = |observer: &dyn Observer| match states {
+        [] => integrate::render(scene, &settings, observer),
+        [state] => integrate::resume(scene, &settings, state, observer),
+        shards => integrate::merge(scene, &settings, shards, observer),
     };
     let result = watched(
         args,
@@ -181,6 +188,13 @@ fn one(
         messages.note(format_args!(
             "building the tree took {taken}, which --time does not cut short"
         ));
+    }
+    if settings.shard.is_some() {
+        // Figures and warnings are of a part that is no picture.
+        return Ok(match kept {
+            true => signals.exit_code().unwrap_or(ExitCode::SUCCESS),
+            false => ExitCode::from(1),
+        });
     }
     for warning in &render.warnings {
         messages.warning(warning);

@@ -22,6 +22,19 @@ pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let origin = &checkpoint.origin;
     let changed = |e| Failure::Input(format!("{name} cannot be resumed: {e}"));
     origin.check().map_err(changed)?;
+    if checkpoint.settings.shard.is_some() {
+        let flags = [
+            ("-o", !args.output.is_empty()),
+            ("--output-every", args.output_every.is_some()),
+            ("--stats", args.stats.is_some()),
+            ("--error-layers", args.error_layers),
+        ];
+        if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
+            return Err(Failure::Input(format!(
+                "{flag}: {name} is a shard, and no picture; `phalanx merge` makes one of all shards"
+            )));
+        }
+    }
     let settings = settings(args, &checkpoint)?;
     let picture = PictureArgs {
         resolution: checkpoint.resolution.map(|[w, h]| (w, h)),
@@ -31,6 +44,7 @@ pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let resumed = Resumed {
         name: name.to_string(),
         checkpoint: &checkpoint,
+        shards: vec![&checkpoint.state],
         settings,
         new_effort: args.has_effort(),
     };

@@ -3,13 +3,15 @@
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::units;
-use crate::integrate::{Checkpoint, Settings};
+use crate::integrate::{Checkpoint, Settings, State};
 
 /// A render that is gone on with.
 pub struct Resumed<'a> {
     /// Of the file.
     pub name: String,
     pub checkpoint: &'a Checkpoint,
+    /// What to go on from: one state, or those of all shards.
+    pub shards: Vec<&'a State>,
     /// Of the render, but for new flags of effort.
     pub settings: Settings,
     /// What ends it is another thing than before.

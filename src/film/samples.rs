@@ -1,9 +1,10 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
+mod saved;
+
 use super::sum::Sums;
 use super::tile_sums::TileSums;
 use super::{FilterTable, GROUPS, Passes, Tiling};
-use crate::checkpoint::{Malformed, Reader, Writer};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard};
@@ -169,40 +170,6 @@ impl SampleFilm {
             lit: AtomicBool::new(false),
             full: AtomicU64::new(0),
         }
-    }
-
-    /// Writes all that it holds.
-    pub fn save(&self, to: &mut Writer) {
-        let Self {
-            filter: _,
-            weighing: _,
-            entries: _,
-            halves,
-            inside,
-            tiles,
-            lit,
-            full,
-        } = self;
-        for block in halves.iter().flatten().chain(inside) {
-            lock(block).save(to);
-        }
-        tiles.save(to);
-        to.flag(lit.load(Relaxed));
-        to.value(full.load(Relaxed));
-    }
-
-    /// Reads all that a film like this one held.
-    ///
-    /// # Errors
-    /// It was another.
-    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
-        for block in self.halves.iter().flatten().chain(&self.inside) {
-            lock(block).load(from)?;
-        }
-        self.tiles.load(from)?;
-        *self.lit.get_mut() = from.flag()?;
-        *self.full.get_mut() = from.value()?;
-        Ok(())
     }
 
     /// Its tiles.

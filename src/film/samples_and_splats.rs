@@ -57,6 +57,14 @@ impl SplattingFilm {
         }
     }
 
+    /// Adds all that a film like this one holds.
+    pub fn absorb(&self, other: &Self) {
+        self.placed.absorb(&other.placed);
+        if let (Some(splats), Some(more)) = (&self.splats, &other.splats) {
+            splats.absorb(more);
+        }
+    }
+
     /// Adds samples that were placed.
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
         self.placed.add(samples);

@@ -60,12 +60,19 @@ impl Stripes {
         }
     }
 
+    /// Adds the sums of others like these.
+    pub fn absorb(&mut self, other: &mut Self) {
+        for (to, from) in self.tables.iter_mut().zip(&mut other.tables) {
+            let (to, from) = (own(to), own(from));
+            let sums = to.entries_mut().iter_mut().zip(from.entries());
+            sums.for_each(|(to, from)| *to = to.wrapping_add(*from));
+        }
+    }
+
     /// Reads all sums.
     pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
         for table in &mut self.tables {
-            let table = table.get_mut();
-            let table = table.unwrap_or_else(|poisoned| poisoned.into_inner());
-            from.table(table.entries_mut())?;
+            from.table(own(table).entries_mut())?;
         }
         Ok(())
     }
@@ -76,6 +83,10 @@ impl Stripes {
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
+}
+
+fn own(table: &mut Mutex<Table<i64>>) -> &mut Table<i64> {
+    (table.get_mut()).unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// Memory of so many layers, in bytes.

@@ -145,6 +145,17 @@ impl Sums {
         Malformed::unless(right, "a sum is too large")
     }
 
+    /// Adds as many others; how many are full.
+    pub fn absorb(&mut self, other: &Self) -> u64 {
+        let mut full = 0;
+        for i in 0..self.places.len() {
+            let mut sum = self.get(i);
+            full += u64::from(sum.merge(other.get(i)));
+            self.set(i, sum);
+        }
+        full
+    }
+
     #[inline(always)]
     pub fn get(&self, i: usize) -> Sum {
         Sum {

@@ -183,6 +183,17 @@ impl SplatFilm {
         log.len = 0;
     }
 
+    /// Adds all that a film of the same plan holds.
+    ///
+    /// # Errors
+    /// It was planned otherwise.
+    pub fn absorb(&mut self, mut other: Self) -> Result<(), Malformed> {
+        let same = self.fraction_bits == other.fraction_bits && self.half == other.half;
+        Malformed::unless(same, "films were planned for other renders")?;
+        self.stripes.absorb(&mut other.stripes);
+        Ok(())
+    }
+
     /// Mutations that it surely has room for, wherever they splat: to be asked where there are more
     /// than it was made for.
     pub fn room(&self) -> f64 {

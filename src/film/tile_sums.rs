@@ -93,6 +93,19 @@ impl TileSums {
         }
     }
 
+    /// Adds the sums of others like these; how many are full.
+    pub fn absorb(&self, other: &Self) -> u64 {
+        let mut full = 0;
+        for (to, from) in self.rows.iter().zip(&other.rows) {
+            let (mut to, from) = (lock(to), lock(from));
+            let entries = to.as_flattened_mut().iter_mut();
+            for (to, from) in entries.zip(from.as_flattened()) {
+                full += to.merge(*from);
+            }
+        }
+        full
+    }
+
     /// Reads all sums.
     pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
         for row in &self.rows {

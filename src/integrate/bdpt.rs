@@ -8,7 +8,7 @@ use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 
-pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let mut layout = BidirectionalLayout::new(run.world);
     let mut films = Vec::new();
     if run.settings.strategies {

@@ -29,10 +29,10 @@ use std::time::{Duration, Instant};
 pub(super) fn render<L: Lanes>(
     run: &Run,
     method: &Method,
-    from: Option<&mut Reader>,
+    from: &mut [Reader],
 ) -> Result<Render, Malformed> {
     let wanted = mutations(run, run.settings.mutations_per_pixel);
-    if let Some(from) = from {
+    if !from.is_empty() {
         return resumed::<L>(run, method, wanted, None, from);
     }
     let start = Instant::now();
@@ -61,26 +61,32 @@ pub(super) fn together<L: Lanes>(
     go_on::<L>(run, method, &begun, film, march, beside, since)
 }
 
-/// The same from where they stood when their state was kept.
+/// The same from where they stood when their state was kept, or the states of all shards.
 pub(super) fn resumed<L: Lanes>(
     run: &Run,
     method: &Method,
     wanted: f64,
     mut beside: Option<&mut Sampling>,
-    from: &mut Reader,
+    from: &mut [Reader],
 ) -> Result<Render, Malformed> {
     let since = Instant::now();
     let begun = Begun::load(from)?;
     let budgets = load_budgets(run, method, wanted, from)?;
     let layers = Method::layers(method.samplers.len(), method.combined);
     let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
-    let film = SplatFilm::load(filter, layers, run.settings.estimate_error, from)?;
+    let judged = run.settings.estimate_error;
+    let mut films = from
+        .iter_mut()
+        .map(|from| SplatFilm::load(filter.clone(), layers, judged, from));
+    let first = films.next();
+    let mut film = first.ok_or_else(|| Malformed::new("there is no state"))??;
+    films.try_for_each(|more| film.absorb(more?))?;
     let tiling = Tiling::new(run.scene.film.crop);
     let march = March::load(run, &budgets, &tiling, from)?;
     if let Some(beside) = &mut beside {
         beside.load(from)?;
     }
-    from.end()?;
+    from.iter().try_for_each(Reader::end)?;
     Ok(go_on::<L>(run, method, &begun, film, march, beside, since))
 }
 
@@ -351,7 +357,8 @@ fn good_enough(
     beside: Option<&Sampling>,
     looks: &mut Looks,
 ) -> bool {
-    if !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
+    let parted = run.settings.shard.is_some();
+    if parted || !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
         return false;
     }
     let seen = looks.look(|| {

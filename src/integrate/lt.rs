@@ -9,7 +9,7 @@ use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::bidirectional::BidirectionalLayout;
 
-pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let layout = BidirectionalLayout::light_tracing(run.world);
     let method = Method {
         name: "lt",

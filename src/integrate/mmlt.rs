@@ -19,6 +19,6 @@ pub(super) fn method(plan: &Plan) -> Method {
     }
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     chains::render::<L>(run, &method(&run.world.plan), from)
 }

@@ -45,6 +45,7 @@ mod saved;
 mod scale;
 mod schedule;
 mod settings;
+mod shard;
 mod shares;
 mod state;
 mod tuning;
@@ -58,6 +59,7 @@ pub use self::result::{Render, Stats, StrategyPictures};
 pub use self::run::{EndedBy, Observer, Phase, Silent, peak_rss_bytes};
 pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
+pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
 pub use self::state::{Made, State};
 
@@ -79,7 +81,7 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    go(scene, settings, None, observer)
+    go(scene, settings, &[], observer)
 }
 
 /// Goes on with a render: to the same bits as if it had never been stopped, if the settings are
@@ -96,19 +98,41 @@ pub fn resume(
     state: &State,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    go(scene, settings, Some(state), observer)
+    go(scene, settings, &[state], observer)
+}
+
+/// Adds up all shards of a render, in their order; each must have come to its end. The render is
+/// that of one machine, to the bit, and can be gone on with. `settings` are those of any of them.
+///
+/// # Errors
+/// Those of [`render`], and shards that are not all that there are of one render.
+pub fn merge(
+    scene: &Scene,
+    settings: &Settings,
+    shards: &[&State],
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    let settings = Settings {
+        shard: None,
+        ..settings.clone()
+    };
+    if shards.len() < 2 {
+        let few = Malformed::new("one shard is not all that there are");
+        return Err(few.into());
+    }
+    go(scene, &settings, shards, observer)
 }
 
 fn go(
     scene: &Scene,
     settings: &Settings,
-    state: Option<&State>,
+    states: &[&State],
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
     render_by(
         scene,
         settings,
-        state,
+        states,
         observer,
         &|run, from| match settings.lanes {
             Width::Eight => integrate::<f32x8>(run, from),
@@ -124,16 +148,16 @@ fn go(
 /// Those of [`render`].
 #[cfg(test)]
 pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, RenderError> {
-    render_by(scene, settings, None, &Silent, &pt::render::<f32x8>)
+    render_by(scene, settings, &[], &Silent, &pt::render::<f32x8>)
 }
 
 /// All of a render but its integrator.
 fn render_by(
     scene: &Scene,
     settings: &Settings,
-    state: Option<&State>,
+    states: &[&State],
     observer: &dyn Observer,
-    integrate: &(dyn Fn(&Run, Option<&mut Reader>) -> Result<Render, Malformed> + Sync),
+    integrate: &(dyn Fn(&Run, &mut [Reader]) -> Result<Render, Malformed> + Sync),
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
@@ -142,20 +166,21 @@ fn render_by(
     observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
     observer.progress(Phase::Build, primitives, primitives);
-    let spent = state.map_or(0.0, |state| state.made.seconds);
+    let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {
         start,
         spent: Duration::from_secs_f64(spent),
         ..Run::begin(scene, &world, settings, observer)
     };
-    let mut render = pool.install(|| match state {
-        Some(state) => {
-            let mut from = Reader::new(&state.packed);
-            run.check_whose(&mut from)?;
-            integrate(&run, Some(&mut from))
-        }
-        None => integrate(&run, None),
-    })?;
+    let mut from: Vec<Reader> = (states.iter())
+        .map(|state| Reader::new(&state.packed))
+        .collect();
+    let of = from.len() as u32;
+    for (index, from) in (0..).zip(&mut from) {
+        let shard = (of > 1).then_some(Shard { index, of });
+        run.check_whose(shard.or(settings.shard), from)?;
+    }
+    let mut render = pool.install(|| integrate(&run, &mut from))?;
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     let colour = scene.film.colour.as_ref();
@@ -219,7 +244,7 @@ pub fn shares(scene: &Scene, world: &World, settings: &Settings) -> Result<Share
 }
 
 /// Every integrator, by name.
-fn integrate<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+fn integrate<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     match run.settings.integrator {
         IntegratorKind::Auto => auto::render::<L>(run, from),
         IntegratorKind::Mmlt => mmlt::render::<L>(run, from),

@@ -35,7 +35,7 @@ pub(super) fn method(world: &World, max_depth: u32, kind: PathSamplerKind) -> Me
 pub(super) fn render<L: Lanes>(
     run: &Run,
     kind: PathSamplerKind,
-    from: Option<&mut Reader>,
+    from: &mut [Reader],
 ) -> Result<Render, Malformed> {
     let method = method(run.world, run.settings.max_depth, kind);
     chains::render::<L>(run, &method, from)

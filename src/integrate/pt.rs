@@ -8,7 +8,7 @@ use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::evaluate::UnidirectionalLayout;
 
-pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let layout = UnidirectionalLayout::new(&run.world.plan, run.settings.max_depth);
     let method = Method {
         name: "pt",

@@ -1,9 +1,11 @@
 //! What all integrators work on, and whom they tell.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::scale::bring_to_scale;
 use super::settings::Settings;
+use super::shard::Shard;
 use super::state::State;
 use crate::checkpoint::Writer;
 use crate::formats::Picture;
@@ -130,6 +132,13 @@ impl<'a> Run<'a> {
     /// Time since it began, without what was between stops.
     pub(super) fn elapsed(&self) -> Duration {
         self.spent + self.start.elapsed()
+    }
+
+    /// The part of `count` things that is this render's, if it is a part of one; groups of `grain`
+    /// stay together.
+    pub(super) fn share(&self, count: u64, grain: u64) -> Range<u64> {
+        let whole = Shard { index: 0, of: 1 };
+        self.settings.shard.unwrap_or(whole).share(count, grain)
     }
 
     /// Width and height of the crop window.

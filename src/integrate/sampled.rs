@@ -88,8 +88,9 @@ pub(super) struct Sampling<'a> {
     pairs: Vec<Pair>,
     grid: Grid,
     sums: SplattingFilm,
-    /// Of all passes.
-    total: u64,
+    /// Those to make, by their numbers in all passes.
+    range: Range<u64>,
+    /// All before this one are made.
     done: u64,
     rays: u64,
     rejected: u64,
@@ -103,24 +104,24 @@ pub(super) struct Sampling<'a> {
 pub(super) fn render<L: Lanes>(
     run: &Run,
     method: &Method,
-    from: Option<&mut Reader>,
+    from: &mut [Reader],
 ) -> Result<Sampled, Malformed> {
     let mut sampling = Sampling::new::<L>(run, method, run.settings.samples_per_pixel);
-    if let Some(from) = from {
+    if !from.is_empty() {
         sampling.load(from)?;
-        from.end()?;
+        from.iter().try_for_each(Reader::end)?;
     }
-    let total = sampling.total;
+    let Range { start, end } = sampling.range.clone();
     let batch = run.settings.batch.unwrap_or(BATCH) as u64;
     let mut step = FIRST;
     let mut looks = Looks::new();
     let mut ended_by = None;
-    while sampling.done < total && ended_by.is_none() {
+    while sampling.done < end && ended_by.is_none() {
         let begin = Instant::now();
-        let done = sampling.done.saturating_add(step).min(total);
+        let done = sampling.done.saturating_add(step).min(end);
         sampling.advance(done);
-        run.observer.progress(Phase::Render, done, total);
-        if done < total {
+        (run.observer).progress(Phase::Render, done - start, end - start);
+        if done < end {
             run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
@@ -143,6 +144,7 @@ impl<'a> Sampling<'a> {
         let film = &run.scene.film;
         let filter = FilterTable::new(&film.filter, film.crop);
         let grid = Grid::new(run, &filter);
+        let range = run.share(spp.saturating_mul(grid.cells()), 1);
         Self {
             run,
             method,
@@ -150,15 +152,21 @@ impl<'a> Sampling<'a> {
             stream: Stream::new(run.settings.seed, method.purpose),
             pairs: method.layout.pairs(),
             sums: SplattingFilm::new(filter, run.settings.estimate_error, method.splats),
-            total: spp.saturating_mul(grid.cells()),
+            done: range.start,
+            range,
             grid,
-            done: 0,
             rays: 0,
             rejected: 0,
             before: 0.0,
             since: Instant::now(),
             workspaces: Mutex::default(),
         }
+    }
+
+    /// An empty film like its own.
+    fn film(&self) -> SplattingFilm {
+        let filter = self.sums.filter().clone();
+        SplattingFilm::new(filter, self.run.settings.estimate_error, self.method.splats)
     }
 
     /// Makes samples until there are so many.
@@ -212,9 +220,10 @@ impl<'a> Sampling<'a> {
     /// Makes this part of all samples, if it is more than has been made.
     pub fn advance_to(&mut self, part: f64) {
         let until = if part < 1.0 {
-            (self.total as f64 * part) as u64
+            let count = self.range.end - self.range.start;
+            self.range.start + (count as f64 * part) as u64
         } else {
-            self.total
+            self.range.end
         };
         self.advance(until);
     }
@@ -222,7 +231,7 @@ impl<'a> Sampling<'a> {
     /// Samples made, rays traced, and how many contributions were not finite or negative.
     pub fn counts(&self) -> Counts {
         Counts {
-            samples: self.done,
+            samples: self.done - self.range.start,
             rays: self.rays,
             rejected: self.rejected,
         }
@@ -299,8 +308,8 @@ impl<'a> Sampling<'a> {
         let render = Render {
             stats: Stats {
                 integrator: method.name.into(),
-                samples: self.done,
-                samples_per_second: per_second(self.done, render_seconds),
+                samples: self.counts().samples,
+                samples_per_second: per_second(self.counts().samples, render_seconds),
                 rays: self.rays,
                 render_seconds,
                 b: mean / (3.0 * pixels.len().max(1) as f64),
@@ -335,7 +344,7 @@ impl<'a> Sampling<'a> {
     fn warnings(&self, made: &Done, black: bool) -> Vec<String> {
         let (run, done) = (self.run, self.done);
         let mut warnings = Vec::new();
-        if made.placed.whole == 0 && self.total > 0 {
+        if made.placed.whole == 0 && self.range.end > 0 {
             warnings.push(format!(
                 "stopped in the first pass over the picture: {:.1} % of it is rendered",
                 100.0 * done as f64 / self.grid.cells() as f64
@@ -357,7 +366,9 @@ impl<'a> Sampling<'a> {
     /// reached.
     fn good_enough(&self, looks: &mut Looks) -> bool {
         let (run, done, sums) = (self.run, self.done, &self.sums);
-        if !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black() {
+        let parted = run.settings.shard.is_some();
+        if parted || !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black()
+        {
             return false;
         }
         let seen = looks.look(|| {

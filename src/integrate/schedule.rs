@@ -35,6 +35,9 @@ pub(super) const LARGEST_BATCH: usize = 512;
 /// Fewest chains of a batch, however many threads want work.
 const SMALLEST_BATCH: usize = 64;
 
+/// Chains that no shards divide: two halves of full lanes.
+const GRAIN: u64 = 16;
+
 /// Iterations a thread marches a batch before it looks for another.
 pub(super) const STRIDE: u32 = 16;
 /// The chains of a sampler, and how they reach the film.
@@ -246,8 +249,11 @@ impl<'a> March<'a> {
         let size = batch_size(run, budgets);
         let mut parts = Vec::new();
         for (a, start) in budgets.iter().zip(starts) {
+            let own = run.share(a.chains as u64, GRAIN);
+            let own = own.start as usize..own.end as usize;
             // No batch belongs to both halves.
             for (half, range) in [(true, 0..start.half), (false, start.half..a.chains)] {
+                let range = range.start.max(own.start)..range.end.min(own.end);
                 let to = Destination {
                     layer: a.layer,
                     scale: a.share,

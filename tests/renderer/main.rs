@@ -31,6 +31,7 @@ mod image_lights;
 mod instances;
 mod lights;
 mod lt;
+mod made_up_states;
 mod measured;
 mod media;
 mod mixtures;

@@ -2,7 +2,8 @@
 
 use phalanx::checkpoint::Origin;
 use phalanx::integrate::{
-    Checkpoint, EndedBy, Observer, Phase, Render, Settings, Silent, State, Width, render, resume,
+    Checkpoint, EndedBy, Observer, Phase, Render, Settings, Shard, Silent, State, Width, merge,
+    render, resume,
 };
 use phalanx::pbrt::load_str;
 use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
@@ -185,6 +186,59 @@ fn expect_resumed_by(integrator: IntegratorKind) {
     expect_resumed(&scene, &settings(&scene, integrator));
 }
 
+/// Renders all shards apart, each stopped once, and adds them up.
+fn expect_merged(scene: &Scene, settings: &Settings, of: u32) {
+    let name = format!("{} in {of} shards", settings.integrator.name());
+    let mut states = Vec::new();
+    for index in 0..of {
+        let settings = Settings {
+            shard: Some(Shard { index, of }),
+            threads: 1 + index as usize % 2,
+            ..settings.clone()
+        };
+        let stopped = Stopped::after(1);
+        render(scene, &settings, &stopped).unwrap();
+        let state = kept(scene, &settings, stopped.state()).state;
+        let keeps = Stopped::after(u32::MAX);
+        resume(scene, &settings, &state, &keeps).unwrap();
+        states.push(kept(scene, &settings, keeps.state()).state);
+        assert_eq!(states[index as usize].made.part, 1.0, "{name}");
+    }
+    let all: Vec<&State> = states.iter().collect();
+    let keeps = Stopped::after(u32::MAX);
+    let merged = merge(scene, settings, &all, &keeps).unwrap();
+    let whole = render(scene, settings, &Silent).unwrap();
+    expect_same(&whole, &merged, &name);
+    // What it has come to is a state like others.
+    let again = resume(scene, settings, &keeps.state(), &Silent).unwrap();
+    expect_same(&whole, &again, &name);
+    // Not all of them, one twice, out of order.
+    let some: &[&[&State]] = &[
+        &all[..1],
+        &[all[0]; 3],
+        &[all[1], all[0], all[2]],
+        &all[..2],
+    ];
+    for some in some {
+        assert!(merge(scene, settings, some, &Silent).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn shards_add_up() {
+    let scene = scene();
+    for integrator in [
+        IntegratorKind::Mmlt,
+        IntegratorKind::Pssmlt(PathSamplerKind::Bdpt),
+        IntegratorKind::Bdpt,
+    ] {
+        let mut settings = settings(&scene, integrator);
+        settings.samples_per_pixel = 9;
+        settings.mutations_per_pixel = 20;
+        expect_merged(&scene, &settings, 3);
+    }
+}
+
 #[test]
 fn chains_of_one_depth_each() {
     expect_resumed_by(IntegratorKind::Mmlt);
@@ -214,6 +268,7 @@ fn samples_and_chains() {
     let render = render(&slit, &settings, &Silent).unwrap();
     assert!(render.stats.mutations > 0 && render.stats.samples > 0);
     expect_resumed(&slit, &settings);
+    expect_merged(&slit, &settings, 3);
     // Samples alone.
     let scene = scene();
     settings.mutations_per_pixel = 1000;

@@ -16,7 +16,8 @@ impl Batch {
             target,
             // Of the render's settings.
             combined: _,
-            ids,
+            // They follow from the first.
+            ids: _,
             order,
             targets,
             states,
@@ -35,10 +36,7 @@ impl Batch {
             counts,
         } = self;
         to.count(order.len());
-        let first = ids
-            .first()
-            .map_or(0, |id| *id as usize % MAX_CHAINS_PER_DEPTH);
-        to.count(first);
+        to.count(self.first());
         target.save(to);
         to.table(targets);
         to.table(states);
@@ -47,6 +45,12 @@ impl Batch {
         large_moments.save(to);
         to.option(monitor.as_ref(), |to, monitor| monitor.save(to));
         to.value(*counts);
+    }
+
+    /// The number of its first chain, among those of its sampler.
+    pub fn first(&self) -> usize {
+        let first = self.ids.first().copied().unwrap_or(0);
+        first as usize % MAX_CHAINS_PER_DEPTH
     }
 
     /// Reads a batch of a sampler that has so many chains. `combined` is the layer and the constant

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::parse::seconds;
+use super::parse::{seconds, shard};
+use crate::integrate::Shard;
 
 // Not doc comments: clap would take them for the command's description.
 
@@ -33,4 +34,19 @@ pub struct KeepArgs {
         help_heading = "Output"
     )]
     pub every: Duration,
+
+    /// Make the part I of N of the render, and keep it: `phalanx merge` adds all N up
+    ///
+    /// Each makes the bootstrap, and then its own part of the chains and of the samples. No picture
+    /// is written. The settings must be the same for all N; the picture then has the bits of one
+    /// render.
+    #[arg(
+        long,
+        value_name = "I/N",
+        value_parser = shard,
+        requires = "checkpoint",
+        conflicts_with_all = ["output", "output_every", "stats", "time", "target_error", "quality", "error_layers"],
+        help_heading = "Output"
+    )]
+    pub shard: Option<Shard>,
 }

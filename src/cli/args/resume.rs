@@ -148,6 +148,7 @@ impl ResumeArgs {
             keep: KeepArgs {
                 checkpoint: Some(self.checkpoint.clone().unwrap_or(self.file.clone())),
                 every: self.every,
+                shard: None,
             },
             stats: self.stats.clone(),
             error_layers: self.error_layers,
@@ -156,15 +157,8 @@ impl ResumeArgs {
             integrator: None,
             host: None,
             chains: ChainArgs {
-                max_depth: None,
-                chains: None,
-                bootstrap: None,
-                large_step: None,
-                mutation: None,
-                sigma: None,
-                strategy_choice: None,
-                seed: None,
                 mutations: self.mutations,
+                ..ChainArgs::none()
             },
             effects: EffectArgs {
                 force_effects: Vec::new(),

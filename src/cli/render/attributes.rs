@@ -122,6 +122,7 @@ mod tests {
             strategies: false,
             batch: None,
             forced: Vec::new(),
+            shard: None,
         };
         let list = attributes("a.pbrt", &settings, &stats);
         let get = |name: &str| {

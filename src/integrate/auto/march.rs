@@ -61,7 +61,7 @@ pub(super) fn march<L: Lanes>(
     budget: Budget,
     begun: Vec<Bootstrap>,
     start: Instant,
-    from: Option<&mut Reader>,
+    from: &mut [Reader],
 ) -> Result<Render, Malformed> {
     let effort = Effort::of(run, choice, budget);
     let kept = choice.bounds();
@@ -81,7 +81,7 @@ pub(super) fn march<L: Lanes>(
         let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
         let has_samples = !layout.strategies().is_empty();
         let beside = has_samples.then_some(&mut sampling);
-        if let Some(from) = from {
+        if !from.is_empty() {
             return chains::resumed::<L>(run, &chains, effort.mutations, beside, from);
         }
         let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);

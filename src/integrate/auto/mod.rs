@@ -77,17 +77,17 @@ pub(super) struct Decision {
     expected: f64,
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, from: Option<&mut Reader>) -> Result<Render, Malformed> {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let start = Instant::now();
-    let (mut decision, from) = match from {
-        Some(from) => (Decision::load(run, from)?, Some(from)),
-        None => (Decision::new::<L>(run), None),
+    let mut decision = match from.is_empty() {
+        true => Decision::new::<L>(run),
+        false => Decision::load_all(run, from)?,
     };
     let shares = decision.shares();
     let begun = std::mem::take(&mut decision.bootstraps);
     let run = &Run {
         // What a stop has cut short would have decided otherwise.
-        keeps: run.keeps && (from.is_some() || !run.observer.stop()),
+        keeps: run.keeps && (!from.is_empty() || !run.observer.stop()),
         preface: &|to| decision.save(to),
         ..*run
     };

@@ -32,8 +32,24 @@ impl Decision {
         to.value(*rays);
     }
 
-    /// Reads it.
-    pub fn load(run: &Run, from: &mut Reader) -> Result<Self, Malformed> {
+    /// Reads it; all shards must have decided alike.
+    pub fn load_all(run: &Run, from: &mut [Reader]) -> Result<Self, Malformed> {
+        let packed = |decision: &Self| {
+            let mut to = Writer::new();
+            decision.save(&mut to);
+            to.finish()
+        };
+        let mut all = from.iter_mut().map(|from| Self::load(run, from));
+        let first = all.next();
+        let first = first.ok_or_else(|| Malformed::new("there is no state"))??;
+        for other in all {
+            let same = packed(&other?) == packed(&first);
+            Malformed::unless(same, "shards have decided otherwise")?;
+        }
+        Ok(first)
+    }
+
+    fn load(run: &Run, from: &mut Reader) -> Result<Self, Malformed> {
         let depths = run.world.plan.depths.len();
         let kept: Vec<f64> = from.vector(depths)?;
         Malformed::unless(

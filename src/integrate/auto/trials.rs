@@ -94,7 +94,7 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
             Budget { spent: 0, ..budget },
             Vec::new(),
             start,
-            None,
+            &mut [],
         );
         let render = render.ok()?;
         traced[i] = render.stats.rays;

@@ -132,8 +132,22 @@ impl Begun {
         to.value([*part, *tuned, *bootstrap_seconds, seconds]);
     }
 
-    /// Reads it.
-    pub fn load(from: &mut Reader) -> Result<Self, Malformed> {
+    /// Reads it. That of all shards but for their time, which adds up, is the same.
+    pub fn load(from: &mut [Reader]) -> Result<Self, Malformed> {
+        let mut all = from.iter_mut().map(Self::load_one);
+        let first = all.next();
+        let mut begun = first.ok_or_else(|| Malformed::new("there is no state"))??;
+        for other in all {
+            let other = other?;
+            let same = other.counts == begun.counts && other.short == begun.short;
+            Malformed::unless(same, "shards began otherwise")?;
+            begun.bootstrap_seconds += other.bootstrap_seconds;
+            begun.render_seconds += other.render_seconds;
+        }
+        Ok(begun)
+    }
+
+    fn load_one(from: &mut Reader) -> Result<Self, Malformed> {
         let counts = from.value()?;
         let by = |from: &mut Reader| {
             Ok(match from.flag()? {

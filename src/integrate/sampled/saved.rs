@@ -2,6 +2,7 @@
 
 use super::Sampling;
 use crate::checkpoint::{Malformed, Reader, Writer};
+use crate::integrate::Shard;
 use crate::integrate::state::Made;
 
 impl Sampling<'_> {
@@ -14,8 +15,9 @@ impl Sampling<'_> {
             pairs: _,
             fill: _,
             stream: _,
+            pairs: _,
             grid: _,
-            total,
+            range,
             // Of the step at hand.
             workspaces: _,
             sums,
@@ -29,18 +31,37 @@ impl Sampling<'_> {
         to.value(before + since.elapsed().as_secs_f64());
         sums.save(to);
         Made {
-            samples: *done,
-            part: *done as f64 / (*total).max(1) as f64,
+            samples: done - range.start,
+            part: ((done - range.start) as f64 / (range.end - range.start).max(1) as f64).min(1.0),
             ..Made::default()
         }
     }
 
-    /// Reads them.
-    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
-        [self.done, self.rays, self.rejected] = from.value()?;
-        self.before = from.value()?;
-        let right = self.before >= 0.0 && self.before.is_finite();
-        Malformed::unless(right, "a time is out of range")?;
-        self.sums.load(from)
+    /// Reads them: from the state of one render, or from those of all of its shards.
+    pub fn load(&mut self, from: &mut [Reader]) -> Result<(), Malformed> {
+        let of = from.len() as u32;
+        let total = self.range.end;
+        (self.rays, self.rejected) = (0, 0);
+        for (index, from) in (0..).zip(from) {
+            let [done, rays, rejected]: [u64; 3] = from.value()?;
+            self.rays = self.rays.saturating_add(rays);
+            self.rejected = self.rejected.saturating_add(rejected);
+            let before: f64 = from.value()?;
+            let right = (0.0..1e12).contains(&before);
+            Malformed::unless(right, "a time is out of range")?;
+            self.before += before;
+            Malformed::unless(done >= self.range.start, "samples are missing")?;
+            self.done = done;
+            if index == 0 {
+                self.sums.load(from)?;
+            } else {
+                let mut more = self.film();
+                more.load(from)?;
+                self.sums.absorb(&more);
+            }
+            let whole = of == 1 || done == Shard { index, of }.share(total, 1).end;
+            Malformed::unless(whole, "a shard has not made all of its samples")?;
+        }
+        Ok(())
     }
 }

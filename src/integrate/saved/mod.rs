@@ -7,8 +7,9 @@
 
 mod settings;
 
+use self::settings::{load_shard, save_shard};
 use super::state::{Made, State};
-use super::{Run, Settings};
+use super::{Run, Settings, Shard};
 use crate::checkpoint::{self, CheckpointError, Malformed, Origin, Packed, Reader, Writer};
 use std::io;
 use std::path::Path;
@@ -137,11 +138,18 @@ impl Run<'_> {
         let (name, numbers) = self.whose();
         to.text(&name);
         to.value(numbers);
+        save_shard(self.settings.shard, to);
     }
 
-    /// Whether a state is one of this render.
-    pub(super) fn check_whose(&self, from: &mut Reader) -> Result<(), Malformed> {
+    /// Whether a state is one of this render, and of which part of it.
+    pub(super) fn check_whose(
+        &self,
+        shard: Option<Shard>,
+        from: &mut Reader,
+    ) -> Result<(), Malformed> {
         let same = (from.text()?, from.value()?) == self.whose();
-        Malformed::unless(same, "its integrator, picture or seed is another")
+        Malformed::unless(same, "its integrator, picture or seed is another")?;
+        let same = load_shard(from)? == shard;
+        Malformed::unless(same, "it is another shard")
     }
 }

@@ -3,7 +3,7 @@
 use crate::chain::mutate::Mutation;
 use crate::chain::tune::Tune;
 use crate::checkpoint::{Malformed, Reader, Writer};
-use crate::integrate::{Settings, StrategyChoice, Width};
+use crate::integrate::{Settings, Shard, StrategyChoice, Width};
 use crate::plan::Forced;
 use crate::scene::IntegratorKind;
 use std::time::Duration;
@@ -37,6 +37,7 @@ impl Settings {
             strategy_choice,
             batch,
             forced,
+            shard,
         } = self;
         to.text(integrator.name());
         to.value([
@@ -64,6 +65,7 @@ impl Settings {
         to.option(*batch, Writer::count);
         to.count(forced.len());
         forced.iter().for_each(|forced| to.text(forced.name()));
+        save_shard(*shard, to);
     }
 
     /// Reads them.
@@ -122,8 +124,24 @@ impl Settings {
                     .map(|_| named(from, &Forced::ALL, Forced::name))
                     .collect::<Result<_, _>>()?
             },
+            shard: load_shard(from)?,
         })
     }
+}
+
+/// Writes which part of a render it is.
+pub(super) fn save_shard(shard: Option<Shard>, to: &mut Writer) {
+    to.option(shard, |to, Shard { index, of }| to.value([index, of]));
+}
+
+/// Reads it.
+pub(super) fn load_shard(from: &mut Reader) -> Result<Option<Shard>, Malformed> {
+    from.option(|from| {
+        let [index, of] = from.value()?;
+        let shard = Shard { index, of };
+        Malformed::unless(shard.exists(), "there is no such shard")?;
+        Ok(shard)
+    })
 }
 
 /// The one of a list that has the name that comes next.

@@ -1,6 +1,6 @@
 //! Budgets and chains on their way, written and read.
 
-use super::{ChainBudget, March, Workspace, layer_of, share_out};
+use super::{ChainBudget, GRAIN, March, Workspace, layer_of, share_out};
 use crate::chain::batch::Batch;
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::checkpoint::{Malformed, Reader, Writer};
@@ -72,13 +72,31 @@ impl ChainBudget {
     }
 }
 
-/// Reads the budgets of chains that make so many mutations in all.
+/// Reads the budgets of chains that make so many mutations in all; those of all shards are the
+/// same.
 pub(in crate::integrate) fn load_budgets(
     run: &Run,
     method: &Method,
     mutations: f64,
-    from: &mut Reader,
+    from: &mut [Reader],
 ) -> Result<Vec<ChainBudget>, Malformed> {
+    let mut all = from.iter_mut().map(|from| load_list(run, method, from));
+    let first = all.next();
+    let mut list = first.ok_or_else(|| Malformed::new("there is no state"))??;
+    let packed = |list: &[ChainBudget]| {
+        let mut to = Writer::new();
+        list.iter().for_each(|a| a.save(&mut to));
+        to.finish()
+    };
+    for other in all {
+        let same = packed(&other?) == packed(&list);
+        Malformed::unless(same, "shards have other chains")?;
+    }
+    share_out(&mut list, mutations);
+    Ok(list)
+}
+
+fn load_list(run: &Run, method: &Method, from: &mut Reader) -> Result<Vec<ChainBudget>, Malformed> {
     let count = from.count(method.samplers.len())?;
     let mut list = Vec::new();
     for _ in 0..count {
@@ -87,7 +105,6 @@ pub(in crate::integrate) fn load_budgets(
     let right = list.is_sorted_by(|a, b| a.index < b.index)
         && (list.iter()).all(|a| a.chains > 0 && a.bootstrap.mean() > 0.0);
     Malformed::unless(right, "budgets of chains are mixed up")?;
-    share_out(&mut list, mutations);
     Ok(list)
 }
 
@@ -110,42 +127,35 @@ pub(in crate::integrate) fn save_batches(batches: &Batches, to: &mut Writer) {
 }
 
 impl<'a> March<'a> {
-    /// Reads where all chains stand.
+    /// Reads where all chains stand: those of one render, or of all of its shards.
     pub fn load(
         run: &'a Run<'a>,
         budgets: &'a [ChainBudget],
         tiling: &Tiling,
-        from: &mut Reader,
+        from: &mut [Reader],
     ) -> Result<Self, Malformed> {
         let tiling = run.settings.estimate_error.then_some(tiling);
-        let mut left: Vec<usize> = budgets.iter().map(|a| a.chains).collect();
-        let count = from.count(left.iter().sum())?;
+        let mut left: Vec<u64> = (budgets.iter())
+            .map(|a| run.share(a.chains as u64, GRAIN))
+            .map(|share| share.end - share.start)
+            .collect();
         let mut batches = Vec::new();
-        for _ in 0..count {
-            let index = from.count(usize::MAX)?;
-            let half = from.flag()?;
-            let (a, left) = (budgets.iter().zip(&mut left))
-                .find(|(a, _)| a.index == index)
-                .ok_or_else(|| Malformed::new("chains have no budget"))?;
-            let combined = a.independent.map(|layer| (a.constant(), layer));
-            let (world, sampler) = (run.world, &a.sampler);
-            let batch = Batch::load(world, sampler, a.chains, combined, tiling, from)?;
-            *left = left
-                .checked_sub(batch.len())
-                .filter(|_| !batch.is_empty())
-                .ok_or_else(|| Malformed::new("a depth has too many chains"))?;
-            let to = Destination {
-                layer: a.layer,
-                scale: a.share,
-                half,
-            };
-            batches.push((a, to, Mutex::new(batch)));
+        for from in from {
+            let count = from.count(left.iter().sum::<u64>() as usize)?;
+            for _ in 0..count {
+                batches.push(load_batch(run, budgets, &mut left, tiling, from)?);
+            }
         }
         Malformed::unless(left.iter().all(|n| *n == 0), "a depth has too few chains")?;
+        // As they would have been made: sums of floats depend on it.
+        batches.sort_by_key(|(a, _, batch)| (a.index, batch.first()));
+        let batches = batches.into_iter();
         let mut march = Self {
             run,
             budgets,
-            batches,
+            batches: batches
+                .map(|(a, to, batch)| (a, to, Mutex::new(batch)))
+                .collect(),
             workspaces: (0..rayon::current_num_threads())
                 .map(|_| Mutex::new(Workspace::new(run.world)))
                 .collect(),
@@ -175,4 +185,31 @@ impl<'a> March<'a> {
         self.done = if wanted > 0.0 { made / wanted } else { 1.0 };
         Ok(())
     }
+}
+
+/// Reads a batch of chains; `left` are those of each budget that have not been read.
+fn load_batch<'a>(
+    run: &Run,
+    budgets: &'a [ChainBudget],
+    left: &mut [u64],
+    tiling: Option<&Tiling>,
+    from: &mut Reader,
+) -> Result<(&'a ChainBudget, Destination, Batch), Malformed> {
+    let index = from.count(usize::MAX)?;
+    let half = from.flag()?;
+    let (a, left) = (budgets.iter().zip(left))
+        .find(|(a, _)| a.index == index)
+        .ok_or_else(|| Malformed::new("chains have no budget"))?;
+    let combined = a.independent.map(|layer| (a.constant(), layer));
+    let batch = Batch::load(run.world, &a.sampler, a.chains, combined, tiling, from)?;
+    *left = left
+        .checked_sub(batch.len() as u64)
+        .filter(|_| !batch.is_empty())
+        .ok_or_else(|| Malformed::new("a depth has too many chains"))?;
+    let to = Destination {
+        layer: a.layer,
+        scale: a.share,
+        half,
+    };
+    Ok((a, to, batch))
 }

@@ -88,6 +88,43 @@ fn a_signal_keeps_the_render() {
 }
 
 #[test]
+fn shards_are_merged() {
+    let folder = Folder::new();
+    let flags = format!("{PICTURE} --integrator mmlt --mutations 20");
+    folder
+        .run(&format!("render {flags} -o whole.exr"))
+        .succeeds();
+    for i in 1..=3 {
+        folder
+            .run(&format!("render {flags} --checkpoint s{i} --shard {i}/3"))
+            .succeeds();
+    }
+    assert_eq!(folder.files(), ["s1", "s2", "s3", "whole.exr", "whole.png"]);
+    let info = folder.run("info s2").succeeds().stdout();
+    assert!(info.contains("2/3"), "{info}");
+    folder
+        .run("merge s3 s1 s2 -o a.exr --checkpoint all")
+        .succeeds();
+    let read = |name| fs::read(folder.path().join(name)).unwrap();
+    assert!(read("whole.exr") == read("a.exr"));
+    folder.run("resume all --mutations 30 -o b.exr").succeeds();
+
+    let refused = |arguments: &str, why: &str| {
+        let message = folder.run(arguments).fails(2);
+        assert!(message.contains(why), "{arguments}: {message}");
+    };
+    refused("merge s1 s2", "shard 3/3 is missing");
+    refused("merge s1 s3", "shard 2/3 is missing");
+    refused("merge s1 s2 s2 s3", "s2 is shard 2/3 once more");
+    refused("merge s1 s2 all", "all: is no shard");
+    refused("resume s1 -o a.exr", "-o: s1 is a shard");
+    let other = format!("render {flags} --seed 7 --checkpoint o3 --shard 3/3");
+    folder.run(&other).succeeds();
+    refused("merge s1 s2 o3", "of different renders");
+    refused("render --checkpoint k --shard 4/3", "expected a part");
+}
+
+#[test]
 fn what_cannot_be_resumed_is_refused() {
     let folder = Folder::new();
     let scene = "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16\nLookAt 0 0 5  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nInclude \"b.pbrt\"\nWorldEnd\n";
