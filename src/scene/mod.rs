@@ -13,6 +13,7 @@ pub mod film;
 pub mod image;
 pub mod integrator;
 pub mod large;
+pub mod lenses;
 pub mod light;
 pub mod material;
 pub mod medium;

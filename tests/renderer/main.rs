@@ -28,6 +28,7 @@ mod hair;
 mod hard_cases;
 mod hard_scenes;
 mod image_lights;
+mod lens_files;
 mod lights;
 mod lt;
 mod measured;

@@ -18,7 +18,7 @@ use super::outputs;
 use crate::integrate::{RenderError, Settings, Silent, Whose, rerun};
 use crate::plan::DepthPlan;
 use crate::replay::Recorder;
-use crate::scene::IntegratorKind;
+use crate::scene::{IntegratorKind, Projection};
 use crate::transport::World;
 
 pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -31,6 +31,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
         return Err(Failure::Input(format!(
             "{}: paths through participating media (\"{}\", {}) cannot be replayed; remove the media",
             input.name, medium.name, medium.origin
+        )));
+    }
+    if let Projection::Lenses(_) = scene.camera.projection {
+        return Err(Failure::Input(format!(
+            "{}: paths through the lenses of a realistic camera cannot be replayed; use a perspective camera",
+            input.name
         )));
     }
     let asked = args.integrator.unwrap_or(scene.integrator.kind);
