@@ -165,6 +165,12 @@ fn render_by(
     let primitives = (scene.triangles.len() + scene.spheres.len()).max(1) as u64;
     observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
+    if settings.integrator == IntegratorKind::Lt && !world.camera.connects() {
+        return Err(RenderError::Settings(
+            "light tracing joins light to the camera, and nothing can be joined to a realistic camera; use pt, bdpt, pssmlt, mmlt or auto"
+                .into(),
+        ));
+    }
     observer.progress(Phase::Build, primitives, primitives);
     let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {

@@ -29,6 +29,7 @@ mod hard_cases;
 mod hard_scenes;
 mod image_lights;
 mod instances;
+mod lens_files;
 mod lights;
 mod lt;
 mod made_up_states;
