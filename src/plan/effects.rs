@@ -1,10 +1,11 @@
 //! The effects that a scene calls for, each with the reason. Everything else in a
 //! [`Plan`](super::Plan) follows from this set.
 
+use super::names::{filling, named};
 use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{Material, Medium, NONE, Projection, Scene, Shape};
+use crate::scene::{NONE, Projection, Scene, Shape};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -493,18 +494,5 @@ impl Effects {
     pub fn absent(&self) -> Vec<&'static str> {
         let absent = Effect::all().filter(|e| !self.has(*e));
         absent.map(Effect::name).collect()
-    }
-}
-
-/// `medium "fog", scene.pbrt:12`
-fn filling(medium: &Medium) -> String {
-    format!("medium \"{}\", {}", medium.name, medium.origin)
-}
-
-/// `material "Pot1", scene.pbrt:42`
-fn named(material: &Material) -> String {
-    match (material.name.as_str(), material.origin.as_str()) {
-        (name, "") => format!("material \"{name}\""),
-        (name, origin) => format!("material \"{name}\", {origin}"),
     }
 }

@@ -7,6 +7,7 @@
 mod choice;
 mod effects;
 mod layout;
+mod names;
 mod report;
 mod surfaces;
 
