@@ -22,6 +22,7 @@
 //! | `memory` | tables in huge pages | what they hold |
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
+//! | [`checkpoint`] | values in a file: packed, checked, versioned | what they are the state of |
 //! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
 //! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
@@ -85,6 +86,7 @@
 mod brief;
 pub mod camera;
 pub mod chain;
+pub mod checkpoint;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "cli")]

@@ -14,16 +14,19 @@
 //! own formulas (two files). There is one camera in a scene and there are few kinds, so that no
 //! table would be shorter than these matches.
 
+pub mod lenses;
 mod region;
 mod sphere;
 
+use self::lenses::Optics;
 pub use self::region::Region;
 use self::sphere::Sphere;
 use crate::scene::{self, Projection, SphereMap};
 use crate::simd::{Lanes, Mask, Vec3, math};
+use std::sync::Arc;
 
 /// A camera prepared for sampling.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Camera {
     projection: Projection,
     to_world: [[f32; 4]; 3],
@@ -37,6 +40,8 @@ pub struct Camera {
     focal_distance: f32,
     /// Read only by a camera that sees every direction.
     sphere: Sphere,
+    /// Set if the camera has a system of lenses.
+    optics: Option<Arc<Optics>>,
     /// Raster positions that camera subpaths sample, and that `t = 1` may reach.
     pub region: Region,
 }
@@ -49,8 +54,11 @@ pub struct CameraRay<L> {
     pub direction: Vec3<L>,
     /// Density of the first vertex: per solid angle (perspective, sphere), or per area of the film
     /// plane (orthographic, where the density over area at a surface is this times the cosine,
-    /// whatever the distance).
+    /// whatever the distance). 1 with a system of lenses, to which nothing is joined.
     pub pdf: L,
+    /// What the light that arrives along it is multiplied by: 1 but with a system of lenses, where
+    /// it may be 0.
+    pub weight: L,
 }
 
 /// A point joined to the camera (`t = 1`).
@@ -73,7 +81,20 @@ impl Camera {
     /// Of a scene's camera and film; the film gives the region and the size of a pixel.
     pub fn new(camera: &scene::Camera, film: &scene::Film) -> Self {
         let region = Region::of(film);
-        let [x0, x1, y0, y1] = camera.screen;
+        let optics = match &camera.projection {
+            Projection::Lenses(lenses) => Some(lenses),
+            _ => None,
+        };
+        let [x0, x1, y0, y1] = match optics {
+            // The film itself, on which the picture is upside down.
+            Some(lenses) => {
+                let (w, h) = (f64::from(film.width), f64::from(film.height));
+                let half = lenses.diagonal / 2.0 / w.hypot(h);
+                let (x, y) = ((w * half) as f32, (h * half) as f32);
+                [x, -x, y, -y]
+            }
+            None => camera.screen,
+        };
         let per_pixel = [
             (x1 - x0) / film.width as f32,
             -(y1 - y0) / film.height as f32,
@@ -87,7 +108,7 @@ impl Camera {
             [column[0], column[1], column[2], t]
         });
         Self {
-            projection: camera.projection,
+            projection: camera.projection.clone(),
             to_world: m,
             to_camera,
             screen_origin: [x0, y1],
@@ -104,19 +125,25 @@ impl Camera {
                 film.height,
                 region,
             ),
+            optics: optics.map(|lenses| Arc::new(Optics::new(lenses))),
             region,
         }
     }
 
     /// True if the lens takes two primary samples.
     pub fn has_lens(&self) -> bool {
-        self.lens_radius > 0.0
+        self.lens_radius > 0.0 || self.optics.is_some()
+    }
+
+    /// True if points can be joined to it (`t = 1`).
+    pub fn connects(&self) -> bool {
+        self.optics.is_none()
     }
 
     /// True if [`Self::connect`] reads its two primary samples: for a point on the lens, or for one
     /// of several places on the film.
     pub fn connects_by_choice(&self) -> bool {
-        self.has_lens() || (self.sphere_map().is_some() && self.sphere.wraps)
+        (self.has_lens() && self.connects()) || (self.sphere_map().is_some() && self.sphere.wraps)
     }
 
     /// Set if the camera sees every direction.
@@ -157,6 +184,7 @@ impl Camera {
                 origin: Vec3::splat(self.position()),
                 direction: direction.transform_vector(&self.to_world).normalize(),
                 pdf,
+                weight: L::one(),
             };
         }
         let sx = x.mul_add(
@@ -167,11 +195,21 @@ impl Camera {
             L::splat(self.screen_per_pixel[1]),
             L::splat(self.screen_origin[1]),
         );
+        if !PINHOLE && let Some(optics) = &self.optics {
+            let ray = optics.ray(sx, sy, lens);
+            return CameraRay {
+                origin: ray.origin.transform_point(&self.to_world),
+                direction: ray.direction.transform_vector(&self.to_world),
+                pdf: L::one(),
+                weight: ray.weight,
+            };
+        }
         if !PINHOLE && self.is_parallel() {
             return CameraRay {
                 origin: Vec3::new(sx, sy, L::zero()).transform_point(&self.to_world),
                 direction: Vec3::splat([0.0, 0.0, 1.0]).transform_vector(&self.to_world),
                 pdf: L::splat(self.inv_area),
+                weight: L::one(),
             };
         }
         let through = Vec3::new(sx, sy, L::one());
@@ -187,10 +225,12 @@ impl Camera {
             origin: origin.transform_point(&self.to_world),
             direction: direction.transform_vector(&self.to_world),
             pdf,
+            weight: L::one(),
         }
     }
 
-    /// Joins `p` to the camera. Invalid behind the camera and outside the region. `lens` are two
+    /// Joins `p` to the camera, if it [`connects`](Self::connects). Invalid behind the camera and
+    /// outside the region. `lens` are two
     /// primary samples, read only if [`Self::connects_by_choice`]. `PINHOLE` may be true if
     /// [`Self::is_pinhole`].
     #[inline(always)]

@@ -13,6 +13,8 @@
 //! If large steps are splatted as independent samples, too ([`Batch::combine`]), splats are weighed
 //! by the equations of [`splats`](super::splats). Of the integrators only `pssmlt` does so.
 
+mod saved;
+
 use super::accept::{acceptance, biased_acceptance, colour, target, total, totals};
 use super::bootstrap::Moments;
 use super::counts::{Counts, LargeSteps, chain_id};
@@ -175,21 +177,27 @@ impl<T: Target> Batch<T> {
         let mut taken = vec![0.0; padded];
         taken[..n].fill(1.0);
         target.commit::<L>(&taken);
+        Self::at(target, first, n, targets, states)
+    }
+
+    /// `n` chains from `first` on that stand at these states and have not made a step.
+    fn at(target: T, first: usize, n: usize, targets: Vec<f32>, states: Vec<ChainSplat>) -> Self {
+        let padded = n.next_multiple_of(8);
         Self {
             ids: (first..first + padded)
                 .map(|j| chain_id(target.id(), j))
                 .collect(),
             order: (0..n as u32).collect(),
             targets,
-            states,
             weights: vec![0; padded],
             large: vec![0.0; padded],
             decide: vec![0.0; padded],
             share: vec![0.0; padded],
-            taken,
+            taken: vec![0.0; padded],
             lit: vec![0.0; padded],
             seen: vec![0.0; padded],
-            left: vec![ChainSplat::default(); splats * n],
+            left: vec![ChainSplat::default(); states.len()],
+            states,
             left_weights: vec![0; n],
             iteration: 0,
             large_moments: LargeSteps::new(n),

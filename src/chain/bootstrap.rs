@@ -14,7 +14,8 @@ use rayon::prelude::*;
 pub const CHUNK: u64 = 1024;
 
 /// Sums of independent uniform samples of a target.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Moments {
     /// Samples.
     pub count: u64,
@@ -58,7 +59,8 @@ impl Moments {
 
 /// The estimate of one integral: the quasirandom bootstrap, and independent samples that came
 /// later.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Estimate {
     /// Quasirandom samples of the target: they are not independent, so that their error comes from
     /// replicas.

@@ -2,9 +2,11 @@
 
 use super::bootstrap::Moments;
 use super::splats::WEIGHT_BITS;
+use crate::checkpoint::{Malformed, Reader, Writer};
 
 /// What happened to proposals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Counts {
     /// Large steps proposed.
     pub large: u64,
@@ -72,6 +74,26 @@ impl LargeSteps {
             sum: vec![0.0; chains],
             squares: vec![0.0; chains],
         }
+    }
+
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            count,
+            sum,
+            squares,
+        } = self;
+        to.table(count);
+        to.table(sum);
+        to.table(squares);
+    }
+
+    /// Those of so many chains.
+    pub fn load(chains: usize, from: &mut Reader) -> Result<Self, Malformed> {
+        Ok(Self {
+            count: from.vector(chains)?,
+            sum: from.vector(chains)?,
+            squares: from.vector(chains)?,
+        })
     }
 
     /// Chain by chain.

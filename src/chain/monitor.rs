@@ -61,7 +61,8 @@ impl Segment {
 }
 
 /// Recorded proposals of one kind and strategy.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Tally {
     /// How many were recorded.
     pub proposals: u64,
@@ -81,7 +82,8 @@ impl Tally {
 }
 
 /// Large steps that have fallen into a tile.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct TileMoments {
     /// Those with light.
     pub count: u64,
@@ -92,7 +94,8 @@ pub struct TileMoments {
 }
 
 /// The longest time that a chain stayed in one state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Stay {
     /// To within [`EVERY`].
     pub iterations: u32,
@@ -447,5 +450,6 @@ fn logarithm(x: f32) -> f64 {
     f64::from(x.to_bits()) / f64::from(1 << 23)
 }
 
+mod saved;
 #[cfg(test)]
 mod tests;

@@ -23,6 +23,7 @@
 
 use super::mutate::{ONE_MINUS_EPSILON, ProposalDistribution};
 use super::target::{Steps, Target};
+use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::plan::Choice;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
@@ -71,6 +72,29 @@ impl PrimarySampleSpace {
             (Some(strategy), raster) => ([strategy, raster, raster + 1], &RECURRENCE_3),
             (None, raster) => ([raster, raster + 1, 0], &RECURRENCE_2),
         }
+    }
+}
+
+impl PrimarySampleSpace {
+    /// Writes the states of its chains.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            sampler: _,
+            current,
+            // It belongs to the step at hand.
+            proposed: _,
+            chains: _,
+        } = self;
+        current.save(to);
+    }
+
+    /// Reads the states of as many chains as there is room for.
+    ///
+    /// # Errors
+    /// They are of another sampler.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        (self.current).resize(self.sampler.dimensions(), self.chains);
+        self.current.load(from)
     }
 }
 

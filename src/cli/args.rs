@@ -2,8 +2,11 @@
 //! left out is `None`, and the scene file decides.
 
 mod fitting;
+mod keep;
 pub(super) mod look;
+pub(super) mod merge;
 pub(super) mod parse;
+pub(super) mod resume;
 pub(super) mod values;
 
 use std::path::PathBuf;
@@ -11,6 +14,7 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
+use self::keep::KeepArgs;
 use self::parse::{
     crop, exposure, file, probability, resolution, seconds, sigma, size, target_error,
 };
@@ -98,6 +102,9 @@ pub struct RenderArgs {
     /// what they find if there is no other strategy.
     #[arg(long, help_heading = "Output")]
     pub strategies: bool,
+
+    #[command(flatten)]
+    pub keep: KeepArgs,
 
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -395,6 +402,16 @@ impl RenderArgs {
             Lanes::One => Width::One,
             Lanes::Eight => Width::Eight,
         };
+        s.estimate_error = !self.no_estimate;
+        s.forced = self.effects.force_effects.clone();
+        s.error_layers = self.error_layers;
+        s.shard = self.keep.shard;
+        self.chains.apply(s);
+        self.apply_effort(s, pixels);
+    }
+
+    /// What ends the render.
+    pub fn apply_effort(&self, s: &mut Settings, pixels: u64) {
         s.time = self.time;
         if let Some(time) = self.time {
             let threads = worker_threads(s.threads);
@@ -403,16 +420,13 @@ impl RenderArgs {
             s.mutations_per_pixel = (most.ceil() as u64).clamp(1, MAX_MUTATIONS);
             s.samples_per_pixel = (most.ceil() as u64).clamp(1, u64::from(u32::MAX));
         }
-        let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
         s.target_error = self.target_error();
-        s.estimate_error = !self.no_estimate;
-        s.forced = self.effects.force_effects.clone();
-        s.error_layers = self.error_layers;
         if s.target_error.is_some() && self.time.is_none() {
             s.mutations_per_pixel = ENDLESS;
             s.samples_per_pixel = ENDLESS;
         }
-        self.chains.apply(s);
+        let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);
+        set(&mut s.mutations_per_pixel, self.chains.mutations);
         set(&mut s.samples_per_pixel, self.spp);
     }
 
@@ -438,6 +452,21 @@ impl PictureArgs {
 }
 
 impl ChainArgs {
+    /// As if none was given.
+    fn none() -> Self {
+        Self {
+            max_depth: None,
+            chains: None,
+            bootstrap: None,
+            large_step: None,
+            mutation: None,
+            sigma: None,
+            strategy_choice: None,
+            seed: None,
+            mutations: None,
+        }
+    }
+
     /// Applies the flags to what the scene says.
     pub fn apply(&self, s: &mut Settings) {
         let set = |value: &mut u64, flag: Option<u64>| *value = flag.unwrap_or(*value);

@@ -31,7 +31,7 @@ pub fn run(args: &BenchArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let read = input.scene.files.iter().map(PathBuf::as_path);
     outputs::check_distinct(json_file, read)?;
     let settings = settings(args, &input);
-    memory.check(&input.scene, &settings)?;
+    memory.check(&input.scene, &settings, false)?;
     messages.say(format_args!(
         "measuring for about {}, and the bootstrap; leave the machine to it",
         units::time(duration(args))

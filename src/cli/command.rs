@@ -5,6 +5,8 @@ use clap::{ColorChoice, Parser, Subcommand};
 use super::about::{CompletionsArgs, ManArgs};
 use super::args::RenderArgs;
 use super::args::look::{BenchArgs, InspectArgs};
+use super::args::merge::MergeArgs;
+use super::args::resume::{InfoArgs, ResumeArgs};
 use super::compare::args::CompareArgs;
 use super::converge::args::ConvergeArgs;
 use super::convert::ConvertArgs;
@@ -18,7 +20,7 @@ use super::replay::args::ReplayArgs;
 /// `phalanx SCENE` is short for `phalanx render SCENE`, if SCENE ends in .pbrt or .pbrt.gz.
 ///
 /// Messages and progress go to stderr; stdout carries only what `inspect`, `bench`, `compare`,
-/// `converge`, `replay`, `completions` and `man` print.
+/// `info`, `converge`, `replay`, `completions` and `man` print.
 ///
 /// Exit codes: 0 success; 1 a file could not be written, or a limit of `compare` does not hold; 2
 /// bad arguments, or a scene or picture that cannot be used; 129, 130 and 143 stopped by SIGHUP,
@@ -51,6 +53,9 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     Render(Box<RenderArgs>),
+    Resume(Box<ResumeArgs>),
+    Merge(MergeArgs),
+    Info(InfoArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
     Compare(CompareArgs),

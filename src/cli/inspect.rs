@@ -256,7 +256,7 @@ fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
     let position = to_world(space, [m[0][3], m[1][3], m[2][3]]);
     let forward = [m[0][2], m[1][2], m[2][2]].map(f64::from);
     let [x0, x1, y0, y1] = camera.screen.map(f64::from);
-    let view = match camera.projection {
+    let view = match &camera.projection {
         Projection::Perspective => {
             let angle = |a: f64, b: f64| (b.atan() - a.atan()).abs().to_degrees();
             format!(
@@ -275,6 +275,11 @@ fn camera(out: &mut String, camera: &Camera, space: &Space) -> fmt::Result {
         }
         Projection::Sphere(SphereMap::Equirectangular) => "every direction, equirectangular".into(),
         Projection::Sphere(SphereMap::EqualArea) => "every direction, equal-area".into(),
+        Projection::Lenses(lenses) => format!(
+            "realistic, {} surfaces, the film {:.5} behind them",
+            lenses.elements.len(),
+            lenses.elements.last().map_or(0.0, |e| e.thickness)
+        ),
     };
     writeln!(
         out,

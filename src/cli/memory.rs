@@ -38,9 +38,12 @@ impl MemoryLimit {
         }
     }
 
-    /// Refuses a render that needs more.
-    pub fn check(&self, scene: &Scene, settings: &Settings) -> Result<(), Failure> {
-        let needs = Needs::of(scene, settings);
+    /// Refuses a render that needs more; `kept` says that there are checkpoints of it.
+    pub fn check(&self, scene: &Scene, settings: &Settings, kept: bool) -> Result<(), Failure> {
+        let needs = match kept {
+            true => Needs::of_kept(scene, settings),
+            false => Needs::of(scene, settings),
+        };
         if needs.bytes() <= self.bytes {
             return Ok(());
         }

@@ -15,15 +15,20 @@ mod converge;
 mod convert;
 mod cpu;
 mod failure;
+mod info;
 mod input;
 mod inspect;
 mod interim;
+mod keeping;
 mod memory;
+mod merge;
 mod messages;
 mod outputs;
 mod progress;
 mod render;
 mod replay;
+mod resume;
+mod resumed;
 mod signals;
 mod strategies;
 mod table;
@@ -59,7 +64,9 @@ pub fn main() -> ExitCode {
     };
     let quiet = match &cli.command {
         Command::Render(args) => args.quiet,
-        Command::Inspect(_) => false,
+        Command::Resume(args) => args.quiet,
+        Command::Merge(args) => args.quiet,
+        Command::Inspect(_) | Command::Info(_) => false,
         Command::Bench(args) => args.quiet,
         Command::Compare(args) => args.quiet,
         Command::Converge(args) => args.quiet,
@@ -73,6 +80,9 @@ pub fn main() -> ExitCode {
     }
     let done = match &cli.command {
         Command::Render(args) => render::run(args, messages),
+        Command::Resume(args) => resume::run(args, messages),
+        Command::Merge(args) => merge::run(args, messages),
+        Command::Info(args) => info::run(args, messages),
         Command::Inspect(args) => inspect::run(args, messages),
         Command::Bench(args) => bench::run(args, messages),
         Command::Compare(args) => compare::run(args, messages),

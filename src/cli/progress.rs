@@ -11,7 +11,7 @@ use super::messages::{Messages, dumb_terminal};
 use super::signals::Signals;
 use super::units;
 use crate::brief::brief;
-use crate::integrate::{Observer, Phase, Settings};
+use crate::integrate::{Made, Observer, Phase, Settings};
 use crate::memory::Bytes;
 use crate::pbrt::Loading;
 use crate::scene::IntegratorKind;
@@ -26,6 +26,8 @@ pub struct Progress<'a> {
     limit: Option<Duration>,
     target: Option<f64>,
     start: Instant,
+    /// What an earlier process has done of the render.
+    begun: u64,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
@@ -130,7 +132,8 @@ fn style(template: &str) -> ProgressStyle {
 }
 
 impl<'a> Progress<'a> {
-    pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings) -> Self {
+    /// Of a render of which an earlier process has `made` a part.
+    pub fn new(signals: &'a Signals, messages: Messages, settings: &Settings, made: Made) -> Self {
         let bar = bar(STEPS, BAR, messages);
         let now = Instant::now();
         Self {
@@ -145,6 +148,10 @@ impl<'a> Progress<'a> {
             limit: settings.time,
             target: settings.target_error,
             start: now,
+            begun: match made.mutations {
+                0 => made.samples,
+                mutations => mutations,
+            },
             bar,
             state: Mutex::new(State {
                 phase: Phase::Build,
@@ -251,7 +258,13 @@ impl Observer for Progress<'_> {
         state.done = done;
         let taken = now.duration_since(state.since);
         let error = state.error.map(|e| e.after(done));
-        let (part, left) = self.forecast(phase, done, total, taken, error);
+        let here = match phase {
+            Phase::Render => done.saturating_sub(self.begun).max(1),
+            _ => done,
+        };
+        // What all of it would have taken here.
+        let whole = taken.mul_f64(done as f64 / here.max(1) as f64);
+        let (part, left) = self.forecast(phase, done, total, whole, error);
         let (name, unit) = match phase {
             Phase::Build => {
                 self.build(done, total);
@@ -260,7 +273,7 @@ impl Observer for Progress<'_> {
             Phase::Bootstrap => ("bootstrap", "paths"),
             Phase::Render => ("render", self.unit),
         };
-        let rate = units::si(done as f64 / taken.as_secs_f64().max(1e-9));
+        let rate = units::si(here as f64 / taken.as_secs_f64().max(1e-9));
         // Nothing is known of a target's distance before the first look at the error.
         let left = if self.target.is_some() && error.is_none() && self.limit.is_none() {
             String::new()

@@ -5,23 +5,28 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
 
+mod attributes;
+
+use self::attributes::{attributes, chromaticities};
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
 use super::interim::{self, Interim};
+use super::keeping::{self, Keeper, Keeping};
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
 use super::progress::Progress;
+use super::resumed::Resumed;
 use super::signals::Signals;
 use super::strategies;
 use super::units;
 use super::verdict::verdict;
-use crate::film::output::{self, Attribute, AttributeValue};
+use crate::film::output::{self, Attribute};
 use crate::formats::Picture;
 use crate::formats::tone::Display;
-use crate::integrate::{self, Render, RenderError, Settings, Stats};
-use crate::scene::{Film, IntegratorKind};
+use crate::integrate::{self, Observer, Render, RenderError, Settings, State};
+use crate::scene::{Film, Scene};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let signals = Signals::install()
@@ -29,6 +34,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let single = match args.scenes.len() > 1 {
         true if !args.output.is_empty() => Some("-o"),
         true if args.stats.is_some() => Some("--stats"),
+        true if args.keep.checkpoint.is_some() => Some("--checkpoint"),
         _ => None,
     };
     if let Some(flag) = single {
@@ -38,11 +44,11 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     let mut taken = Vec::new();
     let Some((last, scenes)) = args.scenes.split_last() else {
-        return one(args, None, &signals, &mut taken, messages);
+        return one(args, None, None, &signals, &mut taken, messages);
     };
     let mut failed = None;
     for scene in scenes {
-        match one(args, Some(scene), &signals, &mut taken, messages) {
+        match one(args, Some(scene), None, &signals, &mut taken, messages) {
             Ok(code) if code == ExitCode::SUCCESS => {}
             Ok(code) => return Ok(code),
             // It does not keep the others from being rendered.
@@ -50,17 +56,37 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         }
         signals.release();
     }
-    let code = one(args, Some(last), &signals, &mut taken, messages)?;
+    let code = one(args, Some(last), None, &signals, &mut taken, messages)?;
     Ok(match failed {
         Some(failed) if code == ExitCode::SUCCESS => failed,
         _ => code,
     })
 }
 
-/// Renders a scene. Files in `taken` are those of the scenes before it.
+/// Goes on with a render of a single scene.
+pub fn resumed(
+    args: &RenderArgs,
+    resumed: &Resumed,
+    messages: Messages,
+) -> Result<ExitCode, Failure> {
+    let signals = Signals::install()
+        .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
+    let scene = args.scenes.first().map(PathBuf::as_path);
+    one(
+        args,
+        scene,
+        Some(resumed),
+        &signals,
+        &mut Vec::new(),
+        messages,
+    )
+}
+
+/// Renders a scene, or goes on with it. Files in `taken` are those of the scenes before it.
 fn one(
     args: &RenderArgs,
     scene: Option<&Path>,
+    resumed: Option<&Resumed>,
     signals: &Signals,
     taken: &mut Vec<PathBuf>,
     messages: Messages,
@@ -82,7 +108,12 @@ fn one(
         ));
     }
     args.picture.apply(&mut input.scene)?;
-    let files = files(args, &input, messages)?;
+    let shard = args.keep.shard.is_some()
+        || resumed.is_some_and(|resumed| resumed.settings.shard.is_some());
+    let files = match shard {
+        true => Vec::new(),
+        false => files(args, &input, messages)?,
+    };
     if let Some(file) = files.iter().find(|file| taken.contains(file)) {
         return Err(Failure::Input(format!(
             "{}: {} has just been written for another scene; render this one by itself, with -o",
@@ -92,44 +123,60 @@ fn one(
     }
     taken.extend_from_slice(&files);
     let scene = &input.scene;
-    let mut settings = Settings::of(scene);
-    args.apply(&mut settings, scene.film.crop_pixels());
-    args.check_effort(settings.integrator)?;
+    let pixels = scene.film.crop_pixels();
+    let settings = match resumed {
+        Some(resumed) => resumed.settings(args, pixels)?,
+        None => {
+            let mut settings = Settings::of(scene);
+            args.apply(&mut settings, pixels);
+            args.check_effort(settings.integrator)?;
+            settings
+        }
+    };
     for flag in args.idle(settings.integrator) {
         messages.warning(format_args!("{flag} means nothing to this integrator"));
     }
     integrate::check(&settings).map_err(|e| Failure::Input(e.to_string()))?;
     let beside = strategies::files(&files, &settings);
     outputs::check_pictures(&beside)?;
-    let written = files.iter().chain(&beside).map(PathBuf::as_path);
+    let kept = &args.keep.checkpoint;
+    let written = (files.iter().chain(&beside).chain(kept)).map(PathBuf::as_path);
     let read = scene.files.iter().map(PathBuf::as_path);
     outputs::check_distinct(written.chain(args.stats.as_deref()), read)?;
-    memory.check(scene, &settings)?;
+    memory.check(scene, &settings, kept.is_some())?;
     let layers = 1 + u64::from(args.error_layers);
     let pictures = 1 + strategies::pictures(&settings);
-    outputs::check_room(&files, pictures * scene.film.crop_pixels(), layers)?;
+    outputs::check_room(&files, pictures * pixels, layers)?;
+    let from = resumed.map(|resumed| resumed.checkpoint);
+    let keeping = Keeping::of(args, &input, &settings, from)?;
 
     if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
     }
-    let progress = Progress::new(signals, messages, &settings);
-    let result = match args.output_every {
-        None => integrate::render(scene, &settings, &progress),
-        Some(every) => thread::scope(|scope| {
-            let (observer, pictures) = Interim::new(&progress, every);
-            let display = args.display.display();
-            let files = &files;
-            let write =
-                move |picture: &Picture| write_interim(files, &scene.film, picture, &display);
-            scope.spawn(move || interim::write_all(pictures, messages, write));
-            integrate::render(scene, &settings, &observer)
-        }),
+    let made = from.map(|from| from.state.made).unwrap_or_default();
+    let progress = Progress::new(signals, messages, &settings, made);
+    let states = resumed.map_or(&[][..], |resumed| &resumed.shards);
+    let start = |observer: &dyn Observer| match states {
+        [] => integrate::render(scene, &settings, observer),
+        [state] => integrate::resume(scene, &settings, state, observer),
+        shards => integrate::merge(scene, &settings, shards, observer),
     };
+    let result = watched(
+        args,
+        scene,
+        &files,
+        keeping.as_ref(),
+        &progress,
+        messages,
+        start,
+    );
     progress.finish();
-    let mut render = result.map_err(|e| match e {
-        RenderError::Settings(_) => Failure::Input(e.to_string()),
-        RenderError::Threads { .. } => Failure::Io(e.to_string()),
+    let (mut render, end) = result.map_err(|e| match (&e, resumed) {
+        (RenderError::State(_), Some(resumed)) => Failure::Input(format!("{}: {e}", resumed.name)),
+        (RenderError::Settings(_) | RenderError::State(_), _) => Failure::Input(e.to_string()),
+        (RenderError::Threads { .. }, _) => Failure::Io(e.to_string()),
     })?;
+    let kept = keep_end(keeping.as_ref(), end, &render, messages);
     let stats = &mut render.stats;
     stats.load_seconds = input.load_time.as_secs_f64();
     stats.total_seconds += stats.load_seconds;
@@ -141,6 +188,13 @@ fn one(
         messages.note(format_args!(
             "building the tree took {taken}, which --time does not cut short"
         ));
+    }
+    if settings.shard.is_some() {
+        // Figures and warnings are of a part that is no picture.
+        return Ok(match kept {
+            true => signals.exit_code().unwrap_or(ExitCode::SUCCESS),
+            false => ExitCode::from(1),
+        });
     }
     for warning in &render.warnings {
         messages.warning(warning);
@@ -155,7 +209,7 @@ fn one(
     }
     let summary = summary(&render);
     let verdict = verdict(&render, settings.target_error);
-    let whole = write_files(args, &files, &input, &settings, render, messages);
+    let whole = kept & write_files(args, &files, &input, &settings, render, messages);
     messages.say(summary);
     if let Some(verdict) = verdict {
         messages.say(verdict);
@@ -164,6 +218,69 @@ fn one(
         return Ok(ExitCode::from(1));
     }
     Ok(signals.exit_code().unwrap_or(ExitCode::SUCCESS))
+}
+
+/// Renders by `start`; pictures and checkpoints are written meanwhile. With the last state, if the
+/// render is kept.
+fn watched(
+    args: &RenderArgs,
+    scene: &Scene,
+    files: &[PathBuf],
+    keeping: Option<&Keeping>,
+    progress: &Progress,
+    messages: Messages,
+    start: impl FnOnce(&dyn Observer) -> Result<Render, RenderError>,
+) -> Result<(Render, Option<State>), RenderError> {
+    thread::scope(|scope| {
+        let (interim, keeper);
+        let mut observer: &dyn Observer = progress;
+        if let Some(every) = args.output_every {
+            let pictures;
+            (interim, pictures) = Interim::new(observer, every);
+            observer = &interim;
+            let display = args.display.display();
+            let write =
+                move |picture: &Picture| write_interim(files, &scene.film, picture, &display);
+            scope.spawn(move || interim::write_all(pictures, messages, write));
+        }
+        let Some(keeping) = keeping else {
+            return start(observer).map(|render| (render, None));
+        };
+        let states;
+        (keeper, states) = Keeper::new(observer, keeping);
+        scope.spawn(move || keeping::write_all(states, keeping, messages));
+        let render = start(&keeper)?;
+        Ok((render, keeper.end()))
+    })
+}
+
+/// Writes the last checkpoint of a render that is kept; false if it is not where it should be.
+fn keep_end(
+    keeping: Option<&Keeping>,
+    end: Option<State>,
+    render: &Render,
+    messages: Messages,
+) -> bool {
+    let Some(keeping) = keeping else {
+        return true;
+    };
+    let name = keeping.path().display();
+    let Some(state) = end else {
+        messages.warning(format_args!(
+            "{name}: no checkpoint is written: the render was stopped before there was anything to keep"
+        ));
+        return true;
+    };
+    match keeping.write(state, render.stats.relative_error) {
+        Ok(()) => {
+            messages.say(format_args!("kept in {name}"));
+            true
+        }
+        Err(message) => {
+            messages.error(format_args!("--checkpoint: {message}"));
+            false
+        }
+    }
 }
 
 /// The picture files to write, each once, all of them writable.
@@ -294,14 +411,6 @@ fn write_files(
     whole
 }
 
-/// The primaries of a film that has its own.
-fn chromaticities(film: &Film) -> Option<Attribute> {
-    film.chromaticities.map(|c| Attribute {
-        name: "chromaticities".into(),
-        value: AttributeValue::Chromaticities(c),
-    })
-}
-
 /// Writes a picture that is not the last one.
 fn write_interim(
     files: &[PathBuf],
@@ -317,79 +426,6 @@ fn write_interim(
     Ok(())
 }
 
-/// Figures that differ between equal renders: how long they took, and on what.
-fn is_of_the_machine(figure: &str) -> bool {
-    figure.ends_with("_seconds")
-        || figure.ends_with("_per_second")
-        || ["threads", "lanes", "peak_rss_bytes"].contains(&figure)
-}
-
-/// What an EXR file says about its making: scene, settings, and the figures of the render under the
-/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders:
-/// equal renders are equal files.
-fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
-    let text = |v: &str| AttributeValue::Text(v.into());
-    let tuned = |auto: bool, v: f32| match auto {
-        true => text("auto"),
-        false => AttributeValue::Float(v.into()),
-    };
-    let integer = |v: u64| AttributeValue::Integer(i64::try_from(v).unwrap_or(i64::MAX));
-    let mut list = vec![("scene", text(scene))];
-    match settings.integrator.mutates() {
-        true => list.extend([
-            ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
-            ("chains", integer(settings.chains)),
-            ("bootstrap", integer(settings.bootstrap)),
-            (
-                "large_step_probability",
-                tuned(settings.tune.large_step, settings.large_step_probability),
-            ),
-            ("mutation", text(settings.mutation.name())),
-            ("sigma", tuned(settings.tune.sigma, settings.sigma)),
-        ]),
-        false => {
-            list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
-        }
-    }
-    if matches!(
-        settings.integrator,
-        IntegratorKind::Auto | IntegratorKind::Mmlt
-    ) {
-        list.push(("strategy_choice", text(settings.strategy_choice.name())));
-    }
-    // Names of our own, so that they are nobody else's.
-    let own = |name: &str, value| Attribute {
-        name: format!("phalanx:{name}"),
-        value,
-    };
-    let mut list: Vec<Attribute> = (list.into_iter())
-        .map(|(name, value)| own(name, value))
-        .collect();
-    list.push(Attribute {
-        name: "software".into(),
-        value: text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
-    });
-    if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
-        let figures = figures
-            .into_iter()
-            .filter(|(name, _)| !is_of_the_machine(name));
-        list.extend(figures.filter_map(|(name, value)| {
-            let value = match &value {
-                serde_json::Value::String(s) => text(s),
-                // A seed may need all 64 bits.
-                serde_json::Value::Number(n) => match (n.as_i64(), n.as_u64()) {
-                    (Some(i), _) => AttributeValue::Integer(i),
-                    (None, Some(u)) => text(&u.to_string()),
-                    (None, None) => AttributeValue::Float(n.as_f64()?),
-                },
-                _ => return None,
-            };
-            Some(own(&name, value))
-        }));
-    }
-    list
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -401,52 +437,5 @@ mod tests {
         assert_eq!(significant(1.5e-9, 2), "1.5e-9");
         assert_eq!(significant(1.5e9, 2), "1.5e9");
         assert_eq!(significant(0.0, 2), "0");
-    }
-
-    #[test]
-    fn every_figure_is_an_attribute() {
-        let stats = Stats {
-            seed: u64::MAX,
-            b: 0.5,
-            ..Stats::default()
-        };
-        let settings = Settings {
-            integrator: IntegratorKind::Mmlt,
-            seed: 0,
-            threads: 0,
-            lanes: integrate::Width::One,
-            max_depth: 5,
-            samples_per_pixel: 1,
-            mutations_per_pixel: 1,
-            chains: 1,
-            bootstrap: 1,
-            large_step_probability: 0.3,
-            mutation: crate::chain::mutate::Mutation::Gaussian,
-            sigma: 0.01,
-            tune: crate::chain::tune::Tune {
-                sigma: true,
-                large_step: false,
-            },
-            strategy_choice: crate::integrate::StrategyChoice::Uniform,
-            time: None,
-            target_error: None,
-            estimate_error: true,
-            error_layers: false,
-            strategies: false,
-            batch: None,
-            forced: Vec::new(),
-        };
-        let list = attributes("a.pbrt", &settings, &stats);
-        let get = |name: &str| {
-            let name = format!("phalanx:{name}");
-            list.iter().find(|a| a.name == name).map(|a| &a.value)
-        };
-        assert_eq!(get("b"), Some(&AttributeValue::Float(0.5)));
-        let auto = AttributeValue::Text("auto".into());
-        assert_eq!(get("sigma"), Some(&auto));
-        assert!(get("large_step_probability") != Some(&auto));
-        assert_eq!(get("chains"), Some(&AttributeValue::Integer(1)));
-        let seed = AttributeValue::Text(u64::MAX.to_string());
-        assert_eq!(get("seed"), Some(&seed));
     }
 }

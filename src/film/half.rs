@@ -1,7 +1,8 @@
 //! The half of all chains that a film sums once more, to know its own error.
 
 /// How the half of all chains is summed for a layer.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Half {
     /// About what the layer's sums will be multiplied by in the picture, in any unit.
     pub scale: f64,

@@ -43,4 +43,4 @@ pub use self::passes::Passes;
 pub use self::samples::{Sample, SampleFilm};
 pub use self::samples_and_splats::{Done, SplattingFilm};
 pub use self::sums::{Destination, SplatFilm};
-pub use self::tiles::{GROUPS, TILE, Tiling};
+pub use self::tiles::{GROUPS, SEQUENCES, TILE, Tiling};

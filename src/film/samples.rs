@@ -1,5 +1,7 @@
 //! Exact sums of radiance samples, as a path tracer makes them.
 
+mod saved;
+
 use super::sum::Sums;
 use super::tile_sums::TileSums;
 use super::{FilterTable, GROUPS, Passes, Tiling};

@@ -1,7 +1,8 @@
 //! Sums of samples that add light where they were placed, and elsewhere.
 
 use super::samples::Estimate;
-use super::{FilterTable, GROUPS, Passes, Sample, SampleFilm, Tiling};
+use super::{FilterTable, GROUPS, Passes, SEQUENCES, Sample, SampleFilm, Tiling};
+use crate::checkpoint::{Malformed, Reader, Writer};
 use std::ops::Range;
 
 /// Film for samples that are placed in the cells of the raster one after the other and also splat
@@ -31,6 +32,36 @@ impl SplattingFilm {
         Self {
             splats: splats.then(|| SampleFilm::splatted(filter.clone(), judged)),
             placed: SampleFilm::placed(filter, judged),
+        }
+    }
+
+    /// Writes all that it holds.
+    pub fn save(&self, to: &mut Writer) {
+        let Self { placed, splats } = self;
+        placed.save(to);
+        if let Some(splats) = splats {
+            splats.save(to);
+        }
+    }
+
+    /// Reads all that a film like this one held.
+    ///
+    /// # Errors
+    /// It was another.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        let Self { placed, splats } = self;
+        placed.load(from)?;
+        match splats {
+            Some(splats) => splats.load(from),
+            None => Ok(()),
+        }
+    }
+
+    /// Adds all that a film like this one holds.
+    pub fn absorb(&self, other: &Self) {
+        self.placed.absorb(&other.placed);
+        if let (Some(splats), Some(more)) = (&self.splats, &other.splats) {
+            splats.absorb(more);
         }
     }
 
@@ -122,8 +153,9 @@ impl SplattingFilm {
         })
     }
 
-    /// What has fallen into each tile by group of passes, as if no pass had been broken off: a part
-    /// of a pass makes its group's sum more certain, not larger.
+    /// What has fallen into each tile by group of passes, one for each of the [`SEQUENCES`], as if
+    /// no pass had been broken off: a part of a pass makes its group's sum more certain, not
+    /// larger.
     pub fn tile_sums(&self, done: &Done) -> Vec<[f64; GROUPS]> {
         let mut sums = regular(&self.placed, &done.placed);
         if let Some(splats) = &self.splats {
@@ -131,20 +163,34 @@ impl SplattingFilm {
                 sums.iter_mut().zip(more).for_each(|(sum, v)| *sum += v);
             }
         }
-        sums
+        sums.into_iter().map(by_sequence).collect()
     }
 
-    /// Passes in each group.
+    /// Passes in each group of [`Self::tile_sums`].
     pub fn thrown(passes: u64) -> [f64; GROUPS] {
-        std::array::from_fn(|g| (passes.saturating_sub(g as u64)).div_ceil(GROUPS as u64) as f64)
+        by_sequence(thrown(passes))
     }
+}
+
+/// Passes that are a number modulo [`GROUPS`].
+fn thrown(passes: u64) -> [f64; GROUPS] {
+    std::array::from_fn(|g| (passes.saturating_sub(g as u64)).div_ceil(GROUPS as u64) as f64)
+}
+
+/// Sums by pass modulo [`GROUPS`] as such by sequence: the first [`SEQUENCES`]; the others are 0.
+fn by_sequence(sums: [f64; GROUPS]) -> [f64; GROUPS] {
+    let mut folded = [0.0; GROUPS];
+    for (g, sum) in sums.into_iter().enumerate() {
+        folded[g % SEQUENCES] += sum;
+    }
+    folded
 }
 
 fn regular(film: &SampleFilm, passes: &Passes) -> Vec<[f64; GROUPS]> {
     let mut tiles = film.tile_sums();
     let mut weights = film.tile_weights();
     let group = passes.whole as usize % GROUPS;
-    let thrown = SplattingFilm::thrown(passes.whole.max(1));
+    let thrown = thrown(passes.whole.max(1));
     let regular = thrown[group];
     let tiling = film.tiling();
     let [left, right, top, _] = film.filter().crop();

@@ -1,5 +1,6 @@
 //! Where splats are summed: layers of 64-bit pixels in stripes, each under a lock of its own.
 
+use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::memory::Table;
 use std::sync::{Mutex, MutexGuard};
 
@@ -32,12 +33,60 @@ impl Stripes {
         self.pixels
     }
 
+    /// The largest of all sums, without its sign.
+    pub fn largest(&self) -> f64 {
+        let of = |table: &Mutex<Table<i64>>| {
+            let table = table
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            let sums = table.entries().iter();
+            sums.map(|sum| sum.unsigned_abs()).max().unwrap_or(0)
+        };
+        self.tables.iter().map(of).max().unwrap_or(0) as f64
+    }
+
+    /// Writes all sums.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            tables,
+            pixels: _,
+            per_layer: _,
+        } = self;
+        for table in tables {
+            let table = table
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            to.table(table.entries());
+        }
+    }
+
+    /// Adds the sums of others like these.
+    pub fn absorb(&mut self, other: &mut Self) {
+        for (to, from) in self.tables.iter_mut().zip(&mut other.tables) {
+            let (to, from) = (own(to), own(from));
+            let sums = to.entries_mut().iter_mut().zip(from.entries());
+            sums.for_each(|(to, from)| *to = to.wrapping_add(*from));
+        }
+    }
+
+    /// Reads all sums.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        for table in &mut self.tables {
+            from.table(own(table).entries_mut())?;
+        }
+        Ok(())
+    }
+
     pub fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
         // A thread that panicked while adding integers has left them whole.
         self.tables[layer * self.per_layer + stripe]
             .lock()
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
+}
+
+fn own(table: &mut Mutex<Table<i64>>) -> &mut Table<i64> {
+    (table.get_mut()).unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// Memory of so many layers, in bytes.

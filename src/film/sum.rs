@@ -11,6 +11,8 @@
 //! 128 bits with one binary point for all pixels lose what is small or large; sums of all
 //! digits that `f32` has need 40 bytes, not 17.
 
+use crate::checkpoint::{Malformed, Reader, Writer};
+
 /// Bits of a digit.
 const BITS: i32 = 30;
 /// One over the unit of the second digit, in units of the first.
@@ -125,6 +127,33 @@ impl Sums {
             digits: vec![[0; 2]; count],
             places: vec![0; count],
         }
+    }
+
+    /// Writes all of them.
+    pub fn save(&self, to: &mut Writer) {
+        let Self { digits, places } = self;
+        to.table(digits);
+        to.table(places);
+    }
+
+    /// Reads as many as there are.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        let Self { digits, places } = self;
+        from.table(digits)?;
+        from.table(places)?;
+        let right = places.iter().all(|place| i32::from(*place) <= HIGHEST);
+        Malformed::unless(right, "a sum is too large")
+    }
+
+    /// Adds as many others; how many are full.
+    pub fn absorb(&mut self, other: &Self) -> u64 {
+        let mut full = 0;
+        for i in 0..self.places.len() {
+            let mut sum = self.get(i);
+            full += u64::from(sum.merge(other.get(i)));
+            self.set(i, sum);
+        }
+        full
     }
 
     #[inline(always)]

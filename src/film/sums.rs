@@ -6,6 +6,7 @@ use super::half::Half;
 use super::locked_stripe::{HalfLayer, LockedStripe};
 use super::log::{Logged, SplatLog};
 use super::stripes::{self, Stripes};
+use crate::checkpoint::{Malformed, Reader, Writer};
 use std::ops::Range;
 
 /// Film for splats of bounded size: layers of 64-bit fixed-point pixels.
@@ -44,6 +45,8 @@ pub struct Destination {
 
 /// Pixels are fetched this many splats ahead: films are larger than caches.
 const AHEAD: usize = 40;
+/// Most binary digits of sums after the point.
+const MOST_BITS: i32 = 48;
 
 impl SplatFilm {
     /// Colours are divided by the mean of their channels.
@@ -64,19 +67,60 @@ impl SplatFilm {
     }
 
     fn with(filter: FilterTable, layers: usize, max_weight: f64, half: Vec<Half>) -> Self {
-        let largest = Self::MAX_COLOUR * filter.peak().max(1.0);
-        let bound = max_weight.max(1.0) * largest;
+        let bound = max_weight.max(1.0) * Self::largest(&filter);
         // One more bit for the rounding of each splat.
-        let fraction_bits = (61 - bound.log2().ceil() as i32).clamp(0, 48);
+        let fraction_bits = (61 - bound.log2().ceil() as i32).clamp(0, MOST_BITS);
+        Self::of_bits(filter, layers, fraction_bits, half)
+    }
+
+    fn of_bits(filter: FilterTable, layers: usize, fraction_bits: i32, half: Vec<Half>) -> Self {
         let all = layers + usize::from(!half.is_empty());
         Self {
             stripes: Stripes::new(filter.pixels(), all),
+            largest: Self::largest(&filter),
             filter,
             layers,
             fraction_bits,
-            largest,
             half,
         }
+    }
+
+    /// Of a colour times the filter.
+    fn largest(filter: &FilterTable) -> f64 {
+        Self::MAX_COLOUR * filter.peak().max(1.0)
+    }
+
+    /// Writes all that it holds.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            filter: _,
+            layers: _,
+            stripes,
+            fraction_bits,
+            largest: _,
+            half,
+        } = self;
+        to.value(*fraction_bits);
+        to.table(half);
+        stripes.save(to);
+    }
+
+    /// Reads a film of so many layers; `judged` says that it knows its own error.
+    ///
+    /// # Errors
+    /// It is another.
+    pub fn load(
+        filter: FilterTable,
+        layers: usize,
+        judged: bool,
+        from: &mut Reader,
+    ) -> Result<Self, Malformed> {
+        let bits = from.value()?;
+        Malformed::unless((0..=MOST_BITS).contains(&bits), "no film is that precise")?;
+        let half = from.vector(if judged { layers } else { 0 })?;
+        let mut film = Self::of_bits(filter, layers, bits, half);
+        film.stripes.load(from)?;
+        Ok(film)
     }
 
     /// Memory of a film of so many pixels and layers, in bytes.
@@ -137,6 +181,26 @@ impl SplatFilm {
         }
         drop(held);
         log.len = 0;
+    }
+
+    /// Adds all that a film of the same plan holds.
+    ///
+    /// # Errors
+    /// It was planned otherwise.
+    pub fn absorb(&mut self, mut other: Self) -> Result<(), Malformed> {
+        let same = self.fraction_bits == other.fraction_bits && self.half == other.half;
+        Malformed::unless(same, "films were planned for other renders")?;
+        self.stripes.absorb(&mut other.stripes);
+        Ok(())
+    }
+
+    /// Mutations that it surely has room for, wherever they splat: to be asked where there are more
+    /// than it was made for.
+    pub fn room(&self) -> f64 {
+        let largest = f64::from(1 << 30) * f64::from(1 << 30) - self.stripes.largest();
+        // And what rounding adds to each of the splats of a mutation.
+        let each = 1.01 * self.largest * (1u64 << self.fraction_bits) as f64 + 64.0;
+        (largest / each).max(0.0)
     }
 
     /// The picture: each layer times its scale, summed in order.

@@ -1,7 +1,8 @@
 //! What samples come to tile by tile and group by group of passes.
 
-use super::sum::Sum;
+use super::sum::{Sum, Sums};
 use super::{FilterTable, GROUPS, Tiling};
+use crate::checkpoint::{Malformed, Reader, Writer};
 use std::sync::{Mutex, MutexGuard};
 
 /// Sums of the mean channel over the pixels of each tile, by group: pass modulo [`GROUPS`].
@@ -71,6 +72,54 @@ impl TileSums {
     /// Sums of weights, if there are any.
     pub fn weights(&self) -> Option<Vec<[f64; GROUPS]>> {
         self.weighed.then(|| self.all(|entry| entry.weight.value()))
+    }
+
+    /// Writes all sums.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            tiling: _,
+            weighed: _,
+            rows,
+        } = self;
+        for row in rows {
+            let row = lock(row);
+            let mut sums = Sums::new(2 * GROUPS * row.len());
+            for (i, entry) in row.as_flattened().iter().enumerate() {
+                let Entry { light, weight } = *entry;
+                sums.set(2 * i, light);
+                sums.set(2 * i + 1, weight);
+            }
+            sums.save(to);
+        }
+    }
+
+    /// Adds the sums of others like these; how many are full.
+    pub fn absorb(&self, other: &Self) -> u64 {
+        let mut full = 0;
+        for (to, from) in self.rows.iter().zip(&other.rows) {
+            let (mut to, from) = (lock(to), lock(from));
+            let entries = to.as_flattened_mut().iter_mut();
+            for (to, from) in entries.zip(from.as_flattened()) {
+                full += to.merge(*from);
+            }
+        }
+        full
+    }
+
+    /// Reads all sums.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        for row in &self.rows {
+            let mut row = lock(row);
+            let mut sums = Sums::new(2 * GROUPS * row.len());
+            sums.load(from)?;
+            for (i, entry) in row.as_flattened_mut().iter_mut().enumerate() {
+                *entry = Entry {
+                    light: sums.get(2 * i),
+                    weight: sums.get(2 * i + 1),
+                };
+            }
+        }
+        Ok(())
     }
 
     fn all(&self, value: impl Fn(&Entry) -> f64) -> Vec<[f64; GROUPS]> {

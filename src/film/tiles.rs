@@ -9,6 +9,10 @@ pub const TILE: u32 = 16;
 /// apart tile by tile.
 pub const GROUPS: usize = 16;
 
+/// Passes over a picture whose samples are independent: a pass and those that come a multiple of
+/// this after it share out each pixel among them. Even passes and odd ones are independent.
+pub const SEQUENCES: usize = 4;
+
 /// The tiles of a crop window, row by row from its top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tiling {

@@ -179,6 +179,47 @@ pub fn samples(path: &Path) -> std::result::Result<(u64, u64), String> {
     Ok(most)
 }
 
+/// What a file of one layer says about its making, in the order of the names.
+pub struct Figures {
+    /// Of the picture, in pixels.
+    pub size: [usize; 2],
+    /// What has written it.
+    pub software: Option<String>,
+    /// Attributes of our own, without the prefix.
+    pub own: Vec<(String, String)>,
+}
+
+/// Names of attributes of our own begin with this.
+pub const OWN: &str = "phalanx:";
+
+/// What a file says about its making.
+pub fn figures(path: &Path) -> std::result::Result<Figures, String> {
+    check_header(path)?;
+    let meta = MetaData::read_from_file(path, false).map_err(|e| e.to_string())?;
+    let header = meta.headers.first().ok_or("it has no layer")?;
+    let attributes = &header.own_attributes;
+    let mut own: Vec<(String, String)> = (attributes.other.iter())
+        .filter_map(|(name, value)| {
+            let name = name.to_string();
+            let name = name.strip_prefix(OWN)?;
+            let value = match value {
+                AttributeValue::Text(text) => text.to_string(),
+                AttributeValue::I32(value) => value.to_string(),
+                AttributeValue::F32(value) => value.to_string(),
+                AttributeValue::F64(value) => value.to_string(),
+                _ => return None,
+            };
+            Some((name.to_owned(), value))
+        })
+        .collect();
+    own.sort();
+    Ok(Figures {
+        size: [header.layer_size.0, header.layer_size.1],
+        software: attributes.software_name.as_ref().map(Text::to_string),
+        own,
+    })
+}
+
 /// Reads the first layer that has R, G, B or else Y (copied to all channels), half, float or
 /// integer, its largest level.
 pub fn read(path: &Path) -> std::result::Result<Picture, String> {

@@ -3,11 +3,12 @@
 
 use super::sampled::{self, Method, PartFilm};
 use super::{Render, Run, StrategyPictures};
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::bidirectional::{BidirectionalLayout, Strategy};
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let mut layout = BidirectionalLayout::new(run.world);
     let mut films = Vec::new();
     if run.settings.strategies {
@@ -19,7 +20,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
     let method = Method {
         name: "bdpt",
         purpose: Purpose::Bidirectional,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: true,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
@@ -38,7 +39,12 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             }
         },
     };
-    let mut sampled = sampled::render::<L>(run, &method);
+    // Pictures of strategies are not in states.
+    let run = Run {
+        keeps: run.keeps && films.is_empty(),
+        ..*run
+    };
+    let mut sampled = sampled::render::<L>(&run, &method, from)?;
     sampled.render.strategies = (films.iter())
         .map(|films| StrategyPictures {
             strategy: films.strategy,
@@ -46,7 +52,7 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
             unweighted: films.unweighted.resolve(&sampled),
         })
         .collect();
-    sampled.render
+    Ok(sampled.render)
 }
 
 /// A strategy's part of the picture, and the picture it makes alone.

@@ -6,66 +6,43 @@
 //! the bootstrap's integrals ([`super::schedule`]); [`super::normalisation`] makes sums of splats
 //! radiance.
 
-use super::bootstraps::{Bootstraps, bootstraps};
+mod begun;
+
+use self::begun::{Begun, bootstrap};
+pub(super) use self::begun::{Ready, ready};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
 use super::sampled::Sampling;
-use super::schedule::{ChainBudget, March, Start, chain_budgets, density};
-use super::tuning::{self, Tuned};
-use super::{EndedBy, Phase, ROUND, Render, Run, Stats, black_reason, mixing_check, per_second};
-use crate::chain::bootstrap::{Bootstrap, Estimate};
-use crate::chain::counts::Counts;
+use super::schedule::saved::{Batches, load_budgets, save_batches};
+use super::schedule::{ChainBudget, March, Start, density};
+use super::state::Made;
+use super::{EndedBy, ROUND, Render, Run, Stats, mixing_check, per_second};
+use crate::chain::bootstrap::Estimate;
+use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
-/// The bootstrap of a method, and what has become of it.
-pub(super) struct Ready {
-    /// None if nothing is known of the whole picture.
-    pub bootstraps: Vec<Bootstrap>,
-    pub counts: Counts,
-    /// What has cut it short, and after which part of its paths.
-    pub short: Option<EndedBy>,
-    pub part: f64,
-    pub start: Instant,
-}
-
-pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Render {
+/// From the bootstrap on, or from a state.
+pub(super) fn render<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    from: &mut [Reader],
+) -> Result<Render, Malformed> {
+    let wanted = mutations(run, run.settings.mutations_per_pixel);
+    if !from.is_empty() {
+        return resumed::<L>(run, method, wanted, None, from);
+    }
     let start = Instant::now();
     let ready = Ready::new(run, bootstrap::<L>(run, method), start);
-    let wanted = mutations(run, run.settings.mutations_per_pixel);
-    together::<L>(run, method, ready, wanted, None)
+    Ok(together::<L>(run, method, ready, wanted, None))
 }
 
 /// Mutations that come to so many per pixel.
 pub(super) fn mutations(run: &Run, per_pixel: u64) -> f64 {
     (per_pixel as f64 * run.world.camera.region.area()).ceil()
-}
-
-impl Ready {
-    pub fn new(run: &Run, bootstraps: Bootstraps, start: Instant) -> Self {
-        let mut counts = Counts::default();
-        for b in &bootstraps.samplers {
-            counts.rejected += b.rejected;
-            counts.rays += b.rays;
-        }
-        let part = bootstraps.part(run.settings.bootstrap);
-        let short = bootstraps.ended_by;
-        let void = bootstraps.is_void();
-        Self {
-            bootstraps: if void {
-                Vec::new()
-            } else {
-                bootstraps.samplers
-            },
-            counts,
-            short,
-            part,
-            start,
-        }
-    }
 }
 
 /// Marches chains for `wanted` mutations, with samples `beside` them for the rest of the light.
@@ -76,44 +53,127 @@ pub(super) fn together<L: Lanes>(
     wanted: f64,
     beside: Option<&mut Sampling>,
 ) -> Render {
+    let (begun, budgets, starts) = Begun::new::<L>(run, method, ready, wanted);
+    let film = film(run, method, &budgets, &starts);
+    let since = Instant::now();
+    let tiling = Tiling::new(run.scene.film.crop);
+    let march = March::new::<L>(run, &budgets, &starts, &tiling);
+    go_on::<L>(run, method, &begun, film, march, beside, since)
+}
+
+/// The same from where they stood when their state was kept, or the states of all shards.
+pub(super) fn resumed<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    wanted: f64,
+    mut beside: Option<&mut Sampling>,
+    from: &mut [Reader],
+) -> Result<Render, Malformed> {
+    let since = Instant::now();
+    let begun = Begun::load(from)?;
+    let budgets = load_budgets(run, method, wanted, from)?;
+    let layers = Method::layers(method.samplers.len(), method.combined);
+    let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
+    let judged = run.settings.estimate_error;
+    let mut films = from
+        .iter_mut()
+        .map(|from| SplatFilm::load(filter.clone(), layers, judged, from));
+    let first = films.next();
+    let mut film = first.ok_or_else(|| Malformed::new("there is no state"))??;
+    films.try_for_each(|more| film.absorb(more?))?;
+    let tiling = Tiling::new(run.scene.film.crop);
+    let march = March::load(run, &budgets, &tiling, from)?;
+    if let Some(beside) = &mut beside {
+        beside.load(from)?;
+    }
+    from.iter().try_for_each(Reader::end)?;
+    Ok(go_on::<L>(run, method, &begun, film, march, beside, since))
+}
+
+/// Writes all that [`resumed`] reads.
+fn save(
+    begun: &Begun,
+    seconds: f64,
+    film: &SplatFilm,
+    batches: &Batches,
+    budgets: &[ChainBudget],
+    beside: Option<&Sampling>,
+    to: &mut Writer,
+) -> Made {
+    begun.save(seconds, to);
+    to.count(budgets.len());
+    budgets.iter().for_each(|a| a.save(to));
+    film.save(to);
+    save_batches(batches, to);
+    let samples = beside.map_or(0, |beside| beside.save(to).samples);
+    let (mut made, mut wanted) = (0, 0);
+    for (a, _, batch) in batches {
+        let chains = batch.len() as u64;
+        made += u64::from(batch.iterations()) * chains;
+        wanted += u64::from(a.iterations) * chains;
+    }
+    Made {
+        mutations: made,
+        samples,
+        part: (made as f64 / wanted.max(1) as f64).min(1.0),
+        ..Made::default()
+    }
+}
+
+/// Marches chains to the end, and makes a picture of what they have splatted; `since` is when this
+/// process began it.
+fn go_on<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    begun: &Begun,
+    film: SplatFilm,
+    mut march: March,
+    beside: Option<&mut Sampling>,
+    since: Instant,
+) -> Render {
     let settings = run.settings;
-    let Ready {
-        bootstraps,
-        mut counts,
-        short,
-        part,
-        start: boot_start,
-    } = ready;
     let (width, height) = run.size();
     let [offset, full] = run.window();
-    let mut budgets = chain_budgets(run, method, &bootstraps, wanted);
-    let tuned = tune::<L>(run, method, &mut budgets, &bootstraps, short);
-    counts.rays += tuned.rays;
-    let bootstrap_seconds = boot_start.elapsed().as_secs_f64();
-    let starts: Vec<Start> = (budgets.iter())
-        .map(|a| Start::new(run, a, &bootstraps))
-        .collect();
-    drop(bootstraps);
-    let film = film(run, method, &budgets, &starts);
-
-    let render_start = Instant::now();
+    let run = &Run {
+        keeps: run.keeps && !begun.is_stopped(),
+        ..*run
+    };
     let tiling = Tiling::new(run.scene.film.crop);
-    let mut march = March::new::<L>(run, &budgets, &starts, &tiling);
+    let seconds = || begun.render_seconds + since.elapsed().as_secs_f64();
+    let budgets = march.budgets();
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
-    let least = short.or(tuned.ended_by).map_or(Duration::ZERO, |_| ROUND);
+    let least = begun
+        .short
+        .or(begun.untuned)
+        .map_or(Duration::ZERO, |_| ROUND);
     let samples = RefCell::new(beside);
     let advance = |part| {
         if let Some(samples) = &mut *samples.borrow_mut() {
             samples.advance_to(part);
         }
     };
-    let ended_by = march.march::<L>(&film, least, advance, |chains| {
-        let chains: Chains = chains.iter().map(|(a, _, b)| (*a, &**b)).collect();
+    let ended_by = march.march::<L>(&film, least, advance, |batches| {
+        let chains: Chains = batches.iter().map(|(a, _, b)| (*a, &**b)).collect();
         let samples = samples.borrow();
         run.show(|| {
             let light = Light::of(run, film.layers(), &chains);
             picture(&film, &light, samples.as_deref()).0
+        });
+        run.keep(false, |to| {
+            let batches = batches
+                .iter()
+                .map(|(a, half, b)| (*a, *half, &**b))
+                .collect();
+            save(
+                begun,
+                seconds(),
+                &film,
+                &batches,
+                budgets,
+                samples.as_deref(),
+                to,
+            )
         });
         good_enough(run, &film, &chains, samples.as_deref(), &mut looks)
     });
@@ -122,7 +182,13 @@ pub(super) fn together<L: Lanes>(
         advance(1.0);
     }
     let beside = samples.into_inner().map(|samples| &*samples);
+    let mut warnings = march.warned();
     let mut batches = march.finish();
+    run.keep(true, |to| {
+        let batches = batches.iter().map(|(a, to, b)| (*a, *to, b)).collect();
+        save(begun, seconds(), &film, &batches, budgets, beside, to)
+    });
+    let mut counts = begun.counts;
     let mut mutations = 0;
     for (_, to, batch) in &mut batches {
         batch.flush(&film, *to);
@@ -140,15 +206,10 @@ pub(super) fn together<L: Lanes>(
     let made = mutations > 0 || beside.is_some();
     let relmse = (judged && made).then(|| relmse_of(run, &film, &light, beside));
     drop(film);
-    let render_seconds = render_start.elapsed().as_secs_f64();
+    let render_seconds = seconds();
     let (acceptance_large, acceptance_small) = counts.acceptance();
-    let mut warnings: Vec<String> = short.map(|by| cut_short(by, part)).into_iter().collect();
-    if short.is_none() && batches.is_empty() && light.beside <= 0.0 {
-        warnings.push(dark_reason(run, method));
-    }
-    if tuned.part < 1.0 && !batches.is_empty() {
-        warnings.push(badly_tuned(tuned.part));
-    }
+    let lit = light.beside > 0.0;
+    warnings.extend(begun.warnings(run, method, !batches.is_empty(), lit));
     // Not by `sum`, by which nothing comes to -0.
     let sum = |of: fn(&Estimate) -> f64| light.estimates.iter().fold(0.0, |sum, e| sum + of(e));
     let mut stats = Stats {
@@ -156,7 +217,7 @@ pub(super) fn together<L: Lanes>(
         mutations,
         mutations_per_second: per_second(mutations, render_seconds),
         rays: counts.rays,
-        bootstrap_seconds,
+        bootstrap_seconds: begun.bootstrap_seconds,
         render_seconds,
         acceptance_large,
         acceptance_small,
@@ -188,26 +249,8 @@ pub(super) fn together<L: Lanes>(
         warnings,
         deviation,
         strategies: Vec::new(),
-        ended_by: short.unwrap_or(ended_by),
+        ended_by: begun.short.unwrap_or(ended_by),
     }
-}
-
-fn cut_short(by: EndedBy, part: f64) -> String {
-    let by = match by {
-        EndedBy::Time => "--time ended",
-        _ => "stopped",
-    };
-    format!(
-        "{by} the bootstrap after {:.2} % of its paths: the brightness of the picture is less certain than usual",
-        100.0 * part
-    )
-}
-
-fn badly_tuned(part: f64) -> String {
-    format!(
-        "stopped after {:.0} % of the mutations that tune others: sigma and the probability of large steps are less certain than usual",
-        100.0 * part
-    )
 }
 
 /// What samples beside chains have taken.
@@ -314,7 +357,8 @@ fn good_enough(
     beside: Option<&Sampling>,
     looks: &mut Looks,
 ) -> bool {
-    if !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
+    let parted = run.settings.shard.is_some();
+    if parted || !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
         return false;
     }
     let seen = looks.look(|| {
@@ -334,62 +378,4 @@ fn good_enough(
                 .all(|d| d.mixed())
     });
     seen == Some(true)
-}
-
-/// Whether to go on to the chains that count: they need half of the time.
-pub(super) fn ready(run: &Run) -> Option<EndedBy> {
-    let limit = run.settings.time.map(|limit| limit / 2);
-    let late = limit.is_some_and(|limit| run.start.elapsed() >= limit);
-    if run.observer.stop() {
-        Some(EndedBy::Observer)
-    } else {
-        late.then_some(EndedBy::Time)
-    }
-}
-
-fn bootstrap<L: Lanes>(run: &Run, method: &Method) -> Bootstraps {
-    let later = tuning::mutations(run, method.samplers.len());
-    let progress = |done, total| (run.observer).progress(Phase::Bootstrap, done, total + later);
-    bootstraps::<L>(
-        run.world,
-        &method.samplers,
-        run.settings,
-        &|| ready(run),
-        progress,
-    )
-}
-
-/// Tunes the chains, unless the bootstrap has been cut short by `short`.
-fn tune<L: Lanes>(
-    run: &Run,
-    method: &Method,
-    budgets: &mut [ChainBudget],
-    bootstraps: &[Bootstrap],
-    short: Option<EndedBy>,
-) -> Tuned {
-    let samplers = method.samplers.len();
-    let before = run.settings.bootstrap * samplers as u64;
-    let own = tuning::mutations(run, samplers);
-    let progress = |part: f64| {
-        let done = before + (own as f64 * part) as u64;
-        (run.observer).progress(Phase::Bootstrap, done, before + own);
-    };
-    let ended = || short.or_else(|| ready(run));
-    tuning::tune::<L>(run, budgets, bootstraps, &ended, progress)
-}
-
-fn dark_reason(run: &Run, method: &Method) -> String {
-    if run.settings.bootstrap >= 100_000 || run.world.is_unlit() {
-        return black_reason(run, "no bootstrap path");
-    }
-    let per_depth = if method.samplers.len() > 1 {
-        " per depth"
-    } else {
-        ""
-    };
-    let paths = format!(
-        "none of the {} bootstrap paths{per_depth}",
-        run.settings.bootstrap
-    );
-    black_reason(run, &paths) + "; more bootstrap samples may find some"
 }

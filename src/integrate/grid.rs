@@ -1,10 +1,11 @@
 //! Where independent samples lie: one in each cell of the raster, pass after pass.
 
 use super::Run;
-use crate::film::{Done, FilterTable, Passes};
+use crate::film::{Done, FilterTable, Passes, SEQUENCES};
+use crate::plan::Pair;
 use crate::simd::Lanes;
 use crate::simd::rng::Stream;
-use crate::transport::samples::Samples;
+use crate::transport::samples::{Place, Samples};
 
 /// The pixel cells that cover the sampled region.
 pub(super) struct Grid {
@@ -69,11 +70,26 @@ impl Grid {
 
     /// Primary samples of paths `begin..begin + n`; path `i` lies in cell `i` modulo the number of
     /// cells, and within it uniformly where its pixel's filter reaches. The raster position is
-    /// that of the first two rows.
-    pub fn fill<L: Lanes>(&self, stream: &Stream, samples: &mut Samples, begin: u64, n: usize) {
-        samples.fill::<L>(stream, n, |i| {
+    /// that of the first two rows. Passes with the same remainder modulo [`SEQUENCES`] share out
+    /// each cell, and every pair of dimensions, among them.
+    pub fn fill<L: Lanes>(
+        &self,
+        stream: &Stream,
+        pairs: &[Pair],
+        samples: &mut Samples,
+        begin: u64,
+        n: usize,
+    ) {
+        samples.fill_stratified::<L>(stream, pairs, n, |i| {
             let path = begin + i as u64;
-            [path as u32, (path >> 32) as u32]
+            let (cell, pass) = (path % self.cells(), path / self.cells());
+            let (index, sequence) = (pass / SEQUENCES as u64, pass % SEQUENCES as u64);
+            // A sequence has 2^32 points; another follows it.
+            let sequence = sequence + SEQUENCES as u64 * (index >> 32);
+            Place {
+                sequence: [cell as u32, sequence as u32],
+                index: index as u32,
+            }
         });
         // The first two numbers place the sample in its cell, as a position in the region.
         for axis in 0..2 {

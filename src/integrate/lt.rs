@@ -4,23 +4,24 @@
 
 use super::sampled::{self, Method};
 use super::{Render, Run};
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::bidirectional::BidirectionalLayout;
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let layout = BidirectionalLayout::light_tracing(run.world);
     let method = Method {
         name: "lt",
         purpose: Purpose::LightTracer,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: true,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
         },
         collect: &|_, _| {},
     };
-    let mut render = sampled::render::<L>(run, &method).render;
+    let mut render = sampled::render::<L>(run, &method, from)?.render;
     let specular = (run.world.plan.kinds.iter()).filter(|kind| kind.is_delta());
     let names: Vec<&str> = specular.map(|kind| kind.name()).collect();
     if !names.is_empty() && run.settings.max_depth > 0 {
@@ -35,5 +36,5 @@ pub(super) fn render<L: Lanes>(run: &Run) -> Render {
                 .into(),
         );
     }
-    render
+    Ok(render)
 }

@@ -5,6 +5,7 @@
 use super::chains;
 use super::method::Method;
 use super::{Render, Run};
+use crate::checkpoint::{Malformed, Reader};
 use crate::plan::Plan;
 use crate::simd::Lanes;
 use crate::transport::PathSampler;
@@ -18,6 +19,6 @@ pub(super) fn method(plan: &Plan) -> Method {
     }
 }
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
-    chains::render::<L>(run, &method(&run.world.plan))
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
+    chains::render::<L>(run, &method(&run.world.plan), from)
 }

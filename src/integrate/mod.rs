@@ -41,10 +41,13 @@ mod rerun;
 mod result;
 mod run;
 mod sampled;
+mod saved;
 mod scale;
 mod schedule;
 mod settings;
+mod shard;
 mod shares;
+mod state;
 mod tuning;
 
 pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
@@ -54,13 +57,17 @@ pub use self::needs::{Need, Needs};
 pub use self::rerun::{Visit, Whose, rerun};
 pub use self::result::{Render, Stats, StrategyPictures};
 pub use self::run::{EndedBy, Observer, Phase, Silent, peak_rss_bytes};
+pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
+pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
+pub use self::state::{Made, State};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
 use self::scale::{bring_to_scale, mixed_deviation};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use crate::checkpoint::{Malformed, Reader};
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
@@ -74,10 +81,64 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    render_by(scene, settings, observer, &|run| match settings.lanes {
-        Width::Eight => integrate::<f32x8>(run),
-        Width::One => integrate::<f32>(run),
-    })
+    go(scene, settings, &[], observer)
+}
+
+/// Goes on with a render: to the same bits as if it had never been stopped, if the settings are
+/// those that it was begun with. Threads, lanes and what ends it may be others. Samples go on to
+/// any number of them. Chains, too; where that is more than at first, their film keeps the
+/// precision that it was made with, which is higher than that of a film for so many, and the
+/// tuning is that of the shorter render.
+///
+/// # Errors
+/// Those of [`render`], and a state of another scene, picture, integrator or seed.
+pub fn resume(
+    scene: &Scene,
+    settings: &Settings,
+    state: &State,
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    go(scene, settings, &[state], observer)
+}
+
+/// Adds up all shards of a render, in their order; each must have come to its end. The render is
+/// that of one machine, to the bit, and can be gone on with. `settings` are those of any of them.
+///
+/// # Errors
+/// Those of [`render`], and shards that are not all that there are of one render.
+pub fn merge(
+    scene: &Scene,
+    settings: &Settings,
+    shards: &[&State],
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    let settings = Settings {
+        shard: None,
+        ..settings.clone()
+    };
+    if shards.len() < 2 {
+        let few = Malformed::new("one shard is not all that there are");
+        return Err(few.into());
+    }
+    go(scene, &settings, shards, observer)
+}
+
+fn go(
+    scene: &Scene,
+    settings: &Settings,
+    states: &[&State],
+    observer: &dyn Observer,
+) -> Result<Render, RenderError> {
+    render_by(
+        scene,
+        settings,
+        states,
+        observer,
+        &|run, from| match settings.lanes {
+            Width::Eight => integrate::<f32x8>(run, from),
+            Width::One => integrate::<f32>(run, from),
+        },
+    )
 }
 
 /// Paths traced eight at a time, whatever the settings say. Unit tests that call this instead of
@@ -87,15 +148,16 @@ pub fn render(
 /// Those of [`render`].
 #[cfg(test)]
 pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, RenderError> {
-    render_by(scene, settings, &Silent, &pt::render::<f32x8>)
+    render_by(scene, settings, &[], &Silent, &pt::render::<f32x8>)
 }
 
 /// All of a render but its integrator.
 fn render_by(
     scene: &Scene,
     settings: &Settings,
+    states: &[&State],
     observer: &dyn Observer,
-    integrate: &(dyn Fn(&Run) -> Render + Sync),
+    integrate: &(dyn Fn(&Run, &mut [Reader]) -> Result<Render, Malformed> + Sync),
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
@@ -103,15 +165,28 @@ fn render_by(
     let primitives = (scene.triangles.len() + scene.spheres.len()).max(1) as u64;
     observer.progress(Phase::Build, 0, primitives);
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
+    if settings.integrator == IntegratorKind::Lt && !world.camera.connects() {
+        return Err(RenderError::Settings(
+            "light tracing joins light to the camera, and nothing can be joined to a realistic camera; use pt, bdpt, pssmlt, mmlt or auto"
+                .into(),
+        ));
+    }
     observer.progress(Phase::Build, primitives, primitives);
+    let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {
-        scene,
-        world: &world,
-        settings,
-        observer,
         start,
+        spent: Duration::from_secs_f64(spent),
+        ..Run::begin(scene, &world, settings, observer)
     };
-    let mut render = pool.install(|| integrate(&run));
+    let mut from: Vec<Reader> = (states.iter())
+        .map(|state| Reader::new(&state.packed))
+        .collect();
+    let of = from.len() as u32;
+    for (index, from) in (0..).zip(&mut from) {
+        let shard = (of > 1).then_some(Shard { index, of });
+        run.check_whose(shard.or(settings.shard), from)?;
+    }
+    let mut render = pool.install(|| integrate(&run, &mut from))?;
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     let colour = scene.film.colour.as_ref();
@@ -143,7 +218,7 @@ fn render_by(
     stats.width = render.width;
     stats.height = render.height;
     stats.build_seconds = world.tracer.stats().build_time.as_secs_f64();
-    stats.total_seconds = start.elapsed().as_secs_f64();
+    stats.total_seconds = run.elapsed().as_secs_f64();
     stats.rays_per_second = per_second(stats.rays, stats.render_seconds + stats.bootstrap_seconds);
     stats.peak_rss_bytes = peak_rss_bytes();
     let dark = settings.target_error.is_some() && stats.b * f64::from(scale) < DARK;
@@ -170,25 +245,19 @@ fn render_by(
 /// Settings out of range, and thread pools that cannot be had.
 pub fn shares(scene: &Scene, world: &World, settings: &Settings) -> Result<Shares, RenderError> {
     check(settings)?;
-    let run = Run {
-        scene,
-        world,
-        settings,
-        observer: &Silent,
-        start: Instant::now(),
-    };
+    let run = Run::begin(scene, world, settings, &Silent);
     Ok(pool(settings.threads)?.install(|| auto::shares::<f32x8>(&run)))
 }
 
 /// Every integrator, by name.
-fn integrate<L: Lanes>(run: &Run) -> Render {
+fn integrate<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     match run.settings.integrator {
-        IntegratorKind::Auto => auto::render::<L>(run),
-        IntegratorKind::Mmlt => mmlt::render::<L>(run),
-        IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler),
-        IntegratorKind::Pt => pt::render::<L>(run),
-        IntegratorKind::Lt => lt::render::<L>(run),
-        IntegratorKind::Bdpt => bdpt::render::<L>(run),
+        IntegratorKind::Auto => auto::render::<L>(run, from),
+        IntegratorKind::Mmlt => mmlt::render::<L>(run, from),
+        IntegratorKind::Pssmlt(sampler) => pssmlt::render::<L>(run, sampler, from),
+        IntegratorKind::Pt => pt::render::<L>(run, from),
+        IntegratorKind::Lt => lt::render::<L>(run, from),
+        IntegratorKind::Bdpt => bdpt::render::<L>(run, from),
     }
 }
 

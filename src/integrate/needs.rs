@@ -43,6 +43,15 @@ impl Needs {
     /// Of [`render`](super::render) with these settings, the scene included. Within some per cent
     /// for large scenes and films.
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        Self::with(scene, settings, false)
+    }
+
+    /// The same of a render whose state is taken now and then, or that is resumed from one.
+    pub fn of_kept(scene: &Scene, settings: &Settings) -> Self {
+        Self::with(scene, settings, true)
+    }
+
+    fn with(scene: &Scene, settings: &Settings, kept: bool) -> Self {
         let primitives = (scene.triangles.len() + scene.spheres.len()) as u64;
         let need = |part, bytes, why: String| Need { part, bytes, why };
         let tables = need("scene", scene.bytes(), format!("{primitives} primitives"));
@@ -82,6 +91,11 @@ impl Needs {
             bootstrap.push(need("bootstrap", bytes, why));
             phases.push(bootstrap);
             rendering.push(chains(scene, settings));
+        }
+        if kept {
+            // Compressed it takes about half; two of them can be there at a time.
+            let state = rendering[3..].iter().map(|need| need.bytes).sum();
+            rendering.push(need("checkpoint", state, "film and chains".into()));
         }
         rendering.extend(lights);
         phases.push(rendering);

@@ -10,6 +10,7 @@
 use super::chains;
 use super::method::Method;
 use super::{Render, Run};
+use crate::checkpoint::{Malformed, Reader};
 use crate::scene::{IntegratorKind, PathSamplerKind};
 use crate::simd::Lanes;
 use crate::transport::bidirectional::BidirectionalLayout;
@@ -31,7 +32,11 @@ pub(super) fn method(world: &World, max_depth: u32, kind: PathSamplerKind) -> Me
     }
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, kind: PathSamplerKind) -> Render {
+pub(super) fn render<L: Lanes>(
+    run: &Run,
+    kind: PathSamplerKind,
+    from: &mut [Reader],
+) -> Result<Render, Malformed> {
     let method = method(run.world, run.settings.max_depth, kind);
-    chains::render::<L>(run, &method)
+    chains::render::<L>(run, &method, from)
 }

@@ -3,21 +3,22 @@
 
 use super::sampled::{self, Method};
 use super::{Render, Run};
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::simd::rng::Purpose;
 use crate::transport::evaluate::UnidirectionalLayout;
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let layout = UnidirectionalLayout::new(&run.world.plan, run.settings.max_depth);
     let method = Method {
         name: "pt",
         purpose: Purpose::PathTracer,
-        dimensions: layout.total(),
+        layout: layout.dimensions(),
         splats: false,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_unidirectional::<L>(&layout, samples, n, paths);
         },
         collect: &|_, _| {},
     };
-    sampled::render::<L>(run, &method).render
+    Ok(sampled::render::<L>(run, &method, from)?.render)
 }

@@ -13,7 +13,6 @@ use crate::plan::DepthPlan;
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::f32x8;
 use crate::transport::{Paths, World};
-use std::time::Instant;
 
 /// Chains that march together, the wanted one among them.
 const BATCH: usize = 8;
@@ -92,13 +91,7 @@ pub fn rerun(
             settings.max_depth
         ));
     }
-    let run = Run {
-        scene,
-        world,
-        settings,
-        observer,
-        start: Instant::now(),
-    };
+    let run = Run::begin(scene, world, settings, observer);
     let chains = pool(settings.threads)?.install(|| chains_of(&run));
     let Some((method, all, mutations)) = chains else {
         return fail(format!(

@@ -1,9 +1,13 @@
 //! What all integrators work on, and whom they tell.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use super::scale::bring_to_scale;
 use super::settings::Settings;
+use super::shard::Shard;
+use super::state::State;
+use crate::checkpoint::Writer;
 use crate::formats::Picture;
 use crate::scene::Scene;
 use crate::transport::World;
@@ -40,6 +44,17 @@ pub trait Observer: Sync {
     /// [`Render::picture`](super::Render::picture).
     fn picture(&self, picture: Picture) {
         let _ = picture;
+    }
+    /// Whether the render's state is wanted, to [`resume`](super::resume) it some day; asked
+    /// between rounds of work, and once more when it ends (`last`), however it does. Not asked
+    /// where a stop has come so early that nothing could be gone on with.
+    fn wants_state(&self, last: bool) -> bool {
+        let _ = last;
+        false
+    }
+    /// The state, if it was wanted.
+    fn state(&self, state: State, last: bool) {
+        let _ = (state, last);
     }
     /// True ends the render early, with a correctly normalised picture.
     fn stop(&self) -> bool {
@@ -86,9 +101,46 @@ pub(super) struct Run<'a> {
     pub(super) settings: &'a Settings,
     pub(super) observer: &'a dyn Observer,
     pub(super) start: Instant,
+    /// What an earlier process has spent on it.
+    pub(super) spent: Duration,
+    /// Its state can be kept.
+    pub(super) keeps: bool,
+    /// What states begin with.
+    pub(super) preface: &'a (dyn Fn(&mut Writer) + Sync),
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// A render that begins.
+    pub(super) fn begin(
+        scene: &'a Scene,
+        world: &'a World<'a>,
+        settings: &'a Settings,
+        observer: &'a dyn Observer,
+    ) -> Self {
+        Self {
+            scene,
+            world,
+            settings,
+            observer,
+            start: Instant::now(),
+            spent: Duration::ZERO,
+            keeps: true,
+            preface: &|_| {},
+        }
+    }
+
+    /// Time since it began, without what was between stops.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.spent + self.start.elapsed()
+    }
+
+    /// The part of `count` things that is this render's, if it is a part of one; groups of `grain`
+    /// stay together.
+    pub(super) fn share(&self, count: u64, grain: u64) -> Range<u64> {
+        let whole = Shard { index: 0, of: 1 };
+        self.settings.shard.unwrap_or(whole).share(count, grain)
+    }
+
     /// Width and height of the crop window.
     pub(super) fn size(&self) -> (u32, u32) {
         let [x0, x1, y0, y1] = self.scene.film.crop;

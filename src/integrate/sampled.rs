@@ -1,10 +1,14 @@
 //! Integrators of independent samples, a fixed number per pixel: what they share is everything but
 //! what a sample is.
 
+mod saved;
+
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
-use crate::film::{Done, FilterTable, GROUPS, Sample, SampleFilm, SplattingFilm};
+use crate::checkpoint::{Malformed, Reader};
+use crate::film::{Done, FilterTable, GROUPS, SEQUENCES, Sample, SampleFilm, SplattingFilm};
+use crate::plan::{Layout, Pair};
 use crate::scene::Clamp;
 use crate::simd::Lanes;
 use crate::simd::rng::{Purpose, Stream};
@@ -25,8 +29,8 @@ const FIRST: u64 = 1 << 16;
 pub(super) struct Method<'a> {
     pub name: &'static str,
     pub purpose: Purpose,
-    /// Primary samples that it takes; the first two are its raster position.
-    pub dimensions: usize,
+    /// Where its primary samples are; the first two are its raster position.
+    pub layout: &'a Layout,
     /// It also splats light elsewhere: [`Paths::splats`].
     pub splats: bool,
     /// Evaluates the first so many columns.
@@ -79,43 +83,59 @@ pub(super) struct Counts {
 pub(super) struct Sampling<'a> {
     run: &'a Run<'a>,
     method: &'a Method<'a>,
-    fill: fn(&Grid, &Stream, &mut Samples, u64, usize),
+    fill: fn(&Grid, &Stream, &[Pair], &mut Samples, u64, usize),
     stream: Stream,
+    pairs: Vec<Pair>,
     grid: Grid,
     sums: SplattingFilm,
-    /// Of all passes.
-    total: u64,
+    /// Those to make, by their numbers in all passes.
+    range: Range<u64>,
+    /// All before this one are made.
     done: u64,
     rays: u64,
     rejected: u64,
+    /// Seconds that an earlier process has taken for them, and when this one began.
+    before: f64,
+    since: Instant,
     /// Those that no thread uses: they are large, and made once.
     workspaces: Mutex<Vec<(Box<Paths>, Samples)>>,
 }
 
-pub(super) fn render<L: Lanes>(run: &Run, method: &Method) -> Sampled {
-    let start = Instant::now();
+pub(super) fn render<L: Lanes>(
+    run: &Run,
+    method: &Method,
+    from: &mut [Reader],
+) -> Result<Sampled, Malformed> {
     let mut sampling = Sampling::new::<L>(run, method, run.settings.samples_per_pixel);
-    let total = sampling.total;
+    if !from.is_empty() {
+        sampling.load(from)?;
+        from.iter().try_for_each(Reader::end)?;
+    }
+    let Range { start, end } = sampling.range.clone();
     let batch = run.settings.batch.unwrap_or(BATCH) as u64;
     let mut step = FIRST;
     let mut looks = Looks::new();
     let mut ended_by = None;
-    while sampling.done < total && ended_by.is_none() {
+    while sampling.done < end && ended_by.is_none() {
         let begin = Instant::now();
-        let done = sampling.done.saturating_add(step).min(total);
+        let done = sampling.done.saturating_add(step).min(end);
         sampling.advance(done);
-        run.observer.progress(Phase::Render, done, total);
-        if done < total {
+        (run.observer).progress(Phase::Render, done - start, end - start);
+        if done < end {
             run.show(|| sampling.picture());
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+            if ended_by.is_none() {
+                run.keep(false, |to| sampling.save(to));
+            }
             if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
                 break;
             }
         }
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
-    sampling.finish(start, ended_by.unwrap_or(EndedBy::Effort))
+    run.keep(true, |to| sampling.save(to));
+    Ok(sampling.finish(ended_by.unwrap_or(EndedBy::Effort)))
 }
 
 impl<'a> Sampling<'a> {
@@ -124,19 +144,29 @@ impl<'a> Sampling<'a> {
         let film = &run.scene.film;
         let filter = FilterTable::new(&film.filter, film.crop);
         let grid = Grid::new(run, &filter);
+        let range = run.share(spp.saturating_mul(grid.cells()), 1);
         Self {
             run,
             method,
             fill: Grid::fill::<L>,
             stream: Stream::new(run.settings.seed, method.purpose),
+            pairs: method.layout.pairs(),
             sums: SplattingFilm::new(filter, run.settings.estimate_error, method.splats),
-            total: spp.saturating_mul(grid.cells()),
+            done: range.start,
+            range,
             grid,
-            done: 0,
             rays: 0,
             rejected: 0,
+            before: 0.0,
+            since: Instant::now(),
             workspaces: Mutex::default(),
         }
+    }
+
+    /// An empty film like its own.
+    fn film(&self) -> SplattingFilm {
+        let filter = self.sums.filter().clone();
+        SplattingFilm::new(filter, self.run.settings.estimate_error, self.method.splats)
     }
 
     /// Makes samples until there are so many.
@@ -152,13 +182,20 @@ impl<'a> Sampling<'a> {
             .map(|chunk| {
                 let spare = lock(&self.workspaces).pop();
                 let (mut paths, mut samples) = spare.unwrap_or_else(|| {
-                    let samples = Samples::new(method.dimensions, batch as usize);
+                    let samples = Samples::new(method.layout.total, batch as usize);
                     (Box::new(Paths::new(run.world)), samples)
                 });
                 let begin = done + chunk * batch;
                 let n = (until - begin).min(batch) as usize;
                 let before = paths.rays.traced;
-                (self.fill)(&self.grid, &self.stream, &mut samples, begin, n);
+                (self.fill)(
+                    &self.grid,
+                    &self.stream,
+                    &self.pairs,
+                    &mut samples,
+                    begin,
+                    n,
+                );
                 (method.evaluate)(&samples, n, &mut paths);
                 if let Some(clamp) = film.clamp.filter(|_| clamps) {
                     clamp_all(clamp, &mut paths);
@@ -183,9 +220,10 @@ impl<'a> Sampling<'a> {
     /// Makes this part of all samples, if it is more than has been made.
     pub fn advance_to(&mut self, part: f64) {
         let until = if part < 1.0 {
-            (self.total as f64 * part) as u64
+            let count = self.range.end - self.range.start;
+            self.range.start + (count as f64 * part) as u64
         } else {
-            self.total
+            self.range.end
         };
         self.advance(until);
     }
@@ -193,7 +231,7 @@ impl<'a> Sampling<'a> {
     /// Samples made, rays traced, and how many contributions were not finite or negative.
     pub fn counts(&self) -> Counts {
         Counts {
-            samples: self.done,
+            samples: self.done - self.range.start,
             rays: self.rays,
             rejected: self.rejected,
         }
@@ -245,7 +283,7 @@ impl<'a> Sampling<'a> {
     }
 
     /// The picture, and what is known of it.
-    pub fn finish(self, start: Instant, ended_by: EndedBy) -> Sampled {
+    pub fn finish(self, ended_by: EndedBy) -> Sampled {
         let Self {
             run, method, sums, ..
         } = &self;
@@ -266,12 +304,12 @@ impl<'a> Sampling<'a> {
         let tiles =
             (settings.estimate_error).then(|| Tiles::of(sums.tiling(), &[layer(&groups, whole)]));
         let warnings = self.warnings(&made, black);
-        let render_seconds = start.elapsed().as_secs_f64();
+        let render_seconds = self.before + self.since.elapsed().as_secs_f64();
         let render = Render {
             stats: Stats {
                 integrator: method.name.into(),
-                samples: self.done,
-                samples_per_second: per_second(self.done, render_seconds),
+                samples: self.counts().samples,
+                samples_per_second: per_second(self.counts().samples, render_seconds),
                 rays: self.rays,
                 render_seconds,
                 b: mean / (3.0 * pixels.len().max(1) as f64),
@@ -306,7 +344,7 @@ impl<'a> Sampling<'a> {
     fn warnings(&self, made: &Done, black: bool) -> Vec<String> {
         let (run, done) = (self.run, self.done);
         let mut warnings = Vec::new();
-        if made.placed.whole == 0 && self.total > 0 {
+        if made.placed.whole == 0 && self.range.end > 0 {
             warnings.push(format!(
                 "stopped in the first pass over the picture: {:.1} % of it is rendered",
                 100.0 * done as f64 / self.grid.cells() as f64
@@ -328,7 +366,9 @@ impl<'a> Sampling<'a> {
     /// reached.
     fn good_enough(&self, looks: &mut Looks) -> bool {
         let (run, done, sums) = (self.run, self.done, &self.sums);
-        if !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black() {
+        let parted = run.settings.shard.is_some();
+        if parted || !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black()
+        {
             return false;
         }
         let seen = looks.look(|| {
@@ -420,7 +460,7 @@ impl PartFilm {
 
 /// Standard error of the sum over the whole picture; 0 if there are not two passes.
 fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
-    let count = passes.min(GROUPS as u64) as f64;
+    let count = passes.min(SEQUENCES as u64) as f64;
     if count < 2.0 {
         return 0.0;
     }

@@ -1,6 +1,8 @@
 //! Who marches when: chains and mutations per sampler (per depth, if paths are multiplexed), and
 //! the rounds in which threads march them.
 
+pub(super) mod saved;
+
 use super::Run;
 use super::method::{LAYERS, Method};
 use crate::chain::batch::{Batch, Workspace};
@@ -32,6 +34,9 @@ const FEWEST_SHARED: usize = 64;
 pub(super) const LARGEST_BATCH: usize = 512;
 /// Fewest chains of a batch, however many threads want work.
 const SMALLEST_BATCH: usize = 64;
+
+/// Chains that no shards divide: two halves of full lanes.
+const GRAIN: u64 = 16;
 
 /// Iterations a thread marches a batch before it looks for another.
 pub(super) const STRIDE: u32 = 16;
@@ -102,6 +107,13 @@ pub(super) fn chain_budgets(
             }
         })
         .collect();
+    share_out(&mut list, mutations);
+    list
+}
+
+/// Iterations of all budgets that come to so many mutations, and their shares of layers.
+fn share_out(list: &mut [ChainBudget], mutations: f64) {
+    let b: f64 = list.iter().map(|a| a.bootstrap.mean()).sum();
     for layer in 0..LAYERS {
         let members = || list.iter().filter(|a| a.layer == layer);
         let chains: usize = members().map(|a| a.chains).sum();
@@ -114,7 +126,6 @@ pub(super) fn chain_budgets(
             a.share = density(a) / most;
         }
     }
-    list
 }
 
 /// `sampler` with the choice of strategies that chains make after this bootstrap.
@@ -211,6 +222,12 @@ pub(super) struct March<'a> {
     workspaces: Vec<Mutex<Workspace>>,
     /// Batches that have not reached the end of a round.
     queue: Mutex<VecDeque<usize>>,
+    /// Part of all iterations that has been made.
+    done: f64,
+    /// Mutations that the film surely has room for; it is made for those of its first process.
+    room: f64,
+    /// It has ended because there was none.
+    full: bool,
 }
 
 /// A thread that panicked has ended the render: nobody sees what it left.
@@ -232,8 +249,11 @@ impl<'a> March<'a> {
         let size = batch_size(run, budgets);
         let mut parts = Vec::new();
         for (a, start) in budgets.iter().zip(starts) {
+            let own = run.share(a.chains as u64, GRAIN);
+            let own = own.start as usize..own.end as usize;
             // No batch belongs to both halves.
             for (half, range) in [(true, 0..start.half), (false, start.half..a.chains)] {
+                let range = range.start.max(own.start)..range.end.min(own.end);
                 let to = Destination {
                     layer: a.layer,
                     scale: a.share,
@@ -270,7 +290,15 @@ impl<'a> March<'a> {
                 .map(|_| Mutex::new(Workspace::new(run.world)))
                 .collect(),
             queue: Mutex::default(),
+            done: 0.0,
+            room: f64::INFINITY,
+            full: false,
         }
+    }
+
+    /// Of all chains.
+    pub fn budgets(&self) -> &'a [ChainBudget] {
+        self.budgets
     }
 
     /// Marches until every chain has made its iterations, in rounds; says what ended it. After
@@ -290,11 +318,21 @@ impl<'a> March<'a> {
         };
         let start = Instant::now();
         // Fractions of the whole.
-        let (mut done, mut step) = (0.0, 4.0 / f64::from(longest));
-        while done < 1.0 {
+        let mut step = 4.0 / f64::from(longest);
+        while self.done < 1.0 {
             let begin = Instant::now();
-            let until = if done + step < 1.0 { done + step } else { 1.0 };
+            let before = self.done;
+            let until = if before + step < 1.0 {
+                before + step
+            } else {
+                1.0
+            };
+            let Some(until) = self.fit(film, until) else {
+                self.full = true;
+                return EndedBy::Effort;
+            };
             self.round::<L>(film, until);
+            self.done = until;
             beside(until);
             let made = mutations(self.budgets, |a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
@@ -308,10 +346,35 @@ impl<'a> March<'a> {
                     return EndedBy::Target;
                 }
             }
-            step = ((until - done) * self.run.pace(begin.elapsed())).max(f64::EPSILON);
-            done = until;
+            step = ((until - before) * self.run.pace(begin.elapsed())).max(f64::EPSILON);
         }
         EndedBy::Effort
+    }
+
+    /// The fraction up to which the film has room, at most `until`.
+    fn fit(&mut self, film: &SplatFilm, mut until: f64) -> Option<f64> {
+        if self.room < f64::INFINITY {
+            let made = |fraction| mutations(self.budgets, |a| part(a, fraction)) as f64;
+            let before = made(self.done);
+            if made(until) - before > self.room {
+                self.room = film.room();
+                let part = 0.5 * self.room / (made(until) - before);
+                until = self.done + (until - self.done) * part.min(1.0);
+                if made(until) - before > self.room {
+                    return None;
+                }
+            }
+            self.room -= made(until) - before;
+        }
+        Some(until)
+    }
+
+    /// What is worth a warning.
+    pub fn warned(&self) -> Vec<String> {
+        let full = self.full.then(|| {
+            "the film is full: it was made for fewer mutations; begin anew to make more".into()
+        });
+        full.into_iter().collect()
     }
 
     /// Marches all batches to the fraction `until` of their iterations.

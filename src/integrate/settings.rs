@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::failure::RenderError;
+use super::shard::Shard;
 use crate::chain::mutate::{Mutation, ProposalDistribution};
 use crate::chain::tune::Tune;
 use crate::plan::Forced;
@@ -58,6 +59,8 @@ pub struct Settings {
     pub batch: Option<usize>,
     /// Effects that are on though the scene does not call for them.
     pub forced: Vec<Forced>,
+    /// Render this part alone. What it comes to is no picture: its state is to be merged.
+    pub shard: Option<Shard>,
 }
 
 impl Settings {
@@ -86,6 +89,7 @@ impl Settings {
             strategy_choice: StrategyChoice::Uniform,
             batch: None,
             forced: Vec::new(),
+            shard: None,
         }
     }
 }
@@ -187,6 +191,15 @@ pub fn check(settings: &Settings) -> Result<(), RenderError> {
             s.max_depth,
             2 * Strategy::most(s.max_depth)
         ));
+    }
+    if let Some(shard) = s.shard {
+        if !shard.exists() {
+            let Shard { index, of } = shard;
+            return fail(format!("there is no shard {index} of {of}"));
+        }
+        if s.time.is_some() || s.target_error.is_some() {
+            return fail("shards end by their effort: time and error are not theirs".into());
+        }
     }
     if s.batch.is_some_and(|b| b == 0) {
         return fail("a batch holds at least one path".into());

@@ -39,6 +39,10 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         Some(camera) => view::shutter_time(&camera.set)?,
         None => 1.0,
     };
+    let diagonal = match &loader.view.film {
+        Some(film) => view::film_diagonal(&film.set)?,
+        None => view::DIAGONAL,
+    };
     let mut film = match take(loader.view.film.take()) {
         Some((kind, set, _)) => view::film(&kind, &set, shutter, &mut loader.report)?,
         None => view::default_film(),
@@ -51,7 +55,8 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     let mut camera_site = None;
     let camera = match take(loader.view.camera.take()) {
         Some((kind, set, ctm)) => {
-            let camera = view::camera(&kind, &set, &ctm, &film, &mut loader.report)?;
+            let to = (&mut loader.tables, &mut loader.report);
+            let camera = view::camera(&kind, &set, &ctm, (&film, diagonal), to.0, to.1)?;
             camera_site = Some(set.site);
             camera
         }

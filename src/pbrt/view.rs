@@ -1,10 +1,13 @@
 //! What is rendered how: `Camera`, `Film`, `PixelFilter`, `Sampler` and `Integrator`.
 
+mod aperture;
 mod camera;
 mod film;
+mod lenses;
 
 pub(super) use self::camera::{camera, default_camera};
 pub(super) use self::film::{default_film, default_filter, film, filter, shutter_time};
+pub(super) use self::lenses::{DIAGONAL, film_diagonal};
 
 use super::error::{Report, SceneError};
 use super::params::ParamSet;

@@ -60,8 +60,36 @@ impl Choice {
             probabilities.iter().all(|p| *p > 0.0),
             "a strategy must not be impossible: {weights:?}"
         );
-        choice.set_factors(strategies, |i| 1.0 / probabilities[i]);
+        choice.set_factors_by_probability(strategies);
         choice
+    }
+
+    /// The lower ends of the intervals; none if all strategies are equally probable.
+    pub fn starts(&self) -> &[f32] {
+        &self.starts
+    }
+
+    /// The choice whose intervals start there; `None` if there is no such choice.
+    pub fn from_starts(strategies: &[u32], starts: Vec<f32>) -> Option<Self> {
+        if starts.is_empty() {
+            return Some(Self::uniform(strategies));
+        }
+        let ascending = starts.is_sorted_by(|a, b| a < b) && starts[0] == 0.0;
+        if starts.len() != strategies.len() || !ascending || starts.iter().any(|s| *s >= 1.0) {
+            return None;
+        }
+        let mut choice = Self {
+            count: strategies.len(),
+            starts,
+            factors: Vec::new(),
+        };
+        choice.set_factors_by_probability(strategies);
+        Some(choice)
+    }
+
+    fn set_factors_by_probability(&mut self, strategies: &[u32]) {
+        let probabilities: Vec<f32> = (0..self.count).map(|i| self.probability(i)).collect();
+        self.set_factors(strategies, |i| 1.0 / probabilities[i]);
     }
 
     fn set_factors(&mut self, strategies: &[u32], factor: impl Fn(usize) -> f32) {

@@ -1,11 +1,11 @@
 //! The effects that a scene calls for, each with the reason. Everything else in a
 //! [`Plan`](super::Plan) follows from this set.
 
-use super::names::{filling, named};
+use super::forced::Forced;
 use super::surfaces::Surfaces;
 use crate::geometry::Wanted;
 use crate::light::{self, LightTable};
-use crate::scene::{NONE, Projection, Scene, Shape};
+use crate::scene::{Material, Medium, NONE, Projection, Scene, Shape};
 use crate::surface::{Kind, MaterialTable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,6 +55,8 @@ pub enum Effect {
     Orthographic,
     /// A camera that sees every direction.
     Panorama,
+    /// A camera with a system of lenses, to which nothing can be joined.
+    LensSystem,
     /// Some surface scatters light: there are paths of more than one ray.
     Bounces,
     /// Light can scatter more than once: surfaces that scatter see each other.
@@ -93,6 +95,7 @@ impl Effect {
             Effect::Lens => "lens",
             Effect::Orthographic => "orthographic camera",
             Effect::Panorama => "camera of every direction",
+            Effect::LensSystem => "system of lenses",
             Effect::Bounces => "paths with bounces",
             Effect::MoreBounces => "paths of two or more bounces",
             Effect::EmitterHits => "lights met by chance (s = 0)",
@@ -121,7 +124,11 @@ impl Effect {
             Effect::Lens => Forced::Lens,
             // Without media there is nothing that vertices could be placed in, and without objects
             // nothing that could be seen.
-            Effect::Media | Effect::Instances | Effect::Orthographic | Effect::Panorama => {
+            Effect::Media
+            | Effect::Instances
+            | Effect::Orthographic
+            | Effect::Panorama
+            | Effect::LensSystem => {
                 return None;
             }
             Effect::Bounces
@@ -154,6 +161,7 @@ impl Effect {
             Effect::Lens,
             Effect::Orthographic,
             Effect::Panorama,
+            Effect::LensSystem,
             Effect::Bounces,
             Effect::MoreBounces,
             Effect::EmitterHits,
@@ -163,89 +171,6 @@ impl Effect {
         let surfaces = Kind::ALL.into_iter().map(Effect::Surface);
         let lights = light::Kind::ALL.into_iter().map(Effect::Light);
         surfaces.chain(lights).chain(single)
-    }
-}
-
-/// Effects that can be turned on in a scene that does not call for them, to see what they cost and
-/// that they change nothing.
-///
-/// The picture stays the same but for noise. Those that move no primary samples and no directions
-/// (all but [`Lobes`](Self::Lobes), [`Tangents`](Self::Tangents), [`Dispersion`](Self::Dispersion),
-/// [`Mixtures`](Self::Mixtures), [`LightChoice`](Self::LightChoice), [`Lens`](Self::Lens) and
-/// [`Strategies`](Self::Strategies)) leave every bit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Forced {
-    /// Everything below.
-    All,
-    /// A queue for every kind of BSDF.
-    Surfaces,
-    /// A sample per bounce for the choice of a lobe.
-    Lobes,
-    /// Texture coordinates, and parameters evaluated per hit.
-    Textures,
-    /// Tangents at hits.
-    Tangents,
-    /// Interpolated normals.
-    Normals,
-    /// A look for bump and normal maps at every textured hit.
-    Bumps,
-    /// A look for alpha masks at every hit.
-    AlphaMasks,
-    /// A sample for the wavelength.
-    Dispersion,
-    /// Samples that choose components of mixtures.
-    Mixtures,
-    /// Tests for spheres, and for large surfaces.
-    Spheres,
-    /// A kernel for every kind of light.
-    Lights,
-    /// A sample for the choice of a light.
-    LightChoice,
-    /// Samples for a point of the lens.
-    Lens,
-    /// All strategies, also those that cannot carry light.
-    Strategies,
-}
-
-impl Forced {
-    /// Every group, in the order of the command line's help.
-    pub const ALL: [Forced; 15] = [
-        Forced::All,
-        Forced::Surfaces,
-        Forced::Lobes,
-        Forced::Textures,
-        Forced::Tangents,
-        Forced::Normals,
-        Forced::Bumps,
-        Forced::AlphaMasks,
-        Forced::Dispersion,
-        Forced::Mixtures,
-        Forced::Spheres,
-        Forced::Lights,
-        Forced::LightChoice,
-        Forced::Lens,
-        Forced::Strategies,
-    ];
-
-    /// As on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Forced::All => "all",
-            Forced::Surfaces => "surfaces",
-            Forced::Lobes => "lobes",
-            Forced::Textures => "textures",
-            Forced::Tangents => "tangents",
-            Forced::Normals => "normals",
-            Forced::Bumps => "bumps",
-            Forced::AlphaMasks => "cut-outs",
-            Forced::Dispersion => "dispersion",
-            Forced::Mixtures => "mixtures",
-            Forced::Spheres => "spheres",
-            Forced::Lights => "lights",
-            Forced::LightChoice => "light-choice",
-            Forced::Lens => "lens",
-            Forced::Strategies => "strategies",
-        }
     }
 }
 
@@ -278,6 +203,10 @@ impl Effects {
             Projection::Perspective => {}
             Projection::Orthographic => effects.add(Effect::Orthographic, directive),
             Projection::Sphere(_) => effects.add(Effect::Panorama, directive),
+            Projection::Lenses(_) => {
+                effects.add(Effect::LensSystem, directive);
+                effects.add(Effect::Lens, directive);
+            }
         }
         if scene.camera.lens_radius > 0.0 {
             effects.add(Effect::Lens, || "the camera's lensradius".into());
@@ -494,5 +423,18 @@ impl Effects {
     pub fn absent(&self) -> Vec<&'static str> {
         let absent = Effect::all().filter(|e| !self.has(*e));
         absent.map(Effect::name).collect()
+    }
+}
+
+/// `medium "fog", scene.pbrt:12`
+fn filling(medium: &Medium) -> String {
+    format!("medium \"{}\", {}", medium.name, medium.origin)
+}
+
+/// `material "Pot1", scene.pbrt:42`
+fn named(material: &Material) -> String {
+    match (material.name.as_str(), material.origin.as_str()) {
+        (name, "") => format!("material \"{name}\""),
+        (name, origin) => format!("material \"{name}\", {origin}"),
     }
 }

@@ -56,6 +56,15 @@ pub struct Layout {
     pub total: usize,
 }
 
+/// Two dimensions that are spread evenly together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pair {
+    /// The one.
+    pub first: usize,
+    /// The other; `None` for the last of an odd number.
+    pub second: Option<usize>,
+}
+
 /// Dimensions from the samples of a vertex to those of the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Strides {
@@ -216,6 +225,40 @@ impl Layout {
         }
     }
 
+    /// All dimensions of samples of path tracing or bidirectional path tracing, two by two: those
+    /// of a place or a direction together, then the others as they come.
+    pub fn pairs(&self) -> Vec<Pair> {
+        let each = |first: usize, stride: usize, end: usize| (first..end).step_by(stride.max(1));
+        let Strides {
+            bounce, connection, ..
+        } = self.strides;
+        // Path-traced paths have all that belongs to a vertex in one place.
+        let by_vertex = self.connection < self.camera_component;
+        let end = |part: usize| if by_vertex { self.total } else { part };
+        let firsts: Vec<usize> = each(self.raster, 2, self.lens)
+            .chain(each(self.lens, 2, self.wavelength))
+            .chain(each(self.camera_bounce, bounce, end(self.camera_component)))
+            .chain(each(self.emission, 2, self.light_bounce))
+            .chain(each(self.light_bounce, bounce, self.light_component))
+            .chain(each(self.connection, connection, self.camera_point))
+            .chain(each(self.camera_point, 2, self.total))
+            .collect();
+        let mut alone = vec![true; self.total];
+        for first in &firsts {
+            alone[*first..first + 2].fill(false);
+        }
+        let alone: Vec<usize> = (0..self.total).filter(|d| alone[*d]).collect();
+        let together = firsts.into_iter().map(|first| Pair {
+            first,
+            second: Some(first + 1),
+        });
+        let others = alone.chunks(2).map(|two| Pair {
+            first: two[0],
+            second: two.get(1).copied(),
+        });
+        together.chain(others).collect()
+    }
+
     /// What the primary samples of multiplexed paths are for, in order; some parts may be empty.
     pub fn parts(&self) -> [(&'static str, Range<usize>); 14] {
         [
@@ -274,9 +317,51 @@ mod tests {
     use super::*;
     use crate::pbrt::load_str;
     use crate::transport::World;
+    use crate::transport::bidirectional::BidirectionalLayout;
 
     const PLAIN: &str =
         "Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\nShape \"sphere\"\n";
+
+    /// Every dimension once, and those of a direction together.
+    #[test]
+    fn pairs_hold_all_dimensions() {
+        let rich = PLAIN
+            .replace("\"perspective\"", "\"perspective\" \"float lensradius\" .1")
+            .replace(
+                "LightSource",
+                "LightSource \"point\" \"point3 from\" [0 0 9]\nMaterial \"dielectric\"\nLightSource",
+            );
+        for text in [PLAIN, &rich] {
+            let scene = load_str(text, "layout.pbrt", ".".as_ref()).unwrap();
+            let world = World::new(&scene, 4);
+            let all = BidirectionalLayout::new(&world).at;
+            for layout in (0..4)
+                .map(|k| Layout::unidirectional(&world.plan, k))
+                .chain([all])
+            {
+                let pairs = layout.pairs();
+                let mut dimensions: Vec<usize> = (pairs
+                    .iter()
+                    .flat_map(|pair| [Some(pair.first), pair.second]))
+                .flatten()
+                .collect();
+                let has = |first: usize| {
+                    let second = Some(first + 1);
+                    pairs.contains(&Pair { first, second })
+                };
+                assert!(has(layout.raster));
+                if layout.camera_bounce < layout.total {
+                    assert!(has(layout.camera_bounce + layout.strides.bounce));
+                    assert!(
+                        has(layout.connection)
+                            && has(layout.connection + layout.strides.connection)
+                    );
+                }
+                dimensions.sort_unstable();
+                assert_eq!(dimensions, Vec::from_iter(0..layout.total), "{text}");
+            }
+        }
+    }
 
     #[test]
     fn path_traced_paths_have_the_samples_that_their_plan_calls_for() {

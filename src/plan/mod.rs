@@ -6,14 +6,15 @@
 
 mod choice;
 mod effects;
+mod forced;
 mod layout;
-mod names;
 mod report;
 mod surfaces;
 
 pub use self::choice::Choice;
-pub use self::effects::{Effect, Effects, Forced, Member};
-pub use self::layout::{Layout, Strides, Vertices};
+pub use self::effects::{Effect, Effects, Member};
+pub use self::forced::Forced;
+pub use self::layout::{Layout, Pair, Strides, Vertices};
 pub use self::report::PlanReport;
 use crate::surface::Kind;
 
@@ -45,9 +46,13 @@ pub struct Plan {
     pub scatters: bool,
     /// Light can scatter more than once: surfaces that scatter see each other.
     pub interreflects: bool,
-    /// Camera subpaths can be joined to lights and light subpaths to the camera (some BSDF is not
-    /// a delta).
+    /// Camera subpaths can be joined to lights, and light subpaths to the camera if they can at all
+    /// (some BSDF is not a delta).
     pub connectable: bool,
+    /// Light subpaths can be joined to the camera: it has no system of lenses.
+    pub seen: bool,
+    /// Rays can be blocked within the camera: it has a system of lenses.
+    pub lens_system: bool,
     /// Camera subpaths can be joined to light subpaths: surfaces whose BSDFs are not deltas see
     /// each other.
     pub joinable: bool,
@@ -92,6 +97,8 @@ impl Plan {
             scatters: effects.has(Effect::Bounces),
             interreflects: effects.has(Effect::MoreBounces),
             connectable: effects.has(Effect::Connections),
+            seen: effects.has(Effect::Connections) && !effects.has(Effect::LensSystem),
+            lens_system: effects.has(Effect::LensSystem),
             joinable: effects.has(Effect::Joins),
             hits_lights: effects.has(Effect::EmitterHits),
             bumps: effects.has(Effect::Bumps),
@@ -123,7 +130,9 @@ impl Plan {
             if self.joinable {
                 strategies.extend(2..=depth);
             }
-            strategies.push(depth + 1);
+            if self.seen {
+                strategies.push(depth + 1);
+            }
         }
         let layout = Layout::multiplexed(self, depth as usize, &strategies);
         DepthPlan {

@@ -297,6 +297,7 @@ impl Probe for Witness<'_> {
             Ended::Missed(side) => Fate::Missed(side),
             Ended::Delta(side) => Fate::Delta(side),
             Ended::Dark => Fate::Dark,
+            Ended::Blocked => Fate::Blocked,
         };
     }
 }

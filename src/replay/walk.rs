@@ -74,6 +74,8 @@ pub enum Fate {
     OutOfView,
     /// Both endpoints are in one place.
     Coincident,
+    /// The camera's ray comes through no lens.
+    Blocked,
 }
 
 impl fmt::Display for Fate {
@@ -105,6 +107,7 @@ impl fmt::Display for Fate {
                 "the light subpath's endpoint is out of the camera's view"
             ),
             Fate::Coincident => write!(f, "both subpaths end in one place"),
+            Fate::Blocked => write!(f, "the camera's ray comes through no lens"),
         }
     }
 }

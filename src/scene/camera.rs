@@ -1,8 +1,11 @@
 //! The camera.
 
+use super::lenses::Lenses;
+use std::sync::Arc;
+
 /// The camera. Its space is pbrt's: it looks along `+z`, `y` up, `x` to the right (left-handed),
 /// unit length internal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// How directions become places on the film.
     pub projection: Projection,
@@ -11,7 +14,7 @@ pub struct Camera {
     pub to_world: [[f32; 4]; 3],
     /// Screen window `[x0, x1, y0, y1]` that the full film shows: on the plane `z = 1` for a
     /// perspective (already times `tan(fov / 2)`), in internal lengths for an orthographic
-    /// camera; without meaning for a sphere. Raster `y` runs down, screen `y` up.
+    /// camera; without meaning for a sphere and for lenses. Raster `y` runs down, screen `y` up.
     pub screen: [f32; 4],
     /// Radius of the lens, internal length; 0 is a pinhole.
     pub lens_radius: f32,
@@ -20,7 +23,7 @@ pub struct Camera {
 }
 
 /// How a camera maps directions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Projection {
     /// Straight lines through the eye.
     Perspective,
@@ -28,6 +31,8 @@ pub enum Projection {
     Orthographic,
     /// Every direction around a point; there is neither a screen nor a lens.
     Sphere(SphereMap),
+    /// From points of a film through a system of lenses.
+    Lenses(Arc<Lenses>),
 }
 
 /// How the whole film maps to directions; raster coordinates `u`, `v` from 0 to 1, `y` up.

@@ -14,6 +14,7 @@ pub mod image;
 pub mod instance;
 pub mod integrator;
 pub mod large;
+pub mod lenses;
 pub mod light;
 pub mod material;
 pub mod medium;

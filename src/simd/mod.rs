@@ -18,6 +18,7 @@ mod one;
 pub mod prefetch;
 pub mod record;
 pub mod rng;
+pub mod sobol;
 mod vec3;
 
 use std::fmt::Debug;

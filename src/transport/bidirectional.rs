@@ -181,10 +181,12 @@ impl World<'_> {
             samples,
             &lists.camera,
             (layout.at.raster, layout.at.lens),
-            !self.plan.connectable,
+            !self.plan.seen,
             paths.camera_starts(),
             &mut (),
         );
+        let list = (&mut lists.camera, &mut lists.scratch);
+        self.drop_blocked(&paths.subpaths.flight, list, &mut ());
         paths.clock.lap(Stage::Generate);
         for wave in 0..layout.camera_vertices {
             if lists.camera.is_empty() {

@@ -31,6 +31,11 @@ impl UnidirectionalLayout {
         }
     }
 
+    /// Where primary samples are.
+    pub fn dimensions(&self) -> &Layout {
+        &self.at
+    }
+
     /// Rows of the sample matrix.
     pub fn total(&self) -> usize {
         self.at.total
@@ -109,10 +114,12 @@ impl World<'_> {
             samples,
             &lists.camera,
             (at.raster, at.lens),
-            alone || !self.plan.connectable,
+            alone || !self.plan.seen,
             paths.camera_starts(),
             probe,
         );
+        let list = (&mut lists.camera, &mut lists.scratch);
+        self.drop_blocked(&paths.subpaths.flight, list, probe);
         for wave in 0..=depth.depth {
             // Light subpaths start where the camera's rays are spent.
             self.start_light::<L>(
@@ -306,6 +313,8 @@ impl World<'_> {
         let place = (layout.at.raster, layout.at.lens);
         let starts = paths.camera_starts();
         self.start_camera::<L>(samples, &lists.camera, place, true, starts, &mut ());
+        let list = (&mut lists.camera, &mut lists.scratch);
+        self.drop_blocked(&paths.subpaths.flight, list, &mut ());
         paths.clock.lap(Stage::Generate);
         for depth in 0..=layout.max_depth {
             if lists.camera.is_empty() {

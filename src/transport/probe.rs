@@ -121,6 +121,8 @@ pub enum Ended {
     Delta(Side),
     /// `s = 0`, and the last vertex is not on a light.
     Dark,
+    /// The camera's ray comes through no lens.
+    Blocked,
 }
 
 /// Tables that say where subpaths have arrived.

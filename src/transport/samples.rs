@@ -1,10 +1,22 @@
 //! Primary samples of a batch of paths: a matrix `[dimension][path]` of numbers in `[0, 1)`.
 
+use crate::checkpoint::{Malformed, Reader, Writer};
+use crate::plan::Pair;
 use crate::simd::rng::Stream;
+use crate::simd::sobol;
 use crate::simd::{Lanes, UintLanes};
 
 /// Floats of a cache line.
 const LINE: usize = 16;
+
+/// Where a column stands among samples that are spread evenly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Sequences that differ here are independent.
+    pub sequence: [u32; 2],
+    /// Number of its point.
+    pub index: u32,
+}
 
 /// Row-major by dimension; rows are padded to a multiple of eight paths.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +44,26 @@ impl Samples {
         self.stride = (paths.div_ceil(LINE) | 1) * LINE;
         self.data.clear();
         self.data.resize(dimensions * self.stride, 0.0);
+    }
+
+    /// Writes all of it.
+    pub fn save(&self, to: &mut Writer) {
+        let Self {
+            data,
+            columns: _,
+            stride: _,
+        } = self;
+        to.table(data);
+    }
+
+    /// Reads as many dimensions of as many paths as there is room for.
+    ///
+    /// # Errors
+    /// They are others, or not in `[0, 1)`.
+    pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
+        from.table(&mut self.data)?;
+        let inside = self.data.iter().all(|u| (0.0..1.0).contains(u));
+        Malformed::unless(inside, "a primary sample is out of range")
     }
 
     /// Rows of the matrix.
@@ -74,6 +106,33 @@ impl Samples {
                 let numbers: [L; 4] = stream.uniforms(x, y, block as u32);
                 for c in 0..4.min(dimensions - 4 * block) {
                     numbers[c].store(&mut self.row_mut(4 * block + c)[start..]);
+                }
+            }
+        }
+    }
+
+    /// Fills the first `n` columns with numbers that are uniform, and spread evenly within a
+    /// sequence: those of two dimensions in `pairs`, each of which has points of its own
+    /// ([`sobol`]). `place` tells a column's sequence, by two counters in `stream`, and its index
+    /// there. Dimensions that are not in `pairs` stay as they are.
+    pub fn fill_stratified<L: Lanes>(
+        &mut self,
+        stream: &Stream,
+        pairs: &[Pair],
+        n: usize,
+        place: impl Fn(usize) -> Place,
+    ) {
+        for start in (0..n).step_by(L::N) {
+            let at = |i: usize| place((start + i).min(n - 1));
+            let x = L::Uint::from_fn(|i| at(i).sequence[0]);
+            let y = L::Uint::from_fn(|i| at(i).sequence[1]);
+            let reversed = L::Uint::from_fn(|i| at(i).index.reverse_bits());
+            for (block, pair) in pairs.iter().enumerate() {
+                let [order, u, v, _] = stream.words::<L>(x, y, block as u32);
+                let [u, v] = sobol::point_of_reversed::<L>(reversed, [order, u, v]);
+                u.store(&mut self.row_mut(pair.first)[start..]);
+                if let Some(second) = pair.second {
+                    v.store(&mut self.row_mut(second)[start..]);
                 }
             }
         }

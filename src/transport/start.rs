@@ -2,7 +2,7 @@
 
 use super::World;
 use super::list::List;
-use super::probe::Probe;
+use super::probe::{Ended, Probe};
 use super::records::*;
 use super::samples::Samples;
 use crate::simd::{Lanes, Mask, UintLanes, Vec3};
@@ -54,7 +54,7 @@ impl World<'_> {
             let distant = L::splat(f32::from(u8::from(!PINHOLE && self.camera.is_parallel())));
             RayLanes::endless(ray.origin, ray.direction).store(rays, chunk);
             FlightLanes {
-                beta: Vec3::splat([1.0; 3]),
+                beta: Vec3::new(ray.weight, ray.weight, ray.weight),
                 d_vcm,
                 d_vc: L::zero(),
                 distant,
@@ -66,6 +66,28 @@ impl World<'_> {
             }
             probe.camera_started(chunk, &ray);
         }
+    }
+
+    /// Takes camera subpaths out of `list` whose rays come through no lens.
+    pub(super) fn drop_blocked(
+        &self,
+        flights: &[Flight],
+        (list, scratch): (&mut List, &mut List),
+        probe: &mut impl Probe,
+    ) {
+        if !self.plan.lens_system {
+            return;
+        }
+        scratch.clear();
+        for &path in &**list {
+            let passes = flights[path as usize].beta[0] > 0.0;
+            scratch.push_if(path, passes);
+            if !passes {
+                probe.ended(path, Ended::Blocked);
+            }
+        }
+        list.clear();
+        list.extend(scratch);
     }
 
     /// Starts the light subpaths of `list`; those that leave their light are appended to `started`.

@@ -4,6 +4,8 @@
 mod display;
 mod inspect;
 #[cfg(unix)]
+mod kept;
+#[cfg(unix)]
 mod kills;
 mod pictures;
 mod settings;

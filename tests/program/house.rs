@@ -23,6 +23,7 @@ use tree::Tree;
 /// Rooms from the lowest to the highest, as in the map. Rooms of one row do not use each other.
 const ROOMS: &[&[&str]] = &[
     &["simd", "memory", "brief", "files"],
+    &["checkpoint"],
     &["formats"],
     &["scene"],
     &["trace"],

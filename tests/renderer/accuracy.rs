@@ -39,8 +39,15 @@ struct Calibration {
     depth_ratios: Vec<f64>,
 }
 
-/// Half width of a 95 % interval in standard errors: Student's t of 15 degrees of freedom.
-const T_95: f64 = 2.131;
+/// Half width of a 95 % interval in standard errors of so many groups: Student's t of one degree of
+/// freedom less.
+fn t_95(groups: usize) -> f64 {
+    match groups {
+        16 => 2.131,
+        4 => 3.182,
+        _ => panic!("{groups} groups"),
+    }
+}
 
 fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
     let all: Vec<Render> = (0..renders)
@@ -84,7 +91,7 @@ fn calibrate(scene: &Scene, settings: &Settings, renders: u64) -> Calibration {
             .enumerate()
         {
             let truth = others(tiles[tile], *mean);
-            let width = T_95 * stderr * (1.0 + 1.0 / (n - 1.0)).sqrt();
+            let width = t_95(own.groups) * stderr * (1.0 + 1.0 / (n - 1.0)).sqrt();
             held += u32::from((mean - truth).abs() <= width);
             intervals += 1;
         }

@@ -6,7 +6,8 @@ use crate::support;
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::integrate::{EndedBy, Render, Settings};
+use phalanx::integrate::{self, EndedBy, Render, Settings};
+use phalanx::pbrt;
 use phalanx::plan::DepthPlan;
 use phalanx::scene::{IntegratorKind, Scene};
 use phalanx::transport::bidirectional::BidirectionalLayout;
@@ -175,6 +176,28 @@ fn an_easy_scene_is_for_samples() {
 }
 
 /// Samples and chains march side by side: however early the end, all light is in the picture.
+/// A moment's luck with spots decides nothing: every seed comes to the same.
+#[test]
+fn seeds_agree_about_who_is_better() {
+    for (file, effort, by_chains) in [("cornell", 1200, false), ("slit", 600, true)] {
+        let root = env!("CARGO_MANIFEST_DIR");
+        let mut scene = pbrt::load(format!("{root}/scenes/{file}.pbrt").as_ref()).unwrap();
+        scene.set_resolution(80, 80).unwrap();
+        let world = World::new(&scene, scene.integrator.max_depth);
+        for seed in 1..=4 {
+            let settings = Settings {
+                integrator: IntegratorKind::Auto,
+                mutations_per_pixel: effort,
+                seed,
+                ..Settings::of(&scene)
+            };
+            let shares = integrate::shares(&scene, &world, &settings).unwrap();
+            let chains = shares.rays < 0.5;
+            assert_eq!(chains, by_chains, "{file}, seed {seed}: {shares}");
+        }
+    }
+}
+
 #[test]
 fn a_render_that_is_cut_short_has_all_of_its_light() {
     let scene = keyhole();

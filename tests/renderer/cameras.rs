@@ -303,10 +303,6 @@ fn cameras_in_the_words_of_both_dialects() {
             "t.pbrt:1:1: Camera \"spherical\": mapping \"mercator\" is unknown; use equalarea or equirectangular",
         ),
         (
-            "Camera \"realistic\" \"string lensfile\" \"x.dat\"".into(),
-            "t.pbrt:1:1: Camera \"realistic\": this camera is not supported; use perspective",
-        ),
-        (
             "Camera \"fisheye\"".into(),
             "t.pbrt:1:1: Camera \"fisheye\": this camera is unknown; use perspective, orthographic, spherical",
         ),

@@ -7,6 +7,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use super::values::{Exposure, Tuned};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
+use crate::integrate::Shard;
 use crate::scene::Film;
 
 /// A file to write; `-` stands for standard output, where that is a file.
@@ -92,6 +93,26 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
         return Err("it must be more than 0".into());
     }
     Ok(time)
+}
+
+/// `2/4`: the second of four parts.
+pub(super) fn shard(text: &str) -> Result<Shard, String> {
+    let expected = || {
+        format!(
+            "expected a part and how many there are, like 2/4, up to {}",
+            Shard::MOST
+        )
+    };
+    let (index, of) = text.split_once('/').ok_or_else(expected)?;
+    let number = |text: &str| text.trim().parse::<u32>().map_err(|_| expected());
+    let (index, of) = (number(index)?, number(of)?);
+    match index >= 1 && index <= of && of <= Shard::MOST {
+        true => Ok(Shard {
+            index: index - 1,
+            of,
+        }),
+        false => Err(expected()),
+    }
 }
 
 pub(super) fn target_error(text: &str) -> Result<f64, String> {

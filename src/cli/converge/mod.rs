@@ -52,7 +52,7 @@ pub fn run(args: &ConvergeArgs, messages: Messages) -> Result<ExitCode, Failure>
     let result = run::study(&subjects, &options, &progress);
     progress.finish();
     let study = result.map_err(|e| match e {
-        RenderError::Settings(_) => Failure::Input(e.to_string()),
+        RenderError::Settings(_) | RenderError::State(_) => Failure::Input(e.to_string()),
         RenderError::Threads { .. } => Failure::Io(e.to_string()),
     })?;
     let Some(study) = study.filter(|s| !s.stopped || s.scenes.iter().any(|s| !s.runs.is_empty()))
@@ -185,7 +185,7 @@ fn subjects(args: &ConvergeArgs, messages: Messages) -> Result<Vec<Subject>, Fai
             }),
         };
         for variant in &variants {
-            memory.check(&input.scene, &variant.settings)?;
+            memory.check(&input.scene, &variant.settings, false)?;
         }
         Ok(Subject {
             name: input.name,

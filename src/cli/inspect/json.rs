@@ -194,7 +194,7 @@ fn camera(camera: &Camera, space: &Space) -> CameraEntry {
     let m = camera.to_world;
     let length = |v: f32| f64::from(v) / space.scale;
     CameraEntry {
-        projection: projection_name(camera.projection),
+        projection: projection_name(&camera.projection),
         position: to_world(space, [m[0][3], m[1][3], m[2][3]]),
         direction: [m[0][2], m[1][2], m[2][2]].map(f64::from),
         lens_radius: length(camera.lens_radius),

@@ -37,12 +37,13 @@ pub fn light_name(light: &LightKind) -> &'static str {
     }
 }
 
-pub fn projection_name(projection: Projection) -> &'static str {
+pub fn projection_name(projection: &Projection) -> &'static str {
     match projection {
         Projection::Perspective => "perspective",
         Projection::Orthographic => "orthographic",
         Projection::Sphere(SphereMap::Equirectangular) => "equirectangular",
         Projection::Sphere(SphereMap::EqualArea) => "equal-area",
+        Projection::Lenses(_) => "realistic",
     }
 }
 

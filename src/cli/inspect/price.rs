@@ -32,7 +32,7 @@ pub struct Price {
 /// # Errors
 /// What keeps the scene from being rendered.
 pub fn of(scene: &mut Scene, max_depth: u32) -> Result<Vec<Price>, Failure> {
-    let (film, camera) = (scene.film.clone(), scene.camera);
+    let (film, camera) = (scene.film.clone(), scene.camera.clone());
     let pixels = film.crop_pixels() as f64;
     let scale = (PIXELS / pixels).sqrt().min(1.0);
     let small = |side: u32| (f64::from(side) * scale).ceil() as u32;

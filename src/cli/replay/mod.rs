@@ -18,7 +18,7 @@ use super::outputs;
 use crate::integrate::{RenderError, Settings, Silent, Whose, rerun};
 use crate::plan::DepthPlan;
 use crate::replay::Recorder;
-use crate::scene::IntegratorKind;
+use crate::scene::{IntegratorKind, Projection};
 use crate::transport::World;
 
 pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
@@ -36,6 +36,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
     if !scene.instances.is_empty() {
         return Err(Failure::Input(format!(
             "{}: paths that meet instances of objects cannot be replayed; place the shapes themselves",
+            input.name
+        )));
+    }
+    if let Projection::Lenses(_) = scene.camera.projection {
+        return Err(Failure::Input(format!(
+            "{}: paths through the lenses of a realistic camera cannot be replayed; use a perspective camera",
             input.name
         )));
     }
@@ -85,7 +91,9 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             iteration: args.iteration.unwrap_or(0),
         };
         let visit = rerun(scene, &world, &settings, whose, &Silent).map_err(|e| match e {
-            RenderError::Settings(_) => Failure::Input(format!("{}: {e}", input.name)),
+            RenderError::Settings(_) | RenderError::State(_) => {
+                Failure::Input(format!("{}: {e}", input.name))
+            }
             RenderError::Threads { .. } => Failure::Io(e.to_string()),
         })?;
         let recorder = Recorder::new(scene, &world);

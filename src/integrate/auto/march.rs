@@ -3,6 +3,7 @@
 use super::model::Choice;
 use super::start::{finish_bootstrap, method_of};
 use crate::chain::bootstrap::Bootstrap;
+use crate::checkpoint::{Malformed, Reader};
 use crate::integrate::chains::{self, mutations};
 use crate::integrate::sampled::{self, Sampling};
 use crate::integrate::{Render, Run, Settings};
@@ -60,14 +61,15 @@ pub(super) fn march<L: Lanes>(
     budget: Budget,
     begun: Vec<Bootstrap>,
     start: Instant,
-) -> Render {
+    from: &mut [Reader],
+) -> Result<Render, Malformed> {
     let effort = Effort::of(run, choice, budget);
     let kept = choice.bounds();
     let layout = BidirectionalLayout::sharing(run.world, &kept);
     let method = sampled::Method {
         name: "auto",
         purpose: Purpose::Bidirectional,
-        dimensions: layout.total(),
+        layout: &layout.at,
         splats: layout.splats() > 0,
         evaluate: &|samples, n, paths| {
             (run.world).evaluate_bidirectional::<L>(&layout, samples, n, paths);
@@ -76,11 +78,20 @@ pub(super) fn march<L: Lanes>(
     };
     if choice.has_chains() {
         let chains = method_of(run, &kept);
-        let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);
         let mut sampling = Sampling::new::<L>(run, &method, effort.samples);
         let has_samples = !layout.strategies().is_empty();
         let beside = has_samples.then_some(&mut sampling);
-        return chains::together::<L>(run, &chains, ready, effort.mutations, beside);
+        if !from.is_empty() {
+            return chains::resumed::<L>(run, &chains, effort.mutations, beside, from);
+        }
+        let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);
+        return Ok(chains::together::<L>(
+            run,
+            &chains,
+            ready,
+            effort.mutations,
+            beside,
+        ));
     }
     let settings = Settings {
         samples_per_pixel: effort.samples,
@@ -91,7 +102,7 @@ pub(super) fn march<L: Lanes>(
         ..*run
     };
     let bootstrap_seconds = start.elapsed().as_secs_f64();
-    let mut render = sampled::render::<L>(&run, &method).render;
+    let mut render = sampled::render::<L>(&run, &method, from)?.render;
     render.stats.bootstrap_seconds = bootstrap_seconds;
-    render
+    Ok(render)
 }

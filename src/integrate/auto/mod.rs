@@ -16,10 +16,12 @@
 //! would not be independent of them. The budget is that of mutations per pixel: a sample takes the
 //! place of as many mutations as trace as many rays.
 
+mod bulk;
 mod evidence;
 mod march;
 mod model;
 mod pilot;
+mod saved;
 mod start;
 mod trials;
 
@@ -35,6 +37,7 @@ use super::shares::{Share, Shares};
 use super::{EndedBy, Render, Run};
 use crate::chain::bootstrap::{Bootstrap, CHUNK};
 use crate::chain::trial::Trial;
+use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;
 use crate::transport::PathSampler;
 use crate::transport::bidirectional::BidirectionalLayout;
@@ -74,16 +77,25 @@ pub(super) struct Decision {
     expected: f64,
 }
 
-pub(super) fn render<L: Lanes>(run: &Run) -> Render {
+pub(super) fn render<L: Lanes>(run: &Run, from: &mut [Reader]) -> Result<Render, Malformed> {
     let start = Instant::now();
-    let decision = Decision::new::<L>(run);
+    let mut decision = match from.is_empty() {
+        true => Decision::new::<L>(run),
+        false => Decision::load_all(run, from)?,
+    };
     let shares = decision.shares();
-    let pilot_rays = decision.rays;
+    let begun = std::mem::take(&mut decision.bootstraps);
+    let run = &Run {
+        // What a stop has cut short would have decided otherwise.
+        keeps: run.keeps && (!from.is_empty() || !run.observer.stop()),
+        preface: &|to| decision.save(to),
+        ..*run
+    };
     let (choice, budget) = (&decision.choice, decision.budget());
-    let mut render = march::<L>(run, choice, budget, decision.bootstraps, start);
-    render.stats.rays += pilot_rays;
+    let mut render = march::<L>(run, choice, budget, begun, start, from)?;
+    render.stats.rays += decision.rays;
     render.stats.shares = Some(shares);
-    render
+    Ok(render)
 }
 
 /// Who would bring what.

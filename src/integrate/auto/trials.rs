@@ -1,8 +1,10 @@
 //! Short renders of one scene by different choices, judged by the error that each estimates of
-//! itself: it has seen what no model foresees, how unevenly chains start and where they stick.
+//! most of its pixels ([`bulk`]): it has seen what no model foresees, how unevenly chains start and
+//! where they stick.
 //! Their random numbers are others than those of the render: what is chosen does not depend on
 //! what will be in the picture.
 
+use super::bulk::bulk;
 use super::march::{Budget, march};
 use super::model::Choice;
 use crate::integrate::chains::mutations;
@@ -17,7 +19,7 @@ const MOST: f64 = 0.06;
 /// Most mutations per pixel of a trial.
 const ENOUGH: f64 = 64.0;
 /// Samples per pixel, in rays, that tell their error.
-const SAMPLES: f64 = 5.0;
+const SAMPLES: f64 = 2.0;
 /// Fewest mutations of the whole picture that tell theirs.
 const FEWEST: f64 = 20_000.0;
 /// Most chains of a trial.
@@ -37,7 +39,7 @@ const SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 pub(super) struct Tried {
     /// Which choice.
     pub best: usize,
-    /// Squared error of the first over that of the best.
+    /// Squared error of most pixels, of the first over that of the best.
     pub gain: f64,
     /// Squared relative error of the best after a thousand rays a pixel.
     pub expected: f64,
@@ -71,11 +73,12 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
         time: run.settings.time.map(|limit| limit.mul_f64(PART)),
         target_error: None,
         estimate_error: true,
-        error_layers: false,
+        error_layers: true,
         ..run.settings.clone()
     };
     let quiet = Quiet(run.observer);
     let mut errors = [f64::INFINITY; 3];
+    let mut whole = errors;
     let mut traced = [0; 3];
     for (i, choice) in choices.into_iter().enumerate().take(tried) {
         let start = Instant::now();
@@ -91,16 +94,18 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
             Budget { spent: 0, ..budget },
             Vec::new(),
             start,
+            &mut [],
         );
+        let render = render.ok()?;
         traced[i] = render.stats.rays;
         if quiet.stop() {
             return None;
         }
-        errors[i] = render
-            .stats
-            .relmse
-            .filter(|e| *e > 0.0)
-            .unwrap_or(f64::INFINITY);
+        let deviation = render.deviation.unwrap_or_default();
+        let known = |e: &f64| *e > 0.0 && e.is_finite();
+        let error = bulk(&render.pixels, &deviation, render.width as usize);
+        errors[i] = Some(error).filter(known).unwrap_or(f64::INFINITY);
+        whole[i] = (render.stats.relmse.filter(known)).unwrap_or(f64::INFINITY);
     }
     let [alone, ..] = errors;
     if !alone.is_finite() {
@@ -116,7 +121,7 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
     Some(Tried {
         best,
         gain: alone / errors[best],
-        expected: errors[best] * per_pixel / 1000.0,
+        expected: whole[best] * per_pixel / 1000.0,
         rays: traced.iter().sum(),
     })
 }

@@ -47,7 +47,7 @@ fn cameras() {
         ),
         (
             "Camera \"realistic\"",
-            "t.pbrt:1:1: Camera \"realistic\": this camera is not supported; use",
+            "t.pbrt:1:1: Camera \"realistic\": needs a lens file",
         ),
         (
             "Camera \"perspective\" \"float screenwindow\" [-1 3e38 -1 1]",

@@ -1,15 +1,20 @@
 //! `Camera`, in world space until the internal space is known.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
 
+use super::lenses::lenses;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::error::{Report, SceneError};
 use crate::pbrt::params::ParamSet;
+use crate::pbrt::textures::Tables;
 use crate::pbrt::transform::{Similarity, inverse, narrow_point, rows, similarity};
+use crate::scene::lenses::Lenses;
 use crate::scene::{Camera, Film, Projection, Space, SphereMap};
 
 /// A camera in world space: internal lengths follow once the space is known.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(in crate::pbrt) struct WorldCamera {
     placed: Similarity,
     projection: Projection,
@@ -19,21 +24,28 @@ pub(in crate::pbrt) struct WorldCamera {
     focal_distance: f64,
 }
 
-/// Builds the camera; `ctm` is the transform at the directive, world to camera.
+/// Builds the camera; `ctm` is the transform at the directive, world to camera, and `diagonal` that
+/// of the film in metres.
 pub(in crate::pbrt) fn camera(
     kind: &str,
     set: &ParamSet,
     ctm: &DAffine3,
-    film: &Film,
+    (film, diagonal): (&Film, f64),
+    tables: &mut Tables,
     report: &mut Report,
 ) -> Result<WorldCamera, SceneError> {
-    let mut projection = projection_of(kind, set)?;
+    let mut projection = match kind {
+        "realistic" => Projection::Lenses(lenses(set, diagonal, tables)?.into()),
+        _ => projection_of(kind, set)?,
+    };
     let placed = inverse(ctm).and_then(|t| similarity(&t)).ok_or_else(|| {
         set.error("its transform shears or stretches space; use rotations, translations, mirrors and uniform scales")
     })?;
     set.accept(&["shutteropen", "shutterclose"]);
-    if let Projection::Sphere(_) = projection {
-        note_useless(set, report);
+    if let Projection::Sphere(_) | Projection::Lenses(_) = projection {
+        if let Projection::Sphere(_) = projection {
+            note_useless(set, report);
+        }
         set.finish(report);
         return Ok(WorldCamera {
             placed,
@@ -51,7 +63,7 @@ pub(in crate::pbrt) fn camera(
             "focal distance {focal_distance} is not positive"
         )));
     }
-    let window_scale = match projection {
+    let window_scale = match &projection {
         Projection::Perspective => half_view(set)?,
         // pbrt's orthographic camera has one lens for all of its film, at the origin: rays leave
         // its disk for points of the window in the plane in focus. That is a perspective
@@ -64,7 +76,7 @@ pub(in crate::pbrt) fn camera(
             projection = Projection::Perspective;
             1.0 / focal_distance
         }
-        Projection::Orthographic | Projection::Sphere(_) => placed.scale,
+        _ => placed.scale,
     };
     let screen = window.map(|x| x * window_scale);
     if screen[0] == screen[1]
@@ -98,14 +110,9 @@ fn projection_of(kind: &str, set: &ParamSet) -> Result<Projection, SceneError> {
                 )));
             }
         }),
-        "realistic" => {
-            return Err(set.error(
-                "this camera is not supported; use perspective with lensradius and focaldistance",
-            ));
-        }
         _ => {
             return Err(set.error(
-                "this camera is unknown; use perspective, orthographic, spherical or environment",
+                "this camera is unknown; use perspective, orthographic, spherical, environment or realistic",
             ));
         }
     })
@@ -199,8 +206,8 @@ impl WorldCamera {
         let translation =
             narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
         let screen = match self.projection {
-            Projection::Perspective | Projection::Sphere(_) => self.screen,
             Projection::Orthographic => self.screen.map(|x| x * space.scale),
+            _ => self.screen,
         };
         let [x0, x1, y0, y1] = screen;
         let sides = [x1 - x0, y1 - y0];
@@ -209,8 +216,17 @@ impl WorldCamera {
         {
             return None;
         }
+        let unit = self.placed.scale * space.scale;
+        let projection = match self.projection {
+            Projection::Lenses(_) if !(1.0 / LARGEST..=LARGEST).contains(&unit) => return None,
+            Projection::Lenses(lenses) => Projection::Lenses(Arc::new(Lenses {
+                unit: unit as f32,
+                ..(*lenses).clone()
+            })),
+            other => other,
+        };
         Some(Camera {
-            projection: self.projection,
+            projection,
             to_world: rows(&DAffine3 {
                 matrix3: self.placed.frame,
                 translation,

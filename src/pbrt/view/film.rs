@@ -43,6 +43,7 @@ pub(in crate::pbrt) fn film(
     }
     let crop = crop(set, width as u32, height as u32)?;
     let filename = set.string("filename")?.map(str::to_owned);
+    // That of the diagonal is `lenses::film_diagonal`.
     set.accept(&["diagonal", "savefp16"]);
     let (scale, colour, space) = match set.dialect {
         Dialect::V3 => (set.float_or("scale", 1.0)?, None, ColorSpace::Srgb),

@@ -32,7 +32,7 @@ impl Oracle<'_> {
         let [x0, x1, y0, y1] = camera.screen.map(f64::from);
         let sx = x0 + x * (x1 - x0) / f64::from(film.width);
         let sy = y1 - y * (y1 - y0) / f64::from(film.height);
-        let (origin, direction) = match camera.projection {
+        let (origin, direction) = match &camera.projection {
             Projection::Orthographic => ([sx, sy, 0.0], [0.0, 0.0, 1.0]),
             Projection::Perspective if self.lens => {
                 let focus = scale([sx, sy, 1.0], camera.focal_distance.into());
@@ -41,8 +41,10 @@ impl Oracle<'_> {
             Projection::Perspective => ([0.0; 3], [sx, sy, 1.0]),
             Projection::Sphere(map) => {
                 let (u, v) = (x / f64::from(film.width), y / f64::from(film.height));
-                ([0.0; 3], panorama::direction(map, u, v))
+                ([0.0; 3], panorama::direction(*map, u, v))
             }
+            // Out of scope.
+            Projection::Lenses(_) => ([0.0; 3], [0.0, 0.0, 1.0]),
         };
         (
             transform_point(&camera.to_world, origin),

@@ -1,0 +1,140 @@
+//! What EXR files say about the render.
+
+use crate::film::output::{Attribute, AttributeValue};
+use crate::integrate::{Settings, Stats};
+use crate::scene::{Film, IntegratorKind};
+
+/// The primaries of a film that has its own.
+pub fn chromaticities(film: &Film) -> Option<Attribute> {
+    film.chromaticities.map(|c| Attribute {
+        name: "chromaticities".into(),
+        value: AttributeValue::Chromaticities(c),
+    })
+}
+
+/// Figures that differ between equal renders: how long they took, and on what.
+fn is_of_the_machine(figure: &str) -> bool {
+    figure.ends_with("_seconds")
+        || figure.ends_with("_per_second")
+        || ["threads", "lanes", "peak_rss_bytes"].contains(&figure)
+}
+
+/// What an EXR file says about its making: scene, settings, and the figures of the render under the
+/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders:
+/// equal renders are equal files.
+pub fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
+    let text = |v: &str| AttributeValue::Text(v.into());
+    let tuned = |auto: bool, v: f32| match auto {
+        true => text("auto"),
+        false => AttributeValue::Float(v.into()),
+    };
+    let integer = |v: u64| AttributeValue::Integer(i64::try_from(v).unwrap_or(i64::MAX));
+    let mut list = vec![("scene", text(scene))];
+    match settings.integrator.mutates() {
+        true => list.extend([
+            ("mutations_per_pixel", integer(settings.mutations_per_pixel)),
+            ("chains", integer(settings.chains)),
+            ("bootstrap", integer(settings.bootstrap)),
+            (
+                "large_step_probability",
+                tuned(settings.tune.large_step, settings.large_step_probability),
+            ),
+            ("mutation", text(settings.mutation.name())),
+            ("sigma", tuned(settings.tune.sigma, settings.sigma)),
+        ]),
+        false => {
+            list.push(("samples_per_pixel", integer(settings.samples_per_pixel)));
+        }
+    }
+    if matches!(
+        settings.integrator,
+        IntegratorKind::Auto | IntegratorKind::Mmlt
+    ) {
+        list.push(("strategy_choice", text(settings.strategy_choice.name())));
+    }
+    // Names of our own, so that they are nobody else's.
+    let own = |name: &str, value| Attribute {
+        name: format!("phalanx:{name}"),
+        value,
+    };
+    let mut list: Vec<Attribute> = (list.into_iter())
+        .map(|(name, value)| own(name, value))
+        .collect();
+    list.push(Attribute {
+        name: "software".into(),
+        value: text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
+    });
+    if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
+        let figures = figures
+            .into_iter()
+            .filter(|(name, _)| !is_of_the_machine(name));
+        list.extend(figures.filter_map(|(name, value)| {
+            let value = match &value {
+                serde_json::Value::String(s) => text(s),
+                // A seed may need all 64 bits.
+                serde_json::Value::Number(n) => match (n.as_i64(), n.as_u64()) {
+                    (Some(i), _) => AttributeValue::Integer(i),
+                    (None, Some(u)) => text(&u.to_string()),
+                    (None, None) => AttributeValue::Float(n.as_f64()?),
+                },
+                _ => return None,
+            };
+            Some(own(&name, value))
+        }));
+    }
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrate;
+
+    #[test]
+    fn every_figure_is_an_attribute() {
+        let stats = Stats {
+            seed: u64::MAX,
+            b: 0.5,
+            ..Stats::default()
+        };
+        let settings = Settings {
+            integrator: IntegratorKind::Mmlt,
+            seed: 0,
+            threads: 0,
+            lanes: integrate::Width::One,
+            max_depth: 5,
+            samples_per_pixel: 1,
+            mutations_per_pixel: 1,
+            chains: 1,
+            bootstrap: 1,
+            large_step_probability: 0.3,
+            mutation: crate::chain::mutate::Mutation::Gaussian,
+            sigma: 0.01,
+            tune: crate::chain::tune::Tune {
+                sigma: true,
+                large_step: false,
+            },
+            strategy_choice: crate::integrate::StrategyChoice::Uniform,
+            time: None,
+            target_error: None,
+            estimate_error: true,
+            error_layers: false,
+            strategies: false,
+            batch: None,
+            forced: Vec::new(),
+            shard: None,
+        };
+        let list = attributes("a.pbrt", &settings, &stats);
+        let get = |name: &str| {
+            let name = format!("phalanx:{name}");
+            list.iter().find(|a| a.name == name).map(|a| &a.value)
+        };
+        assert_eq!(get("b"), Some(&AttributeValue::Float(0.5)));
+        let auto = AttributeValue::Text("auto".into());
+        assert_eq!(get("sigma"), Some(&auto));
+        assert!(get("large_step_probability") != Some(&auto));
+        assert_eq!(get("chains"), Some(&AttributeValue::Integer(1)));
+        let seed = AttributeValue::Text(u64::MAX.to_string());
+        assert_eq!(get("seed"), Some(&seed));
+    }
+}
