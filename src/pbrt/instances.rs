@@ -4,8 +4,8 @@
 //! every instance takes a step of its own. It takes more memory, and more time to sort. So
 //!
 //! 1. what is seen once is copied;
-//! 2. objects whose copies have at most [`SOME`] primitives together are copied, as long as all such
-//!    copies have no more than [`MANY`];
+//! 2. objects whose copies have at most [`SOME`] primitives together are copied, as long as all
+//!    such copies have no more than [`MANY`];
 //! 3. everything else is kept once, but for places that squash it: they have no way back.
 //!
 //! Copies come where the file has them, so that only what is kept changes the order of primitives.

@@ -31,6 +31,7 @@ use super::sphere::LeafSphere;
 use super::store::Triangles;
 use super::trees::Trees;
 use super::triangle::Overlapping;
+use super::wide;
 use crate::memory::Table;
 use crate::scene::{NONE, Scene};
 use crate::simd::Vec3 as Lane3;
@@ -75,7 +76,7 @@ pub struct Objects {
     instances: Vec<u32>,
 }
 
-/// Sizes, for [`Stats`](super::Stats).
+/// Sizes for the tracer's statistics.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sizes {
     pub nodes: usize,
@@ -104,7 +105,7 @@ impl ObjectTree {
             large: false,
             beside: None,
         };
-        let (mut tree, wide) = super::wide_tree(&part);
+        let (mut tree, wide) = wide::tree_over(&part);
         let triangles = wide.group(&mut tree, |index, vertex| {
             let vertex = scene.triangles[index as usize].v[vertex];
             scene.vertices[vertex as usize].p

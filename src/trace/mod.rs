@@ -43,6 +43,7 @@ mod store;
 mod tests;
 mod trees;
 mod triangle;
+mod wide;
 
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
@@ -164,7 +165,7 @@ impl Tracer {
         let mut sizes = Sizes::default();
         let objects = Objects::build(scene, &mut sizes);
         let beside = objects.as_ref().and_then(Objects::bounds);
-        let (tree, wide) = wide_tree(&Part::own(scene, beside));
+        let (tree, wide) = wide::tree_over(&Part::own(scene, beside));
         let extent = tree.extent;
         let mut tracer = Self::assemble(scene, tree, wide, start);
         if let Some(objects) = objects {
@@ -369,18 +370,6 @@ impl Tracer {
             Coherence::Unknown => Way::Apart,
         }
     }
-}
-
-/// The best tree that can be followed, binary and wide.
-fn wide_tree(part: &Part) -> (Tree, Bvh8) {
-    let widen = |tree: Tree| {
-        let wide = bvh8::collapse(&tree, store::WIDTH);
-        (wide.depth <= single::MAX_DEPTH).then_some((tree, wide))
-    };
-    build::best(part)
-        .and_then(widen)
-        .or_else(|| widen(build::halve(part)))
-        .expect("halves are not deep")
 }
 
 thread_local! {
