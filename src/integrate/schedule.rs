@@ -356,19 +356,21 @@ impl<'a> March<'a> {
 
     /// The fraction up to which the film has room, at most `until`.
     fn fit(&mut self, film: &SplatFilm, mut until: f64) -> Option<f64> {
-        if self.room < f64::INFINITY {
-            let made = |fraction| self.mutations(|a| part(a, fraction)) as f64;
-            let before = made(self.done);
-            if made(until) - before > self.room {
-                self.room = film.room();
-                let part = 0.5 * self.room / (made(until) - before);
-                until = self.done + (until - self.done) * part.min(1.0);
-                if made(until) - before > self.room {
-                    return None;
-                }
-            }
-            self.room -= made(until) - before;
+        if self.room == f64::INFINITY {
+            return Some(until);
         }
+        let made = |fraction| self.mutations(|a| part(a, fraction)) as f64;
+        let before = made(self.done);
+        let mut room = self.room;
+        if made(until) - before > room {
+            room = film.room();
+            let part = 0.5 * room / (made(until) - before);
+            until = self.done + (until - self.done) * part.min(1.0);
+            if made(until) - before > room {
+                return None;
+            }
+        }
+        self.room = room - (made(until) - before);
         Some(until)
     }
 
