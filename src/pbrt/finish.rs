@@ -100,7 +100,7 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         &space,
         &mut loader.report,
     )?;
-    let camera = camera.to_internal(&space).ok_or_else(|| {
+    let camera = camera.into_internal(&space).ok_or_else(|| {
         let what = "its screen window is out of all proportion to the scene";
         match camera_site {
             Some(site) => site.error(what),

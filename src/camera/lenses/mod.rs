@@ -169,7 +169,7 @@ impl Optics {
                     Some(mask) => mask.at(o.x, o.y, self.inv_stop),
                     None => L::one().or_zero(is_within(o, surface.radius2)),
                 };
-                passed = passed * share.or_zero(ok);
+                passed *= share.or_zero(ok);
             } else {
                 // The sphere is c p^2 + 2 z = 0: from the plane of the vertex on, the root that
                 // stays near it, without a difference of large numbers.

@@ -201,7 +201,7 @@ impl WorldCamera {
 
     /// `None` if the screen window is so much larger or smaller than the scene that `f32` does not
     /// hold its area, or that of a pixel.
-    pub fn to_internal(self, space: &Space) -> Option<Camera> {
+    pub fn into_internal(self, space: &Space) -> Option<Camera> {
         const LARGEST: f64 = 1e15;
         let translation =
             narrow_point((self.placed.translation - space.centre) * space.scale).as_dvec3();
