@@ -36,6 +36,6 @@ edit src/geometry/mod.rs 'let point = self.triangle_point(prim, b1, b2, wanted);
     'let point = self.triangle_point(prim, b1, b2, Wanted::default());'
 edit src/geometry/mod.rs 'if !self.large.is_empty()' 'if false && !self.large.is_empty()'
 # A pinhole.
-edit src/camera/mod.rs 'self.lens_radius > 0.0' 'false'
+edit src/camera/mod.rs 'self.lens_radius > 0.0 || self.optics.is_some()' 'false'
 edit src/camera/mod.rs 'Projection::Sphere(map) => Some(map)' 'Projection::Sphere(map) if false => Some(map)'
 edit src/camera/mod.rs 'self.projection == Projection::Orthographic' 'false'

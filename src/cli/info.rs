@@ -62,9 +62,10 @@ fn of_checkpoint(out: &mut String, path: &Path, checkpoint: &Checkpoint) -> fmt:
         "  scene         {}",
         scene.as_deref().unwrap_or("built-in")
     )?;
-    match origin.check() {
-        Ok(()) => writeln!(out, "  files         {}, unchanged", origin.files())?,
-        Err(e) => writeln!(out, "  files         {}; {e}", origin.files())?,
+    if origin.files() > 0 {
+        let state = origin.check().err();
+        let state = state.map_or("unchanged".into(), |change| change.to_string());
+        writeln!(out, "  files         {}: {state}", origin.files())?;
     }
     if let Some([width, height]) = resolution {
         writeln!(out, "  resolution    {width} x {height}")?;

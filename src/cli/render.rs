@@ -101,6 +101,13 @@ fn one(
 
     let memory = MemoryLimit::new(args.max_memory);
     let mut input = input::load(scene, &memory, messages)?;
+    if let Some(resumed) = resumed {
+        let origin = &resumed.checkpoint.origin;
+        let same = origin.check_files(&input.scene.files);
+        same.map_err(|e| Failure::Input(format!("{} cannot be resumed: {e}", resumed.name)))?;
+        // Pictures say what they were rendered from.
+        input.name = origin.name.clone();
+    }
     if args.time.is_some_and(|limit| input.load_time > limit) {
         let taken = units::time(input.load_time);
         messages.note(format_args!(

@@ -151,13 +151,16 @@ pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, 
     render_by(scene, settings, &[], &Silent, &pt::render::<f32x8>)
 }
 
+/// An integrator: begins a render, or goes on from its states.
+type Integrate<'a> = dyn Fn(&Run, &mut [Reader]) -> Result<Render, Malformed> + Sync + 'a;
+
 /// All of a render but its integrator.
 fn render_by(
     scene: &Scene,
     settings: &Settings,
     states: &[&State],
     observer: &dyn Observer,
-    integrate: &(dyn Fn(&Run, &mut [Reader]) -> Result<Render, Malformed> + Sync),
+    integrate: &Integrate,
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;

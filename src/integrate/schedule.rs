@@ -216,6 +216,8 @@ fn batch_size(run: &Run, budgets: &[ChainBudget]) -> usize {
 pub(super) struct March<'a> {
     run: &'a Run<'a>,
     budgets: &'a [ChainBudget],
+    /// Chains of each budget that are here; of a shard not all.
+    own: Vec<u64>,
     /// With the budget each belongs to, and where its splats go.
     batches: Vec<(&'a ChainBudget, Destination, Mutex<Batch>)>,
     /// One for every thread.
@@ -284,6 +286,7 @@ impl<'a> March<'a> {
             .collect();
         Self {
             run,
+            own: own(run, budgets),
             budgets,
             batches,
             workspaces: (0..rayon::current_num_threads())
@@ -311,7 +314,7 @@ impl<'a> March<'a> {
         mut beside: impl FnMut(f64),
         mut enough: impl FnMut(&[(&ChainBudget, Destination, MutexGuard<Batch>)]) -> bool,
     ) -> EndedBy {
-        let total = mutations(self.budgets, |a| a.iterations);
+        let total = self.mutations(|a| a.iterations);
         let longest = self.budgets.iter().map(|a| a.iterations).max();
         let Some(longest) = longest.filter(|i| *i > 0) else {
             return EndedBy::Effort;
@@ -334,7 +337,7 @@ impl<'a> March<'a> {
             self.round::<L>(film, until);
             self.done = until;
             beside(until);
-            let made = mutations(self.budgets, |a| part(a, until));
+            let made = self.mutations(|a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
             if until < 1.0 {
                 if let Some(by) = self.run.ended().filter(|_| start.elapsed() >= least) {
@@ -353,20 +356,27 @@ impl<'a> March<'a> {
 
     /// The fraction up to which the film has room, at most `until`.
     fn fit(&mut self, film: &SplatFilm, mut until: f64) -> Option<f64> {
-        if self.room < f64::INFINITY {
-            let made = |fraction| mutations(self.budgets, |a| part(a, fraction)) as f64;
-            let before = made(self.done);
-            if made(until) - before > self.room {
-                self.room = film.room();
-                let part = 0.5 * self.room / (made(until) - before);
-                until = self.done + (until - self.done) * part.min(1.0);
-                if made(until) - before > self.room {
-                    return None;
-                }
-            }
-            self.room -= made(until) - before;
+        if self.room == f64::INFINITY {
+            return Some(until);
         }
+        let made = |fraction| self.mutations(|a| part(a, fraction)) as f64;
+        let before = made(self.done);
+        let mut room = self.room;
+        if made(until) - before > room {
+            room = film.room();
+            let part = 0.5 * room / (made(until) - before);
+            until = self.done + (until - self.done) * part.min(1.0);
+            if made(until) - before > room {
+                return None;
+            }
+        }
+        self.room = room - (made(until) - before);
         Some(until)
+    }
+
+    fn mutations(&self, iterations: impl Fn(&ChainBudget) -> u32) -> u64 {
+        let budgets = self.budgets.iter().zip(&self.own);
+        budgets.map(|(a, own)| u64::from(iterations(a)) * own).sum()
     }
 
     /// What is worth a warning.
@@ -425,10 +435,11 @@ fn part(a: &ChainBudget, fraction: f64) -> u32 {
     (f64::from(a.iterations) * fraction).ceil() as u32
 }
 
-fn mutations(budgets: &[ChainBudget], iterations: impl Fn(&ChainBudget) -> u32) -> u64 {
-    (budgets.iter())
-        .map(|a| u64::from(iterations(a)) * a.chains as u64)
-        .sum()
+/// Chains of each budget that are here.
+fn own(run: &Run, budgets: &[ChainBudget]) -> Vec<u64> {
+    let share = |a: &ChainBudget| run.share(a.chains as u64, GRAIN);
+    let shares = budgets.iter().map(share);
+    shares.map(|share| share.end - share.start).collect()
 }
 
 #[cfg(test)]

@@ -49,9 +49,9 @@ fn film_distance(scene: &Scene) -> f64 {
     }
 }
 
-/// An edge of light far behind the plane in focus, as the lens and as pbrt's perspective camera with
-/// a disk for a lens blur it. Rays are within 3 degrees of the axis, and what the lens does not
-/// bring to a point is below a twentieth of a pixel. Brightness: the irradiance of a disk of
+/// An edge of light far behind the plane in focus, as the lens and as pbrt's perspective camera
+/// with a disk for a lens blur it. Rays are within 3 degrees of the axis, and what the lens does
+/// not bring to a point is below a twentieth of a pixel. Brightness: the irradiance of a disk of
 /// radiance 1 at the distance of the film.
 #[test]
 fn a_thin_lens_is_a_perspective_camera_with_a_lens() {

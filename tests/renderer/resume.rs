@@ -261,10 +261,12 @@ fn samples() {
 fn samples_and_chains() {
     let text = include_str!("../../scenes/slit.pbrt");
     let mut slit = load_str(text, "slit.pbrt", Path::new("")).unwrap();
-    slit.set_resolution(60, 60).unwrap();
+    slit.set_resolution(56, 56).unwrap();
     let mut settings = settings(&slit, IntegratorKind::Auto);
     settings.mutations_per_pixel = 300;
-    settings.bootstrap = 32_768;
+    settings.bootstrap = 65_536;
+    settings.chains = 4096;
+    settings.seed = 1;
     let render = render(&slit, &settings, &Silent).unwrap();
     assert!(render.stats.mutations > 0 && render.stats.samples > 0);
     expect_resumed(&slit, &settings);

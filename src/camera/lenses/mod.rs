@@ -70,7 +70,13 @@ const PUPILS: usize = 64;
 /// The exit pupils of lenses that are complete but for them ([`Lenses::pupils`]). Takes some tenths
 /// of a second.
 pub fn exit_pupils(lenses: &Lenses) -> Vec<Option<[f64; 4]>> {
-    let optics = Optics::new(lenses);
+    let mut optics = Optics::new(lenses);
+    if optics.mask.take().is_some() {
+        // Pupils are turned with the point of the film, a mask is not: all that it may let through
+        // is within the circle around its square.
+        let stops = optics.surfaces.iter_mut().filter(|s| s.ratio == 0.0);
+        stops.for_each(|stop| stop.radius2 *= 2.0);
+    }
     let simple = lenses.weighting == LensWeighting::Simple;
     let passes = |film, direction| optics.pass(film, direction).2;
     pupil::bounds(&passes, lenses, PUPILS, simple)

@@ -19,7 +19,7 @@ use super::{ChainArgs, DisplayArgs, EffectArgs, PictureArgs, RenderArgs};
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct MergeArgs {
     /// Checkpoints of all shards
-    #[arg(value_name = "FILES", required = true, num_args = 2..)]
+    #[arg(value_name = "FILES", required = true)]
     pub files: Vec<PathBuf>,
 
     /// Write the picture to FILE: .exr, .pfm or .png; - is stdout (.exr); may be repeated

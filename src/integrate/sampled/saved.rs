@@ -15,7 +15,6 @@ impl Sampling<'_> {
             pairs: _,
             fill: _,
             stream: _,
-            pairs: _,
             grid: _,
             range,
             // Of the step at hand.

@@ -1,6 +1,6 @@
 //! Budgets and chains on their way, written and read.
 
-use super::{ChainBudget, GRAIN, March, Workspace, layer_of, share_out};
+use super::{ChainBudget, March, Workspace, layer_of, own, share_out};
 use crate::chain::batch::Batch;
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::checkpoint::{Malformed, Reader, Writer};
@@ -135,10 +135,8 @@ impl<'a> March<'a> {
         from: &mut [Reader],
     ) -> Result<Self, Malformed> {
         let tiling = run.settings.estimate_error.then_some(tiling);
-        let mut left: Vec<u64> = (budgets.iter())
-            .map(|a| run.share(a.chains as u64, GRAIN))
-            .map(|share| share.end - share.start)
-            .collect();
+        let own = own(run, budgets);
+        let mut left = own.clone();
         let mut batches = Vec::new();
         for from in from {
             let count = from.count(left.iter().sum::<u64>() as usize)?;
@@ -153,6 +151,7 @@ impl<'a> March<'a> {
         let mut march = Self {
             run,
             budgets,
+            own,
             batches: batches
                 .map(|(a, to, batch)| (a, to, Mutex::new(batch)))
                 .collect(),
