@@ -174,10 +174,14 @@ fn tangents_are_kept_where_they_matter() {
         "ObjectBegin \"o\" {metal} {mesh} ObjectEnd {V3_TRIANGLE}
          Transform [0 1 0 0  1 0 0 0  0 0 1 0  0 0 0 1] ObjectInstance \"o\" {V3_TRIANGLE}"
     ));
-    assert_eq!((s.vertices.len(), s.tangents.len()), (9, 6));
-    assert_eq!(s.tangents[2], [0.0; 3]);
-    let [x, y, z] = s.tangents[3];
-    assert!(x > 0.0 && (x, z) == (y, 0.0), "{:?}", s.tangents);
+    assert_eq!(s.vertices.len(), 9);
+    let given: Vec<_> = s.tangents.iter().filter(|t| **t != [0.0; 3]).collect();
+    let right = |[x, y, z]: [f32; 3]| x > 0.0 && (x, z) == (y, 0.0);
+    assert!(
+        given.len() == 3 && given.iter().all(|t| right(**t)),
+        "{:?}",
+        s.tangents
+    );
     let wrong = v3(&format!("{metal} {V3_TRIANGLE} \"vector S\" [1 1 0 1 1 0]"));
     assert!(
         wrong.warnings[0].contains("2 \"S\" for 3 vertices"),
