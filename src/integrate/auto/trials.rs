@@ -74,6 +74,8 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
         target_error: None,
         estimate_error: true,
         error_layers: true,
+        // All shards come to the same.
+        shard: None,
         ..run.settings.clone()
     };
     let quiet = Quiet(run.observer);
