@@ -156,14 +156,13 @@ fn what_cannot_be_resumed_is_refused() {
     };
     for at in (0..content.len()).step_by(content.len() / 9) {
         damage(&|content| content[at] ^= 4);
-        let why = if at < 8 {
-            "no checkpoint"
-        } else {
-            "is damaged"
+        let [of_resume, of_info] = match at < 8 {
+            true => ["no checkpoint", "neither a checkpoint"],
+            false => ["is damaged"; 2],
         };
-        refused("resume bad", why);
+        refused("resume bad", of_resume);
         damage(&|content| content.truncate(at));
-        refused("info bad", why);
+        refused("info bad", of_info);
     }
 
     folder.write("b.pbrt", "Shape \"sphere\" \"float radius\" 2\n");
