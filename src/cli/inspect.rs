@@ -6,6 +6,7 @@ mod price;
 
 use std::fmt::{self, Write as _};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use self::names::{film_filter, light_name, texture_name, to_world};
 use super::args::look::InspectArgs;
@@ -354,10 +355,22 @@ fn integrator(out: &mut String, scene: &Scene) -> fmt::Result {
     }
 }
 
+/// Mutations of a render whose pilot takes seconds at most.
+const SHORT: f64 = 1e8;
+/// The pilot of a longer one is that of a render of a minute: it takes a few per cent of that.
+const MINUTE: Duration = Duration::from_secs(60);
+
 /// What a pilot finds, if it is up to one.
 pub(super) fn shares(scene: &Scene, world: &World, settings: &Settings) -> Option<Shares> {
-    let asked = settings.integrator == IntegratorKind::Auto;
-    asked.then(|| integrate::shares(scene, world, settings).ok())?
+    if settings.integrator != IntegratorKind::Auto {
+        return None;
+    }
+    let work = settings.mutations_per_pixel as f64 * scene.film.crop_pixels() as f64;
+    let settings = Settings {
+        time: (work > SHORT).then_some(MINUTE),
+        ..settings.clone()
+    };
+    integrate::shares(scene, world, &settings).ok()
 }
 
 /// `(0.0000, 1.0000, 3.9000)`, without negative zeros.
