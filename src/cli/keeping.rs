@@ -1,6 +1,6 @@
 //! Checkpoints of a render: taken between rounds of its work, written in the background.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -28,8 +28,34 @@ pub struct Keeping {
     busy: AtomicBool,
 }
 
+fn failure(what: &str) -> Failure {
+    Failure::Input(format!("--checkpoint: {what}"))
+}
+
+/// What can be said before a scene is read.
+///
+/// # Errors
+/// Its render cannot be kept, or not there.
+pub fn check(args: &RenderArgs, scene: Option<&Path>) -> Result<(), Failure> {
+    let Some(path) = &args.keep.checkpoint else {
+        return Ok(());
+    };
+    if scene.is_some_and(is_stdin) {
+        return Err(failure(
+            "a scene from standard input cannot be read again; render it from a file",
+        ));
+    }
+    outputs::check_text(path)?;
+    if crate::files::is_special(path) {
+        return Err(failure(
+            "a checkpoint is kept in a file, not in a pipe or a device",
+        ));
+    }
+    Ok(())
+}
+
 impl Keeping {
-    /// What the flags ask for. `from` is what the render is resumed from.
+    /// What the flags ask for, once [`check`] has passed them. `from` is what the render is resumed from.
     ///
     /// # Errors
     /// The render cannot be kept, or not there.
@@ -42,18 +68,10 @@ impl Keeping {
         let Some(path) = args.keep.checkpoint.clone() else {
             return Ok(None);
         };
-        let fail = |what: &str| Err(Failure::Input(format!("--checkpoint: {what}")));
-        if input.path.as_deref().is_some_and(is_stdin) {
-            return fail("a scene from standard input cannot be read again; render it from a file");
-        }
         if settings.strategies && settings.integrator == IntegratorKind::Bdpt {
-            return fail(
+            return Err(failure(
                 "pictures of strategies (--strategies) are not kept; leave out one of them",
-            );
-        }
-        outputs::check_text(&path)?;
-        if crate::files::is_special(&path) {
-            return fail("a checkpoint is kept in a file, not in a pipe or a device");
+            ));
         }
         let origin = match from {
             Some(from) => from.origin.clone(),

@@ -99,6 +99,7 @@ fn one(
     let written = outputs::once(&args.output).into_iter();
     outputs::check_distinct(written.chain(args.stats.as_deref()), scene)?;
 
+    keeping::check(args, scene)?;
     let memory = MemoryLimit::new(args.max_memory);
     let mut input = input::load(scene, &memory, messages)?;
     if let Some(resumed) = resumed {
