@@ -55,7 +55,8 @@ pub fn check(args: &RenderArgs, scene: Option<&Path>) -> Result<(), Failure> {
 }
 
 impl Keeping {
-    /// What the flags ask for, once [`check`] has passed them. `from` is what the render is resumed from.
+    /// What the flags ask for, once [`check`] has passed them. `from` is what the render is resumed
+    /// from.
     ///
     /// # Errors
     /// The render cannot be kept, or not there.
