@@ -2,7 +2,7 @@
 //! pbrt-v3, section 6.4): the `realistic` camera.
 //!
 //! A point on the film sends rays to a rectangle in the plane of the rear vertex, which holds the
-//! exit pupil as seen from there ([`pupil`]); those that the lenses let through are the camera's.
+//! exit pupil as seen from there (`pupil.rs`); those that the lenses let through are the camera's.
 //! Nothing is joined to this camera: which points of the rear plane see a point of the scene has no
 //! closed form, so that strategies with `t = 1` do not exist, as in pbrt.
 
