@@ -15,11 +15,13 @@ use std::time::Instant;
 /// Part of the budget that a trial takes.
 const PART: f64 = 0.03;
 /// The largest part that it may take where [`PART`] tells no error.
-const MOST: f64 = 0.06;
+const MOST: f64 = 0.08;
+/// Part of the time after which a trial ends, however far it is.
+const LATE: f64 = 0.1;
 /// Most mutations per pixel of a trial.
 const ENOUGH: f64 = 64.0;
 /// Samples per pixel, in rays, that tell their error.
-const SAMPLES: f64 = 2.0;
+const SAMPLES: f64 = 3.0;
 /// Fewest mutations of the whole picture that tell theirs.
 const FEWEST: f64 = 20_000.0;
 /// Most chains of a trial.
@@ -51,7 +53,7 @@ pub(super) struct Tried {
 /// it is too small for that, or a stop came in between.
 pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -> Option<Tried> {
     let area = mutations(run, 1);
-    let wanted = run.settings.mutations_per_pixel as f64;
+    let wanted = affordable(run, budget).min(run.settings.mutations_per_pixel as f64);
     let [of_sample, _] = choices[0].rays;
     let least = (SAMPLES * of_sample / budget.usual).max(FEWEST / area);
     let each = (PART * wanted).min(ENOUGH).max(least);
@@ -64,13 +66,11 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
     let paths = (BOOTSTRAP * each as f64 * area / depths as f64) as u64;
     let settings = Settings {
         seed: run.settings.seed ^ SEED,
-        mutations_per_pixel: match run.settings.time {
-            Some(_) => run.settings.mutations_per_pixel,
-            None => each,
-        },
+        mutations_per_pixel: each,
         bootstrap: run.settings.bootstrap.min(paths.max(1024)),
         chains: (run.settings.chains).min(CHAINS),
-        time: run.settings.time.map(|limit| limit.mul_f64(PART)),
+        // Should the pilot have been faster than the trial is.
+        time: run.settings.time.map(|limit| limit.mul_f64(LATE)),
         target_error: None,
         estimate_error: true,
         error_layers: true,
@@ -126,6 +126,16 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
         expected: whole[best] * per_pixel / 1000.0,
         rays: traced.iter().sum(),
     })
+}
+
+/// Mutations per pixel that there is time for, if a ray takes as long as those of the pilot.
+fn affordable(run: &Run, budget: Budget) -> f64 {
+    let Some(limit) = run.settings.time else {
+        return f64::INFINITY;
+    };
+    let taken = run.start.elapsed().as_secs_f64().max(1e-6);
+    let rays = budget.spent as f64 / taken * limit.as_secs_f64();
+    rays / (mutations(run, 1) * budget.usual.max(1.0))
 }
 
 /// Hears of no progress, and stops when the render does.
