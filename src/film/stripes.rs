@@ -36,9 +36,7 @@ impl Stripes {
     /// The largest of all sums, without its sign.
     pub fn largest(&self) -> f64 {
         let of = |table: &Mutex<Table<i64>>| {
-            let table = table
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
+            let table = held(table);
             let sums = table.entries().iter();
             sums.map(|sum| sum.unsigned_abs()).max().unwrap_or(0)
         };
@@ -53,10 +51,7 @@ impl Stripes {
             per_layer: _,
         } = self;
         for table in tables {
-            let table = table
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            to.table(table.entries());
+            to.table(held(table).entries());
         }
     }
 
@@ -78,13 +73,16 @@ impl Stripes {
     }
 
     pub fn lock(&self, layer: usize, stripe: usize) -> MutexGuard<'_, Table<i64>> {
-        // A thread that panicked while adding integers has left them whole.
-        self.tables[layer * self.per_layer + stripe]
-            .lock()
-            .unwrap_or_else(|poisoned| poisoned.into_inner())
+        held(&self.tables[layer * self.per_layer + stripe])
     }
 }
 
+/// A thread that panicked while adding integers has left them whole.
+fn held(table: &Mutex<Table<i64>>) -> MutexGuard<'_, Table<i64>> {
+    (table.lock()).unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// The same of what nobody else holds.
 fn own(table: &mut Mutex<Table<i64>>) -> &mut Table<i64> {
     (table.get_mut()).unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -11,13 +11,8 @@
 use super::rng::unit_float;
 use super::{Lanes, UintLanes};
 
-/// Point `index` of the sequence that three seeds choose: one for the order, one for each side.
-#[inline(always)]
-pub fn point<L: Lanes>(index: L::Uint, seeds: [L::Uint; 3]) -> [L; 2] {
-    point_of_reversed::<L>(reverse::<L>(index), seeds)
-}
-
-/// [`point`], of an index whose bits are reversed already.
+/// The point of the sequence that three seeds choose (one for the order, one for each side) whose
+/// index has these bits, in reversed order: many pairs of dimensions share an index.
 #[inline(always)]
 pub fn point_of_reversed<L: Lanes>(reversed: L::Uint, [order, x, y]: [L::Uint; 3]) -> [L; 2] {
     // The radical inverse of the shuffled index is the first coordinate. All is done on reversed
@@ -32,7 +27,7 @@ pub fn point_of_reversed<L: Lanes>(reversed: L::Uint, [order, x, y]: [L::Uint; 3
 
 /// The word with its bits in the other order.
 #[inline(always)]
-pub fn reverse<L: Lanes>(x: L::Uint) -> L::Uint {
+fn reverse<L: Lanes>(x: L::Uint) -> L::Uint {
     let x = x.shr::<16>().or(x.shl::<16>());
     let x = swap::<L, 8>(x, 0x00ff_00ff);
     let x = swap::<L, 4>(x, 0x0f0f_0f0f);
@@ -92,6 +87,10 @@ mod tests {
             }
             assert_eq!(second::<f32>(i).reverse_bits(), sum);
         }
+    }
+
+    fn point<L: Lanes>(index: L::Uint, seeds: [L::Uint; 3]) -> [L; 2] {
+        point_of_reversed::<L>(reverse::<L>(index), seeds)
     }
 
     fn seeds(i: u32) -> [u32; 3] {
