@@ -12,6 +12,8 @@
 //! digits that `f32` has need 40 bytes, not 17.
 
 use crate::checkpoint::{Malformed, Reader, Writer};
+use bytemuck::cast;
+use wide::{f64x4, i64x4};
 
 /// Bits of a digit.
 const BITS: i32 = 30;
@@ -114,14 +116,25 @@ impl Sum {
 
 /// Numbers below which fit under the unit of each place: [`place`] of them is no higher. None does
 /// where there is no place yet.
-const BELOW: [f64; HIGHEST as usize + 1] = {
-    let mut below = [0.0; HIGHEST as usize + 1];
+const BELOW: [f64; UNITS.len()] = {
+    let mut below = [0.0; UNITS.len()];
     let mut place = 1;
     while place <= HIGHEST {
         below[place as usize] = power(BITS * (place - BIAS + 1) - 1);
         place += 1;
     }
     below
+};
+
+/// One over the unit of each place.
+const PER_UNIT: [f64; UNITS.len()] = {
+    let mut per = [0.0; UNITS.len()];
+    let mut place = 1;
+    while place < UNITS.len() {
+        per[place] = UNITS[place][1];
+        place += 1;
+    }
+    per
 };
 
 /// Added to a number of less than 51 bits, it leaves the nearest integer in the low bits.
@@ -193,29 +206,38 @@ impl Sums {
     /// branches, for all entries at once.
     #[inline(always)]
     pub fn add<const N: usize>(&mut self, group: usize, values: [f64; N]) -> u64 {
-        debug_assert_eq!(N, self.width);
+        debug_assert!(N == self.width && N <= 4);
         let places = &self.places[group * N..][..N];
         let digits = &mut self.digits[2 * group * N..][..2 * N];
-        let (mut next, mut usual) = ([[0; N]; 2], true);
-        for i in 0..N {
-            let place = usize::from(places[i]) % UNITS.len();
-            usual &= values[i].abs() < BELOW[place];
-            let scaled = values[i] * UNITS[place][1];
-            let first = scaled + ROUND;
-            let second = (scaled - (first - ROUND)) * BASE + ROUND;
-            for (digit, next) in [first, second].into_iter().zip(&mut next) {
-                next[i] = (digit.to_bits() as i64).wrapping_sub(ROUND.to_bits() as i64);
-            }
-        }
-        for (sum, digit) in digits.iter().zip(next.as_flattened_mut()) {
-            let (more, over) = sum.overflowing_add(*digit);
-            *digit = more;
-            usual &= !over;
-        }
-        if !usual {
+        let of = |table: &[f64; UNITS.len()]| {
+            f64x4::new(std::array::from_fn(|i| match i < N {
+                true => table[usize::from(places[i]) % UNITS.len()],
+                false => 1.0,
+            }))
+        };
+        let wide = |i: usize| if i < N { values[i] } else { 0.0 };
+        let values_wide = f64x4::new(std::array::from_fn(wide));
+        let usual = values_wide.abs().simd_lt(of(&BELOW));
+        let round = f64x4::splat(ROUND);
+        let scaled = values_wide * of(&PER_UNIT);
+        let first = scaled + round;
+        let second = (scaled - (first - round)) * f64x4::splat(BASE) + round;
+        let held = |digit: usize| {
+            let at = |i: usize| if i < N { digits[digit * N + i] } else { 0 };
+            i64x4::new(std::array::from_fn(at))
+        };
+        let more = |digit: f64x4| cast::<_, i64x4>(digit) - cast::<_, i64x4>(round);
+        let [sums, more] = [[held(0), held(1)], [more(first), more(second)]];
+        let next = [sums[0] + more[0], sums[1] + more[1]];
+        // Sums of two numbers of one sign that have another.
+        let over = |digit: usize| (sums[digit] ^ next[digit]) & (more[digit] ^ next[digit]);
+        let over: f64x4 = cast(over(0) | over(1));
+        if usual.to_bitmask() != 0b1111 || over.to_bitmask() != 0 {
             return self.add_each(group, values);
         }
-        digits.copy_from_slice(next.as_flattened());
+        for (digit, next) in next.into_iter().enumerate() {
+            digits[digit * N..][..N].copy_from_slice(&next.to_array()[..N]);
+        }
         0
     }
 
