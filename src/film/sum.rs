@@ -122,6 +122,11 @@ impl Sums {
     /// Bytes of a sum.
     pub const BYTES: u64 = 17;
 
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
     pub fn new(count: usize) -> Self {
         Self {
             digits: vec![[0; 2]; count],
@@ -143,6 +148,17 @@ impl Sums {
         from.table(places)?;
         let right = places.iter().all(|place| i32::from(*place) <= HIGHEST);
         Malformed::unless(right, "a sum is too large")
+    }
+
+    /// Nothing has been added.
+    pub fn is_empty(&self) -> bool {
+        self.places.iter().all(|place| *place == 0)
+    }
+
+    /// Begins anew from zero.
+    pub fn clear(&mut self) {
+        self.digits.fill([0; 2]);
+        self.places.fill(0);
     }
 
     /// Adds as many others; how many are full.
