@@ -54,7 +54,7 @@ impl SampleFilm {
             }
             let mut to = Writer::new();
             block.save(&mut to);
-            block.clear();
+            *block = block.empty();
             to.finish().into_bytes()
         };
         let blocks: Vec<&Mutex<Sums>> = self.blocks().collect();
@@ -85,7 +85,7 @@ impl SampleFilm {
                 return Ok(0);
             }
             let mut block = lock(block);
-            let mut more = Sums::new(block.len());
+            let mut more = block.empty();
             more.load(&mut Reader::new(&Packed::from_bytes(piece)))?;
             Ok(block.absorb(&more))
         };
