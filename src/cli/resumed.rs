@@ -39,19 +39,14 @@ impl Resumed<'_> {
         let before = (settings.mutations_per_pixel, settings.samples_per_pixel);
         let part = self.checkpoint.state.made.part;
         args.apply_effort(&mut settings, pixels);
-        if args.time.is_some() {
-            // Of what time allows, which counts from now on.
+        // These count from the beginning. What time allows counts from now on.
+        let counted = args.chains.mutations.is_some() || args.spp.is_some();
+        if args.time.is_some() && !counted {
             let further = |now: &mut u64, before: u64| {
                 *now = now.saturating_add((part * before as f64).ceil() as u64);
             };
-            match (args.chains.mutations, args.spp) {
-                (None, None) => {
-                    further(&mut settings.mutations_per_pixel, before.0);
-                    further(&mut settings.samples_per_pixel, before.1);
-                }
-                // These count from the beginning.
-                (Some(_), _) | (_, Some(_)) => {}
-            }
+            further(&mut settings.mutations_per_pixel, before.0);
+            further(&mut settings.samples_per_pixel, before.1);
         }
         if settings.target_error.is_some() && !settings.estimate_error {
             return Err(Failure::Input(format!(
