@@ -25,6 +25,16 @@ impl Packed {
         self.blocks.len()
     }
 
+    /// All of it, to be sent somewhere.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.blocks
+    }
+
+    /// What [`Self::into_bytes`] has given. Checksums are for files: they are not looked at.
+    pub fn from_bytes(blocks: Vec<u8>) -> Self {
+        Self { blocks }
+    }
+
     /// Whether nothing has been written.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()

@@ -20,6 +20,7 @@ use self::parse::{
 };
 use self::values::{ChoiceName, Exposure, Host, Lanes, Quality, Tuned};
 use super::failure::Failure;
+use super::ranks::processes;
 use crate::chain::counts::{MAX_CHAINS_PER_DEPTH, MAX_DEPTHS};
 use crate::chain::mutate::Mutation;
 use crate::formats::tone::{Display, Tonemap};
@@ -414,7 +415,7 @@ impl RenderArgs {
     pub fn apply_effort(&self, s: &mut Settings, pixels: u64) {
         s.time = self.time;
         if let Some(time) = self.time {
-            let threads = worker_threads(s.threads);
+            let threads = worker_threads(s.threads) * processes();
             let most =
                 time.as_secs_f64() * UNREACHABLE_RATE * threads as f64 / pixels.max(1) as f64;
             s.mutations_per_pixel = (most.ceil() as u64).clamp(1, MAX_MUTATIONS);

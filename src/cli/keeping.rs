@@ -54,6 +54,34 @@ pub fn check(args: &RenderArgs, scene: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A render that begins, as other processes are told of it.
+///
+/// # Errors
+/// A file of the scene cannot be read again.
+pub fn plan(
+    args: &RenderArgs,
+    input: &Input,
+    settings: &Settings,
+    from: Option<&Checkpoint>,
+) -> Result<Checkpoint, Failure> {
+    Ok(Checkpoint {
+        origin: origin(input, from)?,
+        resolution: args.picture.resolution.map(|(w, h)| [w, h]),
+        crop: args.picture.crop,
+        settings: settings.clone(),
+        error: None,
+        state: State::default(),
+    })
+}
+
+fn origin(input: &Input, from: Option<&Checkpoint>) -> Result<Origin, Failure> {
+    match from {
+        Some(from) => Ok(from.origin.clone()),
+        None => Origin::new(input.path.as_deref(), &input.name, &input.scene.files)
+            .map_err(|e| Failure::Input(e.to_string())),
+    }
+}
+
 impl Keeping {
     /// What the flags ask for, once [`check`] has passed them. `from` is what the render is resumed
     /// from.
@@ -74,11 +102,7 @@ impl Keeping {
                 "pictures of strategies (--strategies) are not kept; leave out one of them",
             ));
         }
-        let origin = match from {
-            Some(from) => from.origin.clone(),
-            None => Origin::new(input.path.as_deref(), &input.name, &input.scene.files)
-                .map_err(|e| Failure::Input(e.to_string()))?,
-        };
+        let origin = origin(input, from)?;
         let mut settings = settings.clone();
         // From the beginning on.
         let spent = from.map_or(0.0, |from| from.state.made.seconds);

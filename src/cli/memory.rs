@@ -2,6 +2,7 @@
 //! killed for it halfway.
 
 use super::failure::Failure;
+use super::ranks::on_this_machine;
 use crate::integrate::{Needs, Settings};
 use crate::memory::Bytes;
 use crate::scene::Scene;
@@ -24,13 +25,20 @@ impl MemoryLimit {
             };
         }
         match machine() {
-            Some(total) => Self {
-                bytes: total / 4 * 3,
-                source: format!(
-                    "three quarters of the {} here (see --max-memory)",
-                    Bytes(total)
-                ),
-            },
+            Some(total) => {
+                let processes = on_this_machine();
+                let of = match processes {
+                    1 => String::new(),
+                    n => format!(", shared by {n} processes"),
+                };
+                Self {
+                    bytes: total / 4 * 3 / processes,
+                    source: format!(
+                        "three quarters of the {} here{of} (see --max-memory)",
+                        Bytes(total)
+                    ),
+                }
+            }
             None => Self {
                 bytes: u64::MAX,
                 source: String::new(),

@@ -6,6 +6,7 @@ use super::args::PictureArgs;
 use super::args::merge::MergeArgs;
 use super::failure::Failure;
 use super::messages::Messages;
+use super::ranks::Ranks;
 use super::render;
 use super::resumed::Resumed;
 use crate::integrate::{Checkpoint, Settings, Shard};
@@ -49,7 +50,7 @@ pub fn run(args: &MergeArgs, messages: Messages) -> Result<ExitCode, Failure> {
         },
         new_effort: false,
     };
-    render::resumed(&flags, &resumed, messages)
+    render::resumed(&flags, &resumed, &Ranks::alone(), messages)
 }
 
 /// Whether they are all shards of one render, in order.

@@ -16,6 +16,8 @@ pub struct Messages {
     colored: bool,
     /// Warnings and errors only.
     pub quiet: bool,
+    /// Not even those.
+    mute: bool,
 }
 
 impl Messages {
@@ -29,7 +31,20 @@ impl Messages {
                 !declined && io::stderr().is_terminal() && !dumb_terminal()
             }
         };
-        Self { colored, quiet }
+        Self {
+            colored,
+            quiet,
+            mute: false,
+        }
+    }
+
+    /// Prints nothing at all.
+    pub fn mute() -> Self {
+        Self {
+            colored: false,
+            quiet: true,
+            mute: true,
+        }
     }
 
     pub fn error(&self, text: impl Display) {
@@ -64,6 +79,9 @@ impl Messages {
 
     /// `code` is the colour as in "select graphic rendition" (ECMA-48).
     fn labelled(&self, label: &str, code: &str, text: impl Display) {
+        if self.mute {
+            return;
+        }
         let text = brief(&text.to_string());
         let mut stderr = io::stderr().lock();
         let _ = if self.colored {

@@ -25,6 +25,7 @@ mod merge;
 mod messages;
 mod outputs;
 mod progress;
+mod ranks;
 mod render;
 mod replay;
 mod resume;

@@ -17,6 +17,7 @@ use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
 use super::progress::Progress;
+use super::ranks::{self, Ranks};
 use super::resumed::Resumed;
 use super::signals::Signals;
 use super::strategies;
@@ -29,6 +30,17 @@ use crate::integrate::{self, Observer, Render, RenderError, Settings, State};
 use crate::scene::{Film, Scene};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    match args.keep.shard {
+        // Whoever has started it.
+        Some(_) => all(args, &Ranks::alone(), messages),
+        None => ranks::with(args.max_memory, messages, |ranks| {
+            all(args, ranks, messages)
+        }),
+    }
+}
+
+/// Renders all scenes.
+fn all(args: &RenderArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCode, Failure> {
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
     let single = match args.scenes.len() > 1 {
@@ -44,11 +56,19 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     }
     let mut taken = Vec::new();
     let Some((last, scenes)) = args.scenes.split_last() else {
-        return one(args, None, None, &signals, &mut taken, messages);
+        return one(args, None, None, &signals, &mut taken, ranks, messages);
     };
     let mut failed = None;
     for scene in scenes {
-        match one(args, Some(scene), None, &signals, &mut taken, messages) {
+        match one(
+            args,
+            Some(scene),
+            None,
+            &signals,
+            &mut taken,
+            ranks,
+            messages,
+        ) {
             Ok(code) if code == ExitCode::SUCCESS => {}
             Ok(code) => return Ok(code),
             // It does not keep the others from being rendered.
@@ -56,7 +76,15 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
         }
         signals.release();
     }
-    let code = one(args, Some(last), None, &signals, &mut taken, messages)?;
+    let code = one(
+        args,
+        Some(last),
+        None,
+        &signals,
+        &mut taken,
+        ranks,
+        messages,
+    )?;
     Ok(match failed {
         Some(failed) if code == ExitCode::SUCCESS => failed,
         _ => code,
@@ -67,6 +95,7 @@ pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
 pub fn resumed(
     args: &RenderArgs,
     resumed: &Resumed,
+    ranks: &Ranks,
     messages: Messages,
 ) -> Result<ExitCode, Failure> {
     let signals = Signals::install()
@@ -78,6 +107,7 @@ pub fn resumed(
         Some(resumed),
         &signals,
         &mut Vec::new(),
+        ranks,
         messages,
     )
 }
@@ -89,6 +119,7 @@ fn one(
     resumed: Option<&Resumed>,
     signals: &Signals,
     taken: &mut Vec<PathBuf>,
+    ranks: &Ranks,
     messages: Messages,
 ) -> Result<ExitCode, Failure> {
     // Before the scene is read: a mistyped path should not cost the minute that takes.
@@ -101,6 +132,7 @@ fn one(
 
     keeping::check(args, scene)?;
     let memory = MemoryLimit::new(args.max_memory);
+    ranks.load(scene)?;
     let mut input = input::load(scene, &memory, messages)?;
     if let Some(resumed) = resumed {
         let origin = &resumed.checkpoint.origin;
@@ -151,7 +183,9 @@ fn one(
     let written = (files.iter().chain(&beside).chain(kept)).map(PathBuf::as_path);
     let read = scene.files.iter().map(PathBuf::as_path);
     outputs::check_distinct(written.chain(args.stats.as_deref()), read)?;
-    memory.check(scene, &settings, kept.is_some())?;
+    // What comes from other processes has the form of a checkpoint.
+    let packed = kept.is_some() || !ranks.team().is_alone();
+    memory.check(scene, &settings, packed)?;
     let layers = 1 + u64::from(args.error_layers);
     let pictures = 1 + strategies::pictures(&settings);
     outputs::check_room(&files, pictures * pixels, layers)?;
@@ -163,10 +197,17 @@ fn one(
     }
     let made = from.map(|from| from.state.made).unwrap_or_default();
     let progress = Progress::new(signals, messages, &settings, made);
+    ranks.begin(|| keeping::plan(args, &input, &settings, from))?;
+    let team = ranks.team();
     let states = resumed.map_or(&[][..], |resumed| &resumed.shards);
     let start = |observer: &dyn Observer| match states {
-        [] => integrate::render(scene, &settings, observer),
-        [state] => integrate::resume(scene, &settings, state, observer),
+        [] if team.is_alone() => integrate::render(scene, &settings, observer),
+        [state] if team.is_alone() => integrate::resume(scene, &settings, state, observer),
+        [] | [_] => {
+            let state = states.first().copied();
+            let render = integrate::together(scene, &settings, state, observer, team)?;
+            render.ok_or(RenderError::Settings("it leads no others".into()))
+        }
         shards => integrate::merge(scene, &settings, shards, observer),
     };
     let result = watched(

@@ -8,6 +8,7 @@ use super::args::resume::ResumeArgs;
 use super::args::values::Lanes;
 use super::failure::Failure;
 use super::messages::Messages;
+use super::ranks::{self, Ranks};
 use super::render;
 use super::resumed::Resumed;
 use super::units;
@@ -15,6 +16,12 @@ use crate::checkpoint::CheckpointError;
 use crate::integrate::{Checkpoint, Settings, Width};
 
 pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
+    ranks::with(args.max_memory, messages, |ranks| {
+        go_on(args, ranks, messages)
+    })
+}
+
+fn go_on(args: &ResumeArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCode, Failure> {
     let name = args.file.display();
     let fail = |e: CheckpointError| Failure::Input(format!("{name}: {e}"));
     let checkpoint = Checkpoint::read(&args.file).map_err(fail)?;
@@ -23,6 +30,11 @@ pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
     let changed = |e| Failure::Input(format!("{name} cannot be resumed: {e}"));
     origin.check().map_err(changed)?;
     if checkpoint.settings.shard.is_some() {
+        if !ranks.team().is_alone() {
+            return Err(Failure::Input(format!(
+                "{name} is a shard: one process alone goes on with it, without mpirun"
+            )));
+        }
         let flags = [
             ("-o", !args.output.is_empty()),
             ("--output-every", args.output_every.is_some()),
@@ -48,7 +60,7 @@ pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
         settings,
         new_effort: args.has_effort(),
     };
-    render::resumed(&flags, &resumed, messages)
+    render::resumed(&flags, &resumed, ranks, messages)
 }
 
 /// What the render was to be, here: with the threads of this machine, and what is left of its time.

@@ -37,7 +37,17 @@ impl Resumed<'_> {
         }
         args.check_effort(settings.integrator)?;
         let before = (settings.mutations_per_pixel, settings.samples_per_pixel);
+        let part = self.checkpoint.state.made.part;
         args.apply_effort(&mut settings, pixels);
+        // These count from the beginning. What time allows counts from now on.
+        let counted = args.chains.mutations.is_some() || args.spp.is_some();
+        if args.time.is_some() && !counted {
+            let further = |now: &mut u64, before: u64| {
+                *now = now.saturating_add((part * before as f64).ceil() as u64);
+            };
+            further(&mut settings.mutations_per_pixel, before.0);
+            further(&mut settings.samples_per_pixel, before.1);
+        }
         if settings.target_error.is_some() && !settings.estimate_error {
             return Err(Failure::Input(format!(
                 "--target-error: the render in {} does not estimate its error (--no-estimate)",
@@ -48,7 +58,7 @@ impl Resumed<'_> {
             true => ("--mutations", before.0, settings.mutations_per_pixel),
             false => ("--spp", before.1, settings.samples_per_pixel),
         };
-        let made = self.checkpoint.state.made.part * before as f64;
+        let made = part * before as f64;
         if (now as f64) < made {
             return Err(Failure::Input(format!(
                 "{flag}: {} has had {} per pixel already, and {now} is less",

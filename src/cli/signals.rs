@@ -1,6 +1,7 @@
 //! SIGINT (Ctrl-C), SIGTERM and SIGHUP (a closed terminal): while there is something to lose, the
 //! first asks for the picture so far and the second ends the process at once; before that the first
-//! does. And SIGXFSZ, which is only worth an error where it comes from.
+//! does. SIGUSR1 is one of them for processes that MPI has started. And SIGXFSZ, which is only
+//! worth an error where it comes from.
 
 use std::io;
 use std::process::ExitCode;
@@ -9,6 +10,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
+
+#[cfg(unix)]
+use super::ranks::launched;
 
 /// Which signal has come, if any.
 #[derive(Clone, Debug, Default)]
@@ -95,11 +99,18 @@ pub fn survive_file_limits() {
 
 /// The signals that end a render.
 fn watched() -> Vec<i32> {
+    let mut signals = vec![SIGINT, SIGTERM];
     #[cfg(unix)]
-    if !hangup_is_ignored() {
-        return vec![SIGINT, SIGTERM, signal_hook::consts::SIGHUP];
+    {
+        if !hangup_is_ignored() {
+            signals.push(signal_hook::consts::SIGHUP);
+        }
+        // `mpirun` passes it on and leaves it at that, where SIGTERM is followed by SIGKILL.
+        if launched().is_some() {
+            signals.push(signal_hook::consts::SIGUSR1);
+        }
     }
-    vec![SIGINT, SIGTERM]
+    signals
 }
 
 /// Whether the process was started not to mind that its terminal is closed, as by `nohup`. Only
@@ -112,7 +123,8 @@ fn hangup_is_ignored() -> bool {
     mask.is_some_and(|mask| mask >> (signal_hook::consts::SIGHUP - 1) & 1 == 1)
 }
 
-/// 128 plus the number of the signal: 129 for SIGHUP, 130 for SIGINT, 143 for SIGTERM.
+/// 128 plus the number of the signal: 129 for SIGHUP, 130 for SIGINT, 138 for SIGUSR1, 143 for
+/// SIGTERM.
 fn status(signal: usize) -> u8 {
     128 + signal as u8
 }

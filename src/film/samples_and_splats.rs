@@ -57,6 +57,29 @@ impl SplattingFilm {
         }
     }
 
+    /// Gives all that it holds away, in packed pieces, and begins anew from nothing.
+    pub fn hand_over(&self) -> Vec<Vec<u8>> {
+        let mut pieces = self.placed.hand_over();
+        if let Some(splats) = &self.splats {
+            pieces.extend(splats.hand_over());
+        }
+        pieces
+    }
+
+    /// Adds what a film like this one has handed over.
+    ///
+    /// # Errors
+    /// It was another.
+    pub fn take(&self, mut pieces: Vec<Vec<u8>>) -> Result<(), Malformed> {
+        let placed = self.placed.pieces().min(pieces.len());
+        let more = pieces.split_off(placed);
+        self.placed.take(pieces)?;
+        match &self.splats {
+            Some(splats) => splats.take(more),
+            None => Malformed::unless(more.is_empty(), "there are no splats"),
+        }
+    }
+
     /// Adds all that a film like this one holds.
     pub fn absorb(&self, other: &Self) {
         self.placed.absorb(&other.placed);

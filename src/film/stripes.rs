@@ -1,7 +1,8 @@
 //! Where splats are summed: layers of 64-bit pixels in stripes, each under a lock of its own.
 
-use crate::checkpoint::{Malformed, Reader, Writer};
+use crate::checkpoint::{Malformed, Packed, Reader, Writer};
 use crate::memory::Table;
+use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard};
 
 /// The layers of a film.
@@ -53,6 +54,39 @@ impl Stripes {
         for table in tables {
             to.table(held(table).entries());
         }
+    }
+
+    /// Gives all sums away, stripe by stripe, packed, and begins anew from zero.
+    pub fn hand_over(&self) -> Vec<Vec<u8>> {
+        let give = |table: &Mutex<Table<i64>>| {
+            let mut table = held(table);
+            if table.entries().iter().all(|sum| *sum == 0) {
+                return Vec::new();
+            }
+            let mut to = Writer::new();
+            to.table(table.entries());
+            table.entries_mut().fill(0);
+            to.finish().into_bytes()
+        };
+        self.tables.par_iter().map(give).collect()
+    }
+
+    /// Adds what others like these have handed over.
+    pub fn take(&self, stripes: Vec<Vec<u8>>) -> Result<(), Malformed> {
+        let all = stripes.len() == self.tables.len();
+        Malformed::unless(all, "a film has other stripes")?;
+        let take = |(table, stripe): (&Mutex<Table<i64>>, Vec<u8>)| {
+            if stripe.is_empty() {
+                return Ok(());
+            }
+            let mut table = held(table);
+            let mut more = vec![0; table.entries().len()];
+            Reader::new(&Packed::from_bytes(stripe)).table(&mut more)?;
+            let sums = table.entries_mut().iter_mut().zip(&more);
+            sums.for_each(|(to, from)| *to = to.wrapping_add(*from));
+            Ok(())
+        };
+        self.tables.par_iter().zip(stripes).try_for_each(take)
     }
 
     /// Adds the sums of others like these.

@@ -187,6 +187,16 @@ impl Sums {
         Malformed::unless(right, "a sum is too large")
     }
 
+    /// As many, zero.
+    pub fn empty(&self) -> Self {
+        Self::new(self.places.len() / self.width.max(1), self.width)
+    }
+
+    /// Nothing has been added.
+    pub fn is_empty(&self) -> bool {
+        self.places.iter().all(|place| *place == 0)
+    }
+
     /// Adds as many others of the same width; how many are full.
     pub fn absorb(&mut self, other: &Self) -> u64 {
         let mut full = 0;

@@ -92,17 +92,22 @@ impl SplatFilm {
 
     /// Writes all that it holds.
     pub fn save(&self, to: &mut Writer) {
+        self.save_plan(to);
+        self.stripes.save(to);
+    }
+
+    /// Writes how it was planned, without any sums.
+    pub fn save_plan(&self, to: &mut Writer) {
         let Self {
             filter: _,
             layers: _,
-            stripes,
+            stripes: _,
             fraction_bits,
             largest: _,
             half,
         } = self;
         to.value(*fraction_bits);
         to.table(half);
-        stripes.save(to);
     }
 
     /// Reads a film of so many layers; `judged` says that it knows its own error.
@@ -115,12 +120,38 @@ impl SplatFilm {
         judged: bool,
         from: &mut Reader,
     ) -> Result<Self, Malformed> {
+        let mut film = Self::load_plan(filter, layers, judged, from)?;
+        film.stripes.load(from)?;
+        Ok(film)
+    }
+
+    /// An empty film as it was planned.
+    ///
+    /// # Errors
+    /// It is another.
+    pub fn load_plan(
+        filter: FilterTable,
+        layers: usize,
+        judged: bool,
+        from: &mut Reader,
+    ) -> Result<Self, Malformed> {
         let bits = from.value()?;
         Malformed::unless((0..=MOST_BITS).contains(&bits), "no film is that precise")?;
         let half = from.vector(if judged { layers } else { 0 })?;
-        let mut film = Self::of_bits(filter, layers, bits, half);
-        film.stripes.load(from)?;
-        Ok(film)
+        Ok(Self::of_bits(filter, layers, bits, half))
+    }
+
+    /// Gives all sums away, in packed pieces, and begins anew from zero.
+    pub fn hand_over(&self) -> Vec<Vec<u8>> {
+        self.stripes.hand_over()
+    }
+
+    /// Adds what a film of the same plan has handed over.
+    ///
+    /// # Errors
+    /// It was planned otherwise.
+    pub fn take(&self, pieces: Vec<Vec<u8>>) -> Result<(), Malformed> {
+        self.stripes.take(pieces)
     }
 
     /// Memory of a film of so many pixels and layers, in bytes.
@@ -194,10 +225,15 @@ impl SplatFilm {
         Ok(())
     }
 
-    /// Mutations that it surely has room for, wherever they splat: to be asked where there are more
-    /// than it was made for.
-    pub fn room(&self) -> f64 {
-        let largest = f64::from(1 << 30) * f64::from(1 << 30) - self.stripes.largest();
+    /// The largest of its sums, without its sign.
+    pub fn fullest(&self) -> f64 {
+        self.stripes.largest()
+    }
+
+    /// Mutations that there surely is room for, wherever they splat, in a film like this one whose
+    /// fullest sum is such: to be asked where there are more than it was made for.
+    pub fn room(&self, fullest: f64) -> f64 {
+        let largest = f64::from(1 << 30) * f64::from(1 << 30) - fullest;
         // And what rounding adds to each of the splats of a mutation.
         let each = 1.01 * self.largest * (1u64 << self.fraction_bits) as f64 + 64.0;
         (largest / each).max(0.0)

@@ -93,6 +93,22 @@ impl TileSums {
         }
     }
 
+    /// Gives all sums away, and begins anew from zero.
+    pub fn hand_over(&self, to: &mut Writer) {
+        self.save(to);
+        for row in &self.rows {
+            lock(row).fill([Entry::default(); GROUPS]);
+        }
+    }
+
+    /// Adds what others like these have handed over; how many are full.
+    pub fn take(&self, from: &mut Reader) -> Result<u64, Malformed> {
+        let judged = !self.rows.is_empty();
+        let mut more = Self::new(self.tiling.clone(), judged, self.weighed);
+        more.load(from)?;
+        Ok(self.absorb(&more))
+    }
+
     /// Adds the sums of others like these; how many are full.
     pub fn absorb(&self, other: &Self) -> u64 {
         let mut full = 0;

@@ -7,15 +7,18 @@
 //! radiance.
 
 mod begun;
+mod gather;
 
 use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
+use self::gather::{all, gather};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
+use super::run::Wants;
 use super::sampled::Sampling;
 use super::schedule::saved::{Batches, load_budgets, save_batches};
-use super::schedule::{ChainBudget, March, Start, density};
+use super::schedule::{ChainBudget, Held, March, Start, density};
 use super::state::Made;
 use super::{EndedBy, ROUND, Render, Run, Stats, mixing_check, per_second};
 use crate::chain::bootstrap::Estimate;
@@ -37,7 +40,7 @@ pub(super) fn render<L: Lanes>(
     }
     let start = Instant::now();
     let ready = Ready::new(run, bootstrap::<L>(run, method), start);
-    Ok(together::<L>(run, method, ready, wanted, None))
+    together::<L>(run, method, ready, wanted, None)
 }
 
 /// Mutations that come to so many per pixel.
@@ -52,7 +55,7 @@ pub(super) fn together<L: Lanes>(
     ready: Ready,
     wanted: f64,
     beside: Option<&mut Sampling>,
-) -> Render {
+) -> Result<Render, Malformed> {
     let (begun, budgets, starts) = Begun::new::<L>(run, method, ready, wanted);
     let film = film(run, method, &budgets, &starts);
     let since = Instant::now();
@@ -75,9 +78,12 @@ pub(super) fn resumed<L: Lanes>(
     let layers = Method::layers(method.samplers.len(), method.combined);
     let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
     let judged = run.settings.estimate_error;
-    let mut films = from
-        .iter_mut()
-        .map(|from| SplatFilm::load(filter.clone(), layers, judged, from));
+    let load = match run.team().leads() {
+        true => SplatFilm::load,
+        // The sums are those of the first.
+        false => SplatFilm::load_plan,
+    };
+    let mut films = (from.iter_mut()).map(|from| load(filter.clone(), layers, judged, from));
     let first = films.next();
     let mut film = first.ok_or_else(|| Malformed::new("there is no state"))??;
     films.try_for_each(|more| film.absorb(more?))?;
@@ -87,25 +93,93 @@ pub(super) fn resumed<L: Lanes>(
         beside.load(from)?;
     }
     from.iter().try_for_each(Reader::end)?;
-    Ok(go_on::<L>(run, method, &begun, film, march, beside, since))
+    go_on::<L>(run, method, &begun, film, march, beside, since)
 }
 
-/// Writes all that [`resumed`] reads.
-fn save(
-    begun: &Begun,
-    seconds: f64,
-    film: &SplatFilm,
-    batches: &Batches,
-    budgets: &[ChainBudget],
-    beside: Option<&Sampling>,
-    to: &mut Writer,
-) -> Made {
-    begun.save(seconds, to);
-    to.count(budgets.len());
-    budgets.iter().for_each(|a| a.save(to));
-    film.save(to);
-    save_batches(batches, to);
-    let samples = beside.map_or(0, |beside| beside.save(to).samples);
+/// What a state of chains is made of.
+#[derive(Clone, Copy)]
+struct Parts<'a> {
+    run: &'a Run<'a>,
+    begun: &'a Begun,
+    film: &'a SplatFilm,
+    budgets: &'a [ChainBudget],
+    /// When this process began.
+    since: Instant,
+}
+
+impl Parts<'_> {
+    /// For which chains have marched.
+    fn seconds(&self) -> f64 {
+        self.begun.render_seconds + self.since.elapsed().as_secs_f64()
+    }
+
+    /// Writes all that [`resumed`] reads of the first process of a team.
+    fn save(&self, batches: &Batches, beside: Option<&Sampling>, to: &mut Writer) -> Made {
+        self.save_begun(to);
+        self.film.save(to);
+        save_batches(batches, to);
+        let samples = beside.map_or(0, |beside| beside.save(to).samples);
+        made(batches, samples)
+    }
+
+    /// The same of another: there are no sums in it.
+    fn save_start(&self, batches: &Batches, beside: Option<&Sampling>, to: &mut Writer) {
+        self.save_begun(to);
+        self.film.save_plan(to);
+        save_batches(batches, to);
+        if let Some(beside) = beside {
+            beside.save_start(to);
+        }
+    }
+
+    fn save_begun(&self, to: &mut Writer) {
+        self.begun.save(self.seconds(), to);
+        to.count(self.budgets.len());
+        self.budgets.iter().for_each(|a| a.save(to));
+    }
+
+    /// What is between two rounds: whoever wants to see it sees what all processes have made. Says
+    /// whether it is good enough.
+    fn look(
+        &self,
+        held: &Held,
+        mut beside: Option<&mut Sampling>,
+        looks: &mut Looks,
+    ) -> Result<bool, Malformed> {
+        let begin = Instant::now();
+        let (run, film) = (self.run, self.film);
+        let judged = run.settings.shard.is_none()
+            && run.settings.estimate_error
+            && beside.as_deref().is_none_or(Sampling::is_judged);
+        let wants = Wants::ask(run, judged && looks.is_due());
+        if wants.is_nothing() {
+            return Ok(false);
+        }
+        let own: Batches = held.iter().map(|(a, to, b)| (*a, *to, &**b)).collect();
+        let others = gather(run, self.budgets, film, &own, beside.as_deref_mut())?;
+        let mut reached = false;
+        if run.team().leads() {
+            let batches = all(own, &others);
+            let chains: Chains = batches.iter().map(|(a, _, b)| (*a, *b)).collect();
+            let beside = beside.as_deref();
+            if wants.picture {
+                let light = Light::of(run, film.layers(), &chains);
+                run.show(picture(film, &light, beside).0);
+            }
+            if wants.state {
+                run.keep(false, |to| self.save(&batches, beside, to));
+            }
+            if wants.error {
+                reached = good_enough(run, film, &chains, beside);
+                looks.looked(begin);
+            }
+        }
+        Ok(run.team().agree(u8::from(reached)) == 1)
+    }
+}
+
+/// How far chains and samples are.
+fn made(batches: &Batches, samples: u64) -> Made {
     let (mut made, mut wanted) = (0, 0);
     for (a, _, batch) in batches {
         let chains = batch.len() as u64;
@@ -121,7 +195,7 @@ fn save(
 }
 
 /// Marches chains to the end, and makes a picture of what they have splatted; `since` is when this
-/// process began it.
+/// process began it. Only the first process of a team has the picture.
 fn go_on<L: Lanes>(
     run: &Run,
     method: &Method,
@@ -130,17 +204,26 @@ fn go_on<L: Lanes>(
     mut march: March,
     beside: Option<&mut Sampling>,
     since: Instant,
-) -> Render {
+) -> Result<Render, Malformed> {
     let settings = run.settings;
-    let (width, height) = run.size();
-    let [offset, full] = run.window();
     let run = &Run {
         keeps: run.keeps && !begun.is_stopped(),
         ..*run
     };
-    let tiling = Tiling::new(run.scene.film.crop);
-    let seconds = || begun.render_seconds + since.elapsed().as_secs_f64();
     let budgets = march.budgets();
+    let parts = Parts {
+        run,
+        begun,
+        film: &film,
+        budgets,
+        since,
+    };
+    run.lead(|to| {
+        let held = march.held();
+        let batches = held.iter().map(|(a, half, b)| (*a, *half, &**b)).collect();
+        parts.save_start(&batches, beside.as_deref(), to);
+    });
+    march.deal();
     let mut looks = Looks::new();
     // What a stop has kept of the bootstrap is worth a first round.
     let least = begun
@@ -153,41 +236,28 @@ fn go_on<L: Lanes>(
             samples.advance_to(part);
         }
     };
-    let ended_by = march.march::<L>(&film, least, advance, |batches| {
-        let chains: Chains = batches.iter().map(|(a, _, b)| (*a, &**b)).collect();
-        let samples = samples.borrow();
-        run.show(|| {
-            let light = Light::of(run, film.layers(), &chains);
-            picture(&film, &light, samples.as_deref()).0
-        });
-        run.keep(false, |to| {
-            let batches = batches
-                .iter()
-                .map(|(a, half, b)| (*a, *half, &**b))
-                .collect();
-            save(
-                begun,
-                seconds(),
-                &film,
-                &batches,
-                budgets,
-                samples.as_deref(),
-                to,
-            )
-        });
-        good_enough(run, &film, &chains, samples.as_deref(), &mut looks)
-    });
+    let ended_by = march.march::<L>(&film, least, advance, |held| {
+        parts.look(held, samples.borrow_mut().as_deref_mut(), &mut looks)
+    })?;
     if ended_by == EndedBy::Effort {
         // Chains advance the samples as they go, but there may be none.
         advance(1.0);
     }
-    let beside = samples.into_inner().map(|samples| &*samples);
+    let mut beside = samples.into_inner();
     let mut warnings = march.warned();
     let mut batches = march.finish();
-    run.keep(true, |to| {
+    let own = batches.iter().map(|(a, to, b)| (*a, *to, b)).collect();
+    let others = gather(run, budgets, &film, &own, beside.as_deref_mut())?;
+    if !run.team().leads() {
+        return Ok(Render::nothing());
+    }
+    let beside = beside.map(|samples| &*samples);
+    batches.extend(others);
+    batches.sort_by_key(|(a, _, batch)| (a.index, batch.first()));
+    if run.is_kept(true) {
         let batches = batches.iter().map(|(a, to, b)| (*a, *to, b)).collect();
-        save(begun, seconds(), &film, &batches, budgets, beside, to)
-    });
+        run.keep(true, |to| parts.save(&batches, beside, to));
+    }
     let mut counts = begun.counts;
     let mut mutations = 0;
     for (_, to, batch) in &mut batches {
@@ -205,8 +275,10 @@ fn go_on<L: Lanes>(
         (judged && settings.error_layers).then(|| deviation(&film, &light, beside, pixels.len()));
     let made = mutations > 0 || beside.is_some();
     let relmse = (judged && made).then(|| relmse_of(run, &film, &light, beside));
+    let render_seconds = parts.seconds();
     drop(film);
-    let render_seconds = seconds();
+    let (width, height) = run.size();
+    let [offset, full] = run.window();
     let (acceptance_large, acceptance_small) = counts.acceptance();
     let lit = light.beside > 0.0;
     warnings.extend(begun.warnings(run, method, !batches.is_empty(), lit));
@@ -237,9 +309,10 @@ fn go_on<L: Lanes>(
     if settings.estimate_error {
         let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
         let of = (&chains, &light);
+        let tiling = Tiling::new(run.scene.film.crop);
         mixing_check::judge(run, &tiling, of, layer, &mut stats, &mut warnings);
     }
-    Render {
+    Ok(Render {
         stats,
         pixels,
         width,
@@ -250,7 +323,7 @@ fn go_on<L: Lanes>(
         deviation,
         strategies: Vec::new(),
         ended_by: begun.short.unwrap_or(ended_by),
-    }
+    })
 }
 
 /// What samples beside chains have taken.
@@ -349,33 +422,20 @@ fn film(run: &Run, method: &Method, budgets: &[ChainBudget], starts: &[Start]) -
     SplatFilm::judged(filter, most, (0..layers).map(half).collect())
 }
 
-/// Looks at the error now and then, tells the observer, and says whether the target is reached.
-fn good_enough(
-    run: &Run,
-    film: &SplatFilm,
-    chains: &Chains,
-    beside: Option<&Sampling>,
-    looks: &mut Looks,
-) -> bool {
-    let parted = run.settings.shard.is_some();
-    if parted || !run.settings.estimate_error || !beside.is_none_or(Sampling::is_judged) {
-        return false;
+/// Looks at the error, tells the observer, and says whether the target is reached.
+fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, beside: Option<&Sampling>) -> bool {
+    let mut light = Light::of(run, film.layers(), chains);
+    if let Some(beside) = beside {
+        light.beside = mean(&beside.picture());
     }
-    let seen = looks.look(|| {
-        let mut light = Light::of(run, film.layers(), chains);
-        if let Some(beside) = beside {
-            light.beside = mean(&beside.picture());
-        }
-        let error = relmse_of(run, film, &light, beside).sqrt();
-        run.observer.error(error);
-        let reached = run
-            .settings
-            .target_error
-            .is_some_and(|target| error <= target);
-        reached
-            && mixing_check::depths(chains, &light)
-                .iter()
-                .all(|d| d.mixed())
-    });
-    seen == Some(true)
+    let error = relmse_of(run, film, &light, beside).sqrt();
+    run.observer.error(error);
+    let reached = run
+        .settings
+        .target_error
+        .is_some_and(|target| error <= target);
+    reached
+        && mixing_check::depths(chains, &light)
+            .iter()
+            .all(|d| d.mixed())
 }

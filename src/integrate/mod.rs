@@ -19,6 +19,10 @@
 //!
 //! A render by independent samples (`sampled.rs`: `pt`, `lt`, `bdpt`) goes over the picture pass by
 //! pass (`grid.rs`) instead of 1 to 6.
+//!
+//! Several processes make a render together (`team.rs`): the first does 1 to 4, and all march.
+//! Between rounds, where somebody wants to see the whole, what each has made comes to the first
+//! (`handed_over.rs`).
 
 mod auto;
 mod bdpt;
@@ -28,6 +32,7 @@ mod depth_stats;
 mod error;
 mod failure;
 mod grid;
+mod handed_over;
 mod lt;
 pub mod measure;
 mod method;
@@ -48,6 +53,7 @@ mod settings;
 mod shard;
 mod shares;
 mod state;
+mod team;
 mod tuning;
 
 pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
@@ -61,13 +67,16 @@ pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
 pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
-pub use self::state::{Made, State};
+pub use self::state::{Gathered, Made, State};
+pub use self::team::{Alone, Team};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
 use self::scale::{bring_to_scale, mixed_deviation};
+use self::team::Crew;
+use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
-use crate::checkpoint::{Malformed, Reader};
+use crate::checkpoint::{Malformed, Packed, Reader};
 use crate::scene::{IntegratorKind, Scene};
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
@@ -81,7 +90,7 @@ pub fn render(
     settings: &Settings,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    go(scene, settings, &[], observer)
+    go(scene, settings, &[], observer, &Alone)
 }
 
 /// Goes on with a render: to the same bits as if it had never been stopped, if the settings are
@@ -98,7 +107,26 @@ pub fn resume(
     state: &State,
     observer: &dyn Observer,
 ) -> Result<Render, RenderError> {
-    go(scene, settings, &[state], observer)
+    go(scene, settings, &[state], observer, &Alone)
+}
+
+/// Renders a scene, or goes on from a state, together with other processes that call this for the
+/// same scene with the same settings. The first one leads ([`Team`]); its observer and its state
+/// count, and of the others whether they stop. The picture, which the first one has, is to the bit
+/// that of one process.
+///
+/// # Errors
+/// Those of [`resume`], and pictures of strategies, which are not added up. Where others would wait
+/// for a process that cannot go on it calls [`Team::fail`] first.
+pub fn together(
+    scene: &Scene,
+    settings: &Settings,
+    state: Option<&State>,
+    observer: &dyn Observer,
+    team: &dyn Team,
+) -> Result<Option<Render>, RenderError> {
+    let render = go(scene, settings, state.as_slice(), observer, team)?;
+    Ok(team.leads().then_some(render))
 }
 
 /// Adds up all shards of a render, in their order; each must have come to its end. The render is
@@ -120,7 +148,7 @@ pub fn merge(
         let few = Malformed::new("one shard is not all that there are");
         return Err(few.into());
     }
-    go(scene, &settings, shards, observer)
+    go(scene, &settings, shards, observer, &Alone)
 }
 
 fn go(
@@ -128,17 +156,32 @@ fn go(
     settings: &Settings,
     states: &[&State],
     observer: &dyn Observer,
+    team: &dyn Team,
 ) -> Result<Render, RenderError> {
-    render_by(
-        scene,
-        settings,
-        states,
-        observer,
-        &|run, from| match settings.lanes {
-            Width::Eight => integrate::<f32x8>(run, from),
-            Width::One => integrate::<f32>(run, from),
-        },
-    )
+    let crew = Crew::new(team);
+    let begin: &Integrate = &|run, from| match settings.lanes {
+        Width::Eight => integrate::<f32x8>(run, from),
+        Width::One => integrate::<f32>(run, from),
+    };
+    let done = render_by(scene, settings, states, observer, &crew, begin);
+    let Err(error) = &done else {
+        return done;
+    };
+    if team.is_alone() {
+        return done;
+    }
+    if !crew.told.load(Relaxed) {
+        // The others wait to be told where to begin. Of all that fail alike the first one says so.
+        let told = team.tell(Vec::new());
+        if team.leads() {
+            return done;
+        }
+        if told.is_empty() {
+            return Ok(Render::nothing());
+        }
+    }
+    team.fail(&error.to_string());
+    done
 }
 
 /// Paths traced eight at a time, whatever the settings say. Unit tests that call this instead of
@@ -148,7 +191,8 @@ fn go(
 /// Those of [`render`].
 #[cfg(test)]
 pub(crate) fn trace_paths(scene: &Scene, settings: &Settings) -> Result<Render, RenderError> {
-    render_by(scene, settings, &[], &Silent, &pt::render::<f32x8>)
+    let (alone, begin) = (&team::ALONE, &pt::render::<f32x8>);
+    render_by(scene, settings, &[], &Silent, alone, begin)
 }
 
 /// An integrator: begins a render, or goes on from its states.
@@ -160,10 +204,17 @@ fn render_by(
     settings: &Settings,
     states: &[&State],
     observer: &dyn Observer,
+    crew: &Crew,
     integrate: &Integrate,
 ) -> Result<Render, RenderError> {
     let start = Instant::now();
     check(settings)?;
+    let team = crew.team;
+    if settings.strategies && settings.integrator == IntegratorKind::Bdpt && !team.is_alone() {
+        return Err(RenderError::Settings(
+            "pictures of strategies are made by one process alone".into(),
+        ));
+    }
     let pool = pool(settings.threads)?;
     let primitives = (scene.triangles.len() + scene.spheres.len()).max(1) as u64;
     observer.progress(Phase::Build, 0, primitives);
@@ -179,17 +230,29 @@ fn render_by(
     let run = Run {
         start,
         spent: Duration::from_secs_f64(spent),
+        crew,
         ..Run::begin(scene, &world, settings, observer)
     };
-    let mut from: Vec<Reader> = (states.iter())
-        .map(|state| Reader::new(&state.packed))
-        .collect();
+    let mut packed: Vec<&Packed> = states.iter().map(|state| &state.packed).collect();
+    let told;
+    if !team.leads() {
+        told = Packed::from_bytes(team.tell(Vec::new()));
+        crew.told.store(true, Relaxed);
+        if told.is_empty() {
+            return Ok(Render::nothing());
+        }
+        packed = vec![&told];
+    }
+    let mut from: Vec<Reader> = packed.into_iter().map(Reader::new).collect();
     let of = from.len() as u32;
     for (index, from) in (0..).zip(&mut from) {
         let shard = (of > 1).then_some(Shard { index, of });
         run.check_whose(shard.or(settings.shard), from)?;
     }
     let mut render = pool.install(|| integrate(&run, &mut from))?;
+    if !team.leads() {
+        return Ok(render);
+    }
     let scale = scene.film.scale;
     let parts = (render.strategies.iter_mut()).flat_map(|s| [&mut s.weighted, &mut s.unweighted]);
     let colour = scene.film.colour.as_ref();
@@ -224,6 +287,7 @@ fn render_by(
     stats.total_seconds = run.elapsed().as_secs_f64();
     stats.rays_per_second = per_second(stats.rays, stats.render_seconds + stats.bootstrap_seconds);
     stats.peak_rss_bytes = peak_rss_bytes();
+    stats.gathered = (!team.is_alone()).then(|| crew.gathered());
     let dark = settings.target_error.is_some() && stats.b * f64::from(scale) < DARK;
     if dark && stats.b > 0.0 {
         render.warnings.push(format!(

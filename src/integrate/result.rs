@@ -8,6 +8,7 @@ use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
 use super::shares::Shares;
+use super::state::Gathered;
 use crate::film::output::{self, OutputError};
 use crate::formats::Picture;
 use crate::formats::tone::Display;
@@ -82,6 +83,9 @@ pub struct Stats {
     pub stuck_chains: u64,
     /// `None` if the error is not estimated.
     pub cross_check: Option<CrossCheck>,
+    /// What came from other processes; `None` if there were none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gathered: Option<Gathered>,
     /// Who brings what (`auto`).
     pub shares: Option<Shares>,
     /// One a depth that has chains; none of integrators of independent samples.
@@ -118,6 +122,22 @@ pub struct Render {
 }
 
 impl Render {
+    /// Of a process that leaves the picture to the first one of its team.
+    pub(super) fn nothing() -> Self {
+        Self {
+            pixels: Vec::new(),
+            width: 0,
+            height: 0,
+            offset: [0; 2],
+            full: [0; 2],
+            stats: Stats::default(),
+            warnings: Vec::new(),
+            deviation: None,
+            strategies: Vec::new(),
+            ended_by: EndedBy::Effort,
+        }
+    }
+
     /// The picture as files hold it.
     pub fn picture(&self) -> Picture {
         Picture {

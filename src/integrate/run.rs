@@ -7,6 +7,7 @@ use super::scale::bring_to_scale;
 use super::settings::Settings;
 use super::shard::Shard;
 use super::state::State;
+use super::team::{ALONE, Crew, Team};
 use crate::checkpoint::Writer;
 use crate::formats::Picture;
 use crate::scene::Scene;
@@ -62,6 +63,34 @@ pub trait Observer: Sync {
     }
 }
 
+/// What somebody wants to see between two rounds; the same at all processes of a team.
+#[derive(Clone, Copy)]
+pub(super) struct Wants {
+    pub picture: bool,
+    pub state: bool,
+    pub error: bool,
+}
+
+impl Wants {
+    /// `error` says that it is time to look at it. The wishes of the first process count.
+    pub fn ask(run: &Run, error: bool) -> Self {
+        let own = match run.team().leads() {
+            true => [run.observer.wants_picture(), run.is_kept(false), error],
+            false => [false; 3],
+        };
+        let [picture, state, error] = run.team().agree(own.map(u8::from)).map(|v| v == 1);
+        Self {
+            picture,
+            state,
+            error,
+        }
+    }
+
+    pub fn is_nothing(self) -> bool {
+        !(self.picture || self.state || self.error)
+    }
+}
+
 /// Sees nothing, stops nothing.
 pub struct Silent;
 
@@ -107,6 +136,8 @@ pub(super) struct Run<'a> {
     pub(super) keeps: bool,
     /// What states begin with.
     pub(super) preface: &'a (dyn Fn(&mut Writer) + Sync),
+    /// The processes that make it.
+    pub(super) crew: &'a Crew<'a>,
 }
 
 impl<'a> Run<'a> {
@@ -126,6 +157,7 @@ impl<'a> Run<'a> {
             spent: Duration::ZERO,
             keeps: true,
             preface: &|_| {},
+            crew: &ALONE,
         }
     }
 
@@ -153,22 +185,24 @@ impl<'a> Run<'a> {
         [[film.crop[0], film.crop[2]], [film.width, film.height]]
     }
 
-    /// Hands the picture so far to the observer, if it wants one.
-    pub(super) fn show(&self, picture: impl FnOnce() -> Vec<[f32; 3]>) {
-        if self.observer.wants_picture() {
-            let mut pixels = picture();
-            let film = &self.scene.film;
-            bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
-            let (width, height) = self.size();
-            let [offset, full] = self.window();
-            self.observer.picture(Picture {
-                width,
-                height,
-                offset,
-                full,
-                pixels,
-            });
-        }
+    /// The processes that make it.
+    pub(super) fn team(&self) -> &'a dyn Team {
+        self.crew.team
+    }
+
+    /// Hands the picture so far, which is wanted, to the observer.
+    pub(super) fn show(&self, mut pixels: Vec<[f32; 3]>) {
+        let film = &self.scene.film;
+        bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
+        let (width, height) = self.size();
+        let [offset, full] = self.window();
+        self.observer.picture(Picture {
+            width,
+            height,
+            offset,
+            full,
+            pixels,
+        });
     }
 
     /// How much longer the next round should be than one that took so long: [`ROUND`], or the time
@@ -182,13 +216,21 @@ impl<'a> Run<'a> {
         ratio.clamp(0.01, 4.0)
     }
 
-    /// Time is up, or the observer has had enough.
-    pub(super) fn ended(&self) -> Option<EndedBy> {
+    /// Time is up, or the observer has had enough; that of any process, after a round that all of
+    /// them have made. All come to the same. The first says whether it `may` end.
+    pub(super) fn ended(&self, may: bool) -> Option<EndedBy> {
         let late = (self.settings.time).is_some_and(|limit| self.start.elapsed() >= limit);
-        if self.observer.stop() {
-            Some(EndedBy::Observer)
-        } else {
-            late.then_some(EndedBy::Time)
+        let team = self.team();
+        let stops = team.sum(f64::from(u8::from(self.observer.stop())));
+        let ended = match (stops > 0.0, late) {
+            (true, _) => 1u8,
+            (false, true) => 2,
+            (false, false) => 0,
+        };
+        match team.agree(if may { ended } else { 0 }) {
+            0 => None,
+            1 => Some(EndedBy::Observer),
+            _ => Some(EndedBy::Time),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Integrators of independent samples, a fixed number per pixel: what they share is everything but
 //! what a sample is.
 
+mod look;
 mod saved;
 
 use super::error::{Groups, Looks, Tiles, relmse};
@@ -111,6 +112,7 @@ pub(super) fn render<L: Lanes>(
         sampling.load(from)?;
         from.iter().try_for_each(Reader::end)?;
     }
+    run.lead(|to| sampling.save_start(to));
     let Range { start, end } = sampling.range.clone();
     let batch = run.settings.batch.unwrap_or(BATCH) as u64;
     let mut step = FIRST;
@@ -118,23 +120,21 @@ pub(super) fn render<L: Lanes>(
     let mut ended_by = None;
     while sampling.done < end && ended_by.is_none() {
         let begin = Instant::now();
-        let done = sampling.done.saturating_add(step).min(end);
+        let done = (run.team()).agree(sampling.done.saturating_add(step).min(end));
         sampling.advance(done);
         (run.observer).progress(Phase::Render, done - start, end - start);
         if done < end {
-            run.show(|| sampling.picture());
-            let reached = sampling.good_enough(&mut looks);
-            ended_by = run.ended().or(reached.then_some(EndedBy::Target));
+            ended_by = run.ended(true);
             if ended_by.is_none() {
-                run.keep(false, |to| sampling.save(to));
-            }
-            if ended_by.is_none() && is_hopeless(run, done) && sampling.sums.is_black() {
-                break;
+                ended_by = sampling.look(&mut looks)?;
             }
         }
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
-    run.keep(true, |to| sampling.save(to));
+    sampling.gather()?;
+    if run.team().leads() && run.is_kept(true) {
+        run.keep(true, |to| sampling.save(to));
+    }
     Ok(sampling.finish(ended_by.unwrap_or(EndedBy::Effort)))
 }
 
@@ -169,7 +169,7 @@ impl<'a> Sampling<'a> {
         SplattingFilm::new(filter, self.run.settings.estimate_error, self.method.splats)
     }
 
-    /// Makes samples until there are so many.
+    /// Makes samples until there are so many, together with the other processes of a team.
     pub fn advance(&mut self, until: u64) {
         let (run, method, film) = (self.run, self.method, &self.run.scene.film);
         let batch = run.settings.batch.unwrap_or(BATCH) as u64;
@@ -177,9 +177,14 @@ impl<'a> Sampling<'a> {
         let cover = self.grid.cover() as f32;
         // What chains may bring as well is not cut down: they never are.
         let clamps = !run.settings.integrator.mutates();
-        let counts = (0..until.saturating_sub(done).div_ceil(batch))
+        // Chunks are dealt out in turn: some parts of the picture take longer than others.
+        let (rank, size) = (run.team().rank() as u64, run.team().size() as u64);
+        let chunks = until.saturating_sub(done).div_ceil(batch);
+        let own = chunks.saturating_sub(rank).div_ceil(size);
+        let counts = (0..own)
             .into_par_iter()
-            .map(|chunk| {
+            .map(|turn| {
+                let chunk = rank + turn * size;
                 let spare = lock(&self.workspaces).pop();
                 let (mut paths, mut samples) = spare.unwrap_or_else(|| {
                     let samples = Samples::new(method.layout.total, batch as usize);
@@ -298,7 +303,7 @@ impl<'a> Sampling<'a> {
         let judged = settings.estimate_error && whole >= 2 && !black;
         let deviation = (judged && settings.error_layers)
             .then(|| sums.resolve_with_error(0..pixels.len(), &made).1);
-        let relmse = judged.then(|| relmse_of(&self));
+        let relmse = judged.then(|| self.relmse());
         let mean: f64 = pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>();
         let groups = sums.tile_sums(&made);
         let tiles =
@@ -336,6 +341,18 @@ impl<'a> Sampling<'a> {
         }
     }
 
+    /// Estimated relMSE of the picture so far.
+    fn relmse(&self) -> f64 {
+        let (width, height) = self.run.size();
+        let width = width as usize;
+        let scale = self.run.scene.film.scale;
+        relmse(width, height as usize, |rows| {
+            let pixels = rows.start * width..rows.end * width;
+            let [picture, deviation] = self.with_error(pixels, scale);
+            (picture, deviation)
+        })
+    }
+
     /// What is worth a warning.
     pub fn warned(&self) -> Vec<String> {
         self.warnings(&self.made(), false)
@@ -360,25 +377,6 @@ impl<'a> Sampling<'a> {
             warnings.push(black_reason(run, &format!("none of the {done} samples")));
         }
         warnings
-    }
-
-    /// Looks at the error now and then, tells the observer, and says whether the target is
-    /// reached.
-    fn good_enough(&self, looks: &mut Looks) -> bool {
-        let (run, done, sums) = (self.run, self.done, &self.sums);
-        let parted = run.settings.shard.is_some();
-        if parted || !run.settings.estimate_error || done < 2 * self.grid.cells() || sums.is_black()
-        {
-            return false;
-        }
-        let seen = looks.look(|| {
-            let error = relmse_of(self).sqrt();
-            run.observer.error(error);
-            run.settings
-                .target_error
-                .is_some_and(|target| error <= target)
-        });
-        seen == Some(true)
     }
 }
 
@@ -473,26 +471,4 @@ fn whole_error(groups: &[[f64; GROUPS]], passes: u64) -> f64 {
         .map(|(sum, n)| (sum - mean * n).powi(2))
         .sum();
     (spread * count / (count - 1.0)).sqrt() / passes as f64
-}
-
-/// Samples after which a picture that is black stays black, where only a target error would end the
-/// render.
-const MOST_BLACK: u64 = 1 << 24;
-
-/// Whether a picture that is still black will be so for as long as one may wait.
-fn is_hopeless(run: &Run, done: u64) -> bool {
-    let endless = run.settings.target_error.is_some() && run.settings.time.is_none();
-    run.world.is_unlit() || (endless && done >= MOST_BLACK)
-}
-
-/// Estimated relMSE of the picture so far.
-fn relmse_of(sampling: &Sampling) -> f64 {
-    let (width, height) = sampling.run.size();
-    let width = width as usize;
-    let scale = sampling.run.scene.film.scale;
-    relmse(width, height as usize, |rows| {
-        let pixels = rows.start * width..rows.end * width;
-        let [picture, deviation] = sampling.with_error(pixels, scale);
-        (picture, deviation)
-    })
 }

@@ -10,13 +10,15 @@ use crate::chain::bootstrap::{Bootstrap, Estimate};
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::chain::mutate::{ProposalDistribution, large_step_probability};
 use crate::chain::strategy_choice::learned;
+use crate::checkpoint::Malformed;
 use crate::film::{Destination, GROUPS, SplatFilm, Tiling};
 use crate::integrate::{EndedBy, Phase, Settings, StrategyChoice};
 use crate::plan::DepthPlan;
 use crate::simd::Lanes;
 use crate::transport::{PathSampler, Paths};
 use rayon::prelude::*;
-use std::collections::VecDeque;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, VecDeque};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -205,7 +207,9 @@ pub(super) fn density(a: &ChainBudget) -> f64 {
 /// Chains per batch unless the settings say otherwise: few enough that every thread finds work.
 fn batch_size(run: &Run, budgets: &[ChainBudget]) -> usize {
     let chains: usize = budgets.iter().map(|a| a.chains).sum();
-    let spread = (chains / (4 * rayon::current_num_threads())).next_multiple_of(8);
+    // Others of a team have as many.
+    let threads = rayon::current_num_threads() * run.team().size();
+    let spread = (chains / (4 * threads)).next_multiple_of(8);
     run.settings
         .batch
         .unwrap_or(spread.clamp(SMALLEST_BATCH, LARGEST_BATCH))
@@ -231,6 +235,9 @@ pub(super) struct March<'a> {
     /// It has ended because there was none.
     full: bool,
 }
+
+/// Batches between two rounds.
+pub(super) type Held<'a, 'b> = Vec<(&'a ChainBudget, Destination, MutexGuard<'b, Batch>)>;
 
 /// A thread that panicked has ended the render: nobody sees what it left.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -304,22 +311,52 @@ impl<'a> March<'a> {
         self.budgets
     }
 
+    /// Keeps those batches that this process of a team marches: each process has about as many
+    /// rays to trace. All processes must hold all of them.
+    pub fn deal(&mut self) {
+        let team = self.run.team();
+        if team.is_alone() {
+            return;
+        }
+        let cost = |(a, _, batch): &(&ChainBudget, Destination, Mutex<Batch>)| {
+            let rays = 1 + u64::from(a.sampler.depth().unwrap_or(0));
+            lock(batch).len() as u64 * u64::from(a.iterations) * rays
+        };
+        let mut order: Vec<(u64, usize)> = (self.batches.iter().map(cost)).zip(0..).collect();
+        order.sort_by_key(|(cost, i)| (Reverse(*cost), *i));
+        let mut loads: BinaryHeap<_> = (0..team.size()).map(|rank| Reverse((0, rank))).collect();
+        let mut owners = vec![0; order.len()];
+        for (cost, i) in order {
+            if let Some(mut least) = loads.peek_mut() {
+                let Reverse((load, rank)) = &mut *least;
+                owners[i] = *rank;
+                *load += cost;
+            }
+        }
+        let mut owners = owners.into_iter();
+        self.batches.retain(|_| owners.next() == Some(team.rank()));
+    }
+
     /// Marches until every chain has made its iterations, in rounds; says what ended it. After
     /// each `beside` is told the part that is done, and `enough` is asked between rounds whether
     /// the picture is good enough. It takes at least `least`, if there is so much to do.
+    ///
+    /// # Errors
+    /// Those of `enough`.
     pub fn march<L: Lanes>(
         &mut self,
         film: &SplatFilm,
         least: Duration,
         mut beside: impl FnMut(f64),
-        mut enough: impl FnMut(&[(&ChainBudget, Destination, MutexGuard<Batch>)]) -> bool,
-    ) -> EndedBy {
+        mut enough: impl FnMut(&Held) -> Result<bool, Malformed>,
+    ) -> Result<EndedBy, Malformed> {
         let total = self.mutations(|a| a.iterations);
         let longest = self.budgets.iter().map(|a| a.iterations).max();
         let Some(longest) = longest.filter(|i| *i > 0) else {
-            return EndedBy::Effort;
+            return Ok(EndedBy::Effort);
         };
         let start = Instant::now();
+        [self.done, self.room] = self.run.team().agree([self.done, self.room]);
         // Fractions of the whole.
         let mut step = 4.0 / f64::from(longest);
         while self.done < 1.0 {
@@ -330,9 +367,9 @@ impl<'a> March<'a> {
             } else {
                 1.0
             };
-            let Some(until) = self.fit(film, until) else {
+            let Some(until) = self.fit(film, self.run.team().agree(until)) else {
                 self.full = true;
-                return EndedBy::Effort;
+                return Ok(EndedBy::Effort);
             };
             self.round::<L>(film, until);
             self.done = until;
@@ -340,21 +377,20 @@ impl<'a> March<'a> {
             let made = self.mutations(|a| part(a, until));
             (self.run.observer).progress(Phase::Render, made, total);
             if until < 1.0 {
-                if let Some(by) = self.run.ended().filter(|_| start.elapsed() >= least) {
-                    return by;
+                if let Some(by) = self.run.ended(start.elapsed() >= least) {
+                    return Ok(by);
                 }
-                let batches = self.batches.iter();
-                let batches: Vec<_> = batches.map(|(a, to, b)| (*a, *to, lock(b))).collect();
-                if enough(&batches) {
-                    return EndedBy::Target;
+                if enough(&self.held())? {
+                    return Ok(EndedBy::Target);
                 }
             }
             step = ((until - before) * self.run.pace(begin.elapsed())).max(f64::EPSILON);
         }
-        EndedBy::Effort
+        Ok(EndedBy::Effort)
     }
 
-    /// The fraction up to which the film has room, at most `until`.
+    /// The fraction up to which the film has room, at most `until`; the same at all processes of a
+    /// team.
     fn fit(&mut self, film: &SplatFilm, mut until: f64) -> Option<f64> {
         if self.room == f64::INFINITY {
             return Some(until);
@@ -363,7 +399,9 @@ impl<'a> March<'a> {
         let before = made(self.done);
         let mut room = self.room;
         if made(until) - before > room {
-            room = film.room();
+            // The sum of all films is no fuller than all of them together.
+            let team = self.run.team();
+            room = film.room(team.agree(team.sum(film.fullest())));
             let part = 0.5 * room / (made(until) - before);
             until = self.done + (until - self.done) * part.min(1.0);
             if made(until) - before > room {
@@ -372,6 +410,12 @@ impl<'a> March<'a> {
         }
         self.room = room - (made(until) - before);
         Some(until)
+    }
+
+    /// All batches that are here.
+    pub fn held(&self) -> Held<'a, '_> {
+        let batches = self.batches.iter();
+        batches.map(|(a, to, b)| (*a, *to, lock(b))).collect()
     }
 
     fn mutations(&self, iterations: impl Fn(&ChainBudget) -> u32) -> u64 {

@@ -11,3 +11,5 @@ mod converge_page;
 mod docs;
 mod house;
 mod limits;
+#[cfg(unix)]
+mod machines;

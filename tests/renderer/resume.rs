@@ -11,6 +11,8 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+mod team;
+
 const SCENE: &str = r#"
 LookAt 0 1.2 4  0 0.8 0  0 1 0
 Camera "perspective" "float fov" [45]
@@ -116,6 +118,7 @@ fn expect_same(a: &Render, b: &Render, what: &str) {
         stats.threads = 0;
         stats.lanes = 0;
         stats.peak_rss_bytes = 0;
+        stats.gathered = None;
         stats
     };
     assert_eq!(figures(a), figures(b), "{what}");

@@ -1,7 +1,8 @@
 //! Sums of samples, written, read and added up.
 
 use super::{SampleFilm, Sums, lock};
-use crate::checkpoint::{Malformed, Reader, Writer};
+use crate::checkpoint::{Malformed, Packed, Reader, Writer};
+use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -42,6 +43,61 @@ impl SampleFilm {
 
     fn blocks(&self) -> impl Iterator<Item = &Mutex<Sums>> {
         self.halves.iter().flatten().chain(&self.inside)
+    }
+
+    /// Gives all that it holds away, in packed pieces, and begins anew from nothing.
+    pub fn hand_over(&self) -> Vec<Vec<u8>> {
+        let give = |block: &Mutex<Sums>| {
+            let mut block = lock(block);
+            if block.is_empty() {
+                return Vec::new();
+            }
+            let mut to = Writer::new();
+            block.save(&mut to);
+            *block = block.empty();
+            to.finish().into_bytes()
+        };
+        let blocks: Vec<&Mutex<Sums>> = self.blocks().collect();
+        let mut pieces: Vec<Vec<u8>> = blocks.into_par_iter().map(give).collect();
+        let mut to = Writer::new();
+        self.tiles.hand_over(&mut to);
+        to.flag(self.lit.swap(false, Relaxed));
+        to.value(self.full.swap(0, Relaxed));
+        pieces.push(to.finish().into_bytes());
+        pieces
+    }
+
+    /// How many pieces it hands over.
+    pub fn pieces(&self) -> usize {
+        self.blocks().count() + 1
+    }
+
+    /// Adds what a film like this one has handed over.
+    ///
+    /// # Errors
+    /// It was another.
+    pub fn take(&self, mut pieces: Vec<Vec<u8>>) -> Result<(), Malformed> {
+        let all = pieces.len() == self.pieces();
+        Malformed::unless(all, "a film has other blocks")?;
+        let rest = Packed::from_bytes(pieces.pop().unwrap_or_default());
+        let take = |(block, piece): (&Mutex<Sums>, Vec<u8>)| {
+            if piece.is_empty() {
+                return Ok(0);
+            }
+            let mut block = lock(block);
+            let mut more = block.empty();
+            more.load(&mut Reader::new(&Packed::from_bytes(piece)))?;
+            Ok(block.absorb(&more))
+        };
+        let blocks: Vec<&Mutex<Sums>> = self.blocks().collect();
+        let blocks = blocks.into_par_iter().zip(pieces).map(take);
+        let mut full = blocks.try_reduce(|| 0, |a, b| Ok(a + b))?;
+        let mut from = Reader::new(&rest);
+        full += self.tiles.take(&mut from)?;
+        self.lit.fetch_or(from.flag()?, Relaxed);
+        full += from.value::<u64>()?;
+        self.full.fetch_add(full, Relaxed);
+        from.end()
     }
 
     /// Adds all that a film like this one holds: the same bits in any order.

@@ -85,13 +85,7 @@ pub(super) fn march<L: Lanes>(
             return chains::resumed::<L>(run, &chains, effort.mutations, beside, from);
         }
         let ready = finish_bootstrap::<L>(run, &chains, begun, effort.mutations, start);
-        return Ok(chains::together::<L>(
-            run,
-            &chains,
-            ready,
-            effort.mutations,
-            beside,
-        ));
+        return chains::together::<L>(run, &chains, ready, effort.mutations, beside);
     }
     let settings = Settings {
         samples_per_pixel: effort.samples,

@@ -8,6 +8,7 @@ use super::bulk::bulk;
 use super::march::{Budget, march};
 use super::model::Choice;
 use crate::integrate::chains::mutations;
+use crate::integrate::team::ALONE;
 use crate::integrate::{Observer, Run, Settings};
 use crate::simd::Lanes;
 use std::time::Instant;
@@ -88,6 +89,8 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
             settings: &settings,
             observer: &quiet,
             start,
+            // The others wait for what this one decides.
+            crew: &ALONE,
             ..*run
         };
         let render = march::<L>(

@@ -112,17 +112,16 @@ impl Looks {
         }
     }
 
-    /// Looks, if it is time to.
-    pub fn look<T>(&mut self, look: impl FnOnce() -> T) -> Option<T> {
-        let begin = Instant::now();
-        if (self.spent + self.longest) * 100 > begin - self.start {
-            return None;
-        }
-        let seen = look();
+    /// Whether it is time to.
+    pub fn is_due(&self) -> bool {
+        (self.spent + self.longest) * 100 <= self.start.elapsed()
+    }
+
+    /// A look has taken the time from `begin` on.
+    pub fn looked(&mut self, begin: Instant) {
         let taken = begin.elapsed();
         self.spent += taken;
         self.longest = self.longest.max(taken);
-        Some(seen)
     }
 }
 

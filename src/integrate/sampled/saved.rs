@@ -3,7 +3,16 @@
 use super::Sampling;
 use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::integrate::Shard;
+use crate::integrate::handed_over::take;
 use crate::integrate::state::Made;
+use crate::integrate::team::joined;
+use std::time::Instant;
+
+/// Counts of samples, and the seconds that they have taken.
+fn save_counts(counts: [u64; 3], before: f64, since: Instant, to: &mut Writer) {
+    to.value(counts);
+    to.value(before + since.elapsed().as_secs_f64());
+}
 
 impl Sampling<'_> {
     /// Writes how many there are, and their film.
@@ -26,8 +35,7 @@ impl Sampling<'_> {
             before,
             since,
         } = self;
-        to.value([*done, *rays, *rejected]);
-        to.value(before + since.elapsed().as_secs_f64());
+        save_counts([*done, *rays, *rejected], *before, *since, to);
         sums.save(to);
         Made {
             samples: done - range.start,
@@ -36,7 +44,50 @@ impl Sampling<'_> {
         }
     }
 
-    /// Reads them: from the state of one render, or from those of all of its shards.
+    /// Writes the same for other processes of a team: without sums.
+    pub fn save_start(&self, to: &mut Writer) {
+        let counts = [self.done, self.rays, self.rejected];
+        save_counts(counts, self.before, self.since, to);
+    }
+
+    /// What the processes of a team have made comes together at the first.
+    pub fn gather(&mut self) -> Result<(), Malformed> {
+        let team = self.run.team();
+        if team.is_alone() {
+            return Ok(());
+        }
+        take(self.run, &mut |pieces| self.take(pieces))?;
+        if let Some(parent) = team.parent() {
+            team.send(parent, &joined(&self.hand_over()));
+        }
+        Ok(())
+    }
+
+    /// Gives away what has been made since this was done last, in packed pieces.
+    pub fn hand_over(&mut self) -> Vec<Vec<u8>> {
+        let counts = [self.rays, self.rejected].map(u64::to_le_bytes);
+        (self.rays, self.rejected) = (0, 0);
+        let mut pieces = self.sums.hand_over();
+        pieces.push(counts.as_flattened().to_vec());
+        pieces
+    }
+
+    /// Adds what another process has handed over.
+    pub fn take(&mut self, mut pieces: Vec<Vec<u8>>) -> Result<(), Malformed> {
+        let counts = pieces.pop().unwrap_or_default();
+        let (counts, _) = counts
+            .as_chunks()
+            .0
+            .split_at_checked(2)
+            .ok_or_else(|| Malformed::new("there are no counts"))?;
+        let [rays, rejected] = [counts[0], counts[1]].map(u64::from_le_bytes);
+        self.rays = self.rays.saturating_add(rays);
+        self.rejected = self.rejected.saturating_add(rejected);
+        self.sums.take(pieces)
+    }
+
+    /// Reads them: from the state of one render, or from those of all of its shards. Of a team the
+    /// first has all, and others begin with none.
     pub fn load(&mut self, from: &mut [Reader]) -> Result<(), Malformed> {
         let of = from.len() as u32;
         let total = self.range.end;
@@ -51,6 +102,10 @@ impl Sampling<'_> {
             self.before += before;
             Malformed::unless(done >= self.range.start, "samples are missing")?;
             self.done = done;
+            if !self.run.team().leads() {
+                (self.rays, self.rejected) = (0, 0);
+                continue;
+            }
             if index == 0 {
                 self.sums.load(from)?;
             } else {

@@ -13,6 +13,7 @@ use super::{Run, Settings, Shard};
 use crate::checkpoint::{self, CheckpointError, Malformed, Origin, Packed, Reader, Writer};
 use std::io;
 use std::path::Path;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// All of a file: a state, and how it came about.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,13 +38,18 @@ impl Checkpoint {
     /// # Errors
     /// The system says no; what was there before is still there.
     pub fn write(&self, path: &Path) -> io::Result<()> {
+        checkpoint::write(path, &self.head(), &self.state.packed)
+    }
+
+    /// All but what a render goes on from.
+    pub fn head(&self) -> Packed {
         let Self {
             origin,
             resolution,
             crop,
             settings,
             error,
-            state: State { packed, made },
+            state: State { packed: _, made },
         } = self;
         let mut to = Writer::new();
         origin.save(&mut to);
@@ -59,7 +65,7 @@ impl Checkpoint {
         } = *made;
         to.value([mutations, samples]);
         to.value([part, seconds]);
-        checkpoint::write(path, &to.finish(), packed)
+        to.finish()
     }
 
     /// Reads a file.
@@ -67,7 +73,8 @@ impl Checkpoint {
     /// # Errors
     /// It is no checkpoint, one of another version, or damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        Self::of(checkpoint::read(path, true)?)
+        let (head, state) = checkpoint::read(path, true)?;
+        Ok(Self::of(&head, state)?)
     }
 
     /// The same without what a render goes on from, which is large; all of the file is checked.
@@ -75,11 +82,16 @@ impl Checkpoint {
     /// # Errors
     /// As [`Self::read`].
     pub fn look(path: &Path) -> Result<Self, CheckpointError> {
-        Self::of(checkpoint::read(path, false)?)
+        let (head, state) = checkpoint::read(path, false)?;
+        Ok(Self::of(&head, state)?)
     }
 
-    fn of((head, packed): (Packed, Packed)) -> Result<Self, CheckpointError> {
-        let mut from = Reader::new(&head);
+    /// Of a head and a state.
+    ///
+    /// # Errors
+    /// It is no head.
+    pub fn of(head: &Packed, packed: Packed) -> Result<Self, Malformed> {
+        let mut from = Reader::new(head);
         let origin = Origin::load(&mut from)?;
         let resolution = from.option(Reader::value)?;
         let crop = from.option(Reader::value)?;
@@ -108,18 +120,35 @@ impl Checkpoint {
 }
 
 impl Run<'_> {
-    /// Hands the render to the observer, if it wants it. `last` says that it ends here.
+    /// Whether its state is wanted. `last` says that it ends here.
+    pub(super) fn is_kept(&self, last: bool) -> bool {
+        self.keeps && self.observer.wants_state(last)
+    }
+
+    /// Hands the render, which is wanted, to the observer.
     pub(super) fn keep(&self, last: bool, save: impl FnOnce(&mut Writer) -> Made) {
-        if !self.keeps || !self.observer.wants_state(last) {
-            return;
+        let (packed, mut made) = self.packed(save);
+        made.seconds = self.elapsed().as_secs_f64();
+        self.observer.state(State { packed, made }, last);
+    }
+
+    /// Has the other processes of its team begin where this one stands. What they are told is a
+    /// state without sums.
+    pub(super) fn lead(&self, save: impl FnOnce(&mut Writer)) {
+        let team = self.team();
+        if !team.is_alone() && team.leads() {
+            let (packed, ()) = self.packed(save);
+            self.crew.told.store(true, Relaxed);
+            team.tell(packed.into_bytes());
         }
+    }
+
+    fn packed<T>(&self, save: impl FnOnce(&mut Writer) -> T) -> (Packed, T) {
         let mut to = Writer::new();
         self.save_whose(&mut to);
         (self.preface)(&mut to);
-        let mut made = save(&mut to);
-        made.seconds = self.elapsed().as_secs_f64();
-        let packed = to.finish();
-        self.observer.state(State { packed, made }, last);
+        let made = save(&mut to);
+        (to.finish(), made)
     }
 
     fn whose(&self) -> (String, [u64; 8]) {

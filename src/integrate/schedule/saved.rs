@@ -111,6 +111,9 @@ fn load_list(run: &Run, method: &Method, from: &mut Reader) -> Result<Vec<ChainB
 /// Batches of chains, with their budgets and where their splats go.
 pub(in crate::integrate) type Batches<'a> = Vec<(&'a ChainBudget, Destination, &'a Batch)>;
 
+/// The same, owned.
+pub(in crate::integrate) type Owned<'a> = Vec<(&'a ChainBudget, Destination, Batch)>;
+
 /// Writes where all chains stand.
 pub(in crate::integrate) fn save_batches(batches: &Batches, to: &mut Writer) {
     to.count(batches.len());
@@ -134,20 +137,8 @@ impl<'a> March<'a> {
         tiling: &Tiling,
         from: &mut [Reader],
     ) -> Result<Self, Malformed> {
-        let tiling = run.settings.estimate_error.then_some(tiling);
         let own = own(run, budgets);
-        let mut left = own.clone();
-        let mut batches = Vec::new();
-        for from in from {
-            let count = from.count(left.iter().sum::<u64>() as usize)?;
-            for _ in 0..count {
-                batches.push(load_batch(run, budgets, &mut left, tiling, from)?);
-            }
-        }
-        Malformed::unless(left.iter().all(|n| *n == 0), "a depth has too few chains")?;
-        // As they would have been made: sums of floats depend on it.
-        batches.sort_by_key(|(a, _, batch)| (a.index, batch.first()));
-        let batches = batches.into_iter();
+        let batches = load_batches(run, budgets, own.clone(), tiling, from)?.into_iter();
         let mut march = Self {
             run,
             budgets,
@@ -184,6 +175,28 @@ impl<'a> March<'a> {
         self.done = if wanted > 0.0 { made / wanted } else { 1.0 };
         Ok(())
     }
+}
+
+/// Reads batches of chains; `left` are those of each budget that there must be. They are in the
+/// order in which they would have been made: sums of floats depend on it.
+pub(in crate::integrate) fn load_batches<'a>(
+    run: &Run,
+    budgets: &'a [ChainBudget],
+    mut left: Vec<u64>,
+    tiling: &Tiling,
+    from: &mut [Reader],
+) -> Result<Owned<'a>, Malformed> {
+    let tiling = run.settings.estimate_error.then_some(tiling);
+    let mut batches = Vec::new();
+    for from in from {
+        let count = from.count(left.iter().sum::<u64>() as usize)?;
+        for _ in 0..count {
+            batches.push(load_batch(run, budgets, &mut left, tiling, from)?);
+        }
+    }
+    Malformed::unless(left.iter().all(|n| *n == 0), "a depth has too few chains")?;
+    batches.sort_by_key(|(a, _, batch)| (a.index, batch.first()));
+    Ok(batches)
 }
 
 /// Reads a batch of chains; `left` are those of each budget that have not been read.

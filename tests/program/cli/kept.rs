@@ -223,3 +223,14 @@ fn a_full_disk_keeps_the_last_whole_checkpoint() {
     assert!(super::bright(&folder.exr("a.exr")));
     folder.run("resume last --time 0.2 -o b.exr").succeeds();
 }
+
+/// A moment more of a long render is more, however little time it is.
+#[test]
+fn time_counts_from_now_on() {
+    let folder = Folder::new();
+    let long = "--resolution 8x8 --bootstrap 2000 --chains 512 --integrator mmlt --mutations 20000";
+    folder
+        .run(&format!("render {long} -o a.exr --checkpoint kept"))
+        .succeeds();
+    folder.run("resume kept --time 1ms -o b.exr").succeeds();
+}
