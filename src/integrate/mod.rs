@@ -68,7 +68,7 @@ use self::scale::{bring_to_scale, mixed_deviation};
 use std::time::{Duration, Instant};
 
 use crate::checkpoint::{Malformed, Reader};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, PathSamplerKind, Scene};
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
 
@@ -171,6 +171,16 @@ fn render_by(
     if settings.integrator == IntegratorKind::Lt && !world.camera.connects() {
         return Err(RenderError::Settings(
             "light tracing joins light to the camera, and nothing can be joined to a realistic camera; use pt, bdpt, pssmlt, mmlt or auto"
+                .into(),
+        ));
+    }
+    let traces = matches!(
+        settings.integrator,
+        IntegratorKind::Pt | IntegratorKind::Pssmlt(PathSamplerKind::Pt)
+    );
+    if world.plan.subsurface && !traces {
+        return Err(RenderError::Settings(
+            "no light subpath can be joined to what is below a surface (subsurface); use pt, or pssmlt over pt"
                 .into(),
         ));
     }
