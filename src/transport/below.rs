@@ -36,7 +36,7 @@ pub(super) struct Walk {
     pub end: DVec3,
     pub material: u32,
     /// Chooses among the hits.
-    u: f64,
+    pub u: f64,
     /// Hits so far.
     pub found: u32,
     pub chosen: Place,
