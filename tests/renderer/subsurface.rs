@@ -156,7 +156,7 @@ fn slabs_reflect_what_the_model_says() {
             );
         let scene = scene(&text);
         assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
-        let runs = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 1024), 12);
+        let runs = Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 512), 12);
         let table = DiffusionTable::new(0.0, eta);
         let reach = albedo.map(|a| table.reach(&table.between(a)));
         let reach = reach.into_iter().fold(0.0, f64::max);
@@ -289,6 +289,23 @@ fn chains_make_the_path_tracers_picture() {
     for (i, (a, b)) in chains.grid(4, 3).iter().zip(pt.grid(4, 3)).enumerate() {
         let what = format!("region {}, channel {}", i / 3, i % 3);
         a.expect_same_among(36, &b, &what);
+    }
+}
+
+/// In fog that is next to nothing a scene is what it is without.
+#[test]
+fn thin_fog_changes_nothing() {
+    let clear = shelf(12, 9, 3);
+    let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0 0 0] \
+               \"rgb sigma_s\" [1e-7 1e-7 1e-7]\nMediumInterface \"\" \"fog\"\nLookAt";
+    let foggy = clear.replacen("LookAt", fog, 1);
+    let [clear, foggy] = [clear, foggy].map(|text| {
+        let scene = scene(&text);
+        Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 48), 12)
+    });
+    for (i, (a, b)) in foggy.grid(2, 2).iter().zip(clear.grid(2, 2)).enumerate() {
+        let what = format!("region {}, channel {}", i / 3, i % 3);
+        a.expect_same_among(12, &b, &what);
     }
 }
 
