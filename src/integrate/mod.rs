@@ -77,7 +77,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
 use crate::checkpoint::{Malformed, Packed, Reader};
-use crate::scene::{IntegratorKind, Scene};
+use crate::scene::{IntegratorKind, PathSamplerKind, Scene};
 use crate::simd::{Lanes, f32x8};
 use crate::transport::World;
 
@@ -225,6 +225,7 @@ fn render_by(
                 .into(),
         ));
     }
+    check_paths(&world, settings.integrator)?;
     observer.progress(Phase::Build, primitives, primitives);
     let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {
@@ -305,6 +306,19 @@ fn render_by(
     Ok(render)
 }
 
+/// Whether an integrator can make the paths of a scene.
+fn check_paths(world: &World, integrator: IntegratorKind) -> Result<(), RenderError> {
+    let traces = matches!(
+        integrator,
+        IntegratorKind::Pt | IntegratorKind::Pssmlt(PathSamplerKind::Pt)
+    );
+    if traces || !world.plan.subsurface {
+        return Ok(());
+    }
+    let message = "no light subpath can be joined to what is below a surface (subsurface); use pt, or pssmlt over pt";
+    Err(RenderError::Settings(message.into()))
+}
+
 /// What a pilot of [`IntegratorKind::Auto`] with these settings decides, as a render with them
 /// does. `world` must be of `scene` and for `settings.max_depth`.
 ///
@@ -312,6 +326,7 @@ fn render_by(
 /// Settings out of range, and thread pools that cannot be had.
 pub fn shares(scene: &Scene, world: &World, settings: &Settings) -> Result<Shares, RenderError> {
     check(settings)?;
+    check_paths(world, settings.integrator)?;
     let run = Run::begin(scene, world, settings, &Silent);
     Ok(pool(settings.threads)?.install(|| auto::shares::<f32x8>(&run)))
 }

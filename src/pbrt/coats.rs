@@ -74,7 +74,7 @@ fn mean_reflectance(eta: f32) -> f32 {
 
 pub(super) fn conductor(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneError> {
     let (coat, interface) = coat(set, names, "interface.")?;
-    let fresnel = ConductorFresnel::read(&Given { set, names }, "conductor.")?;
+    let fresnel = ConductorFresnel::read(&Given::plain(set, names), "conductor.")?;
     let roughness = roughness(set, names, "conductor.")?;
     let below = alphas(&roughness);
     let (Some([eta, k]), Some(alphas), Some(_)) = (fresnel.constant(), below, alphas(&interface))
@@ -112,7 +112,7 @@ fn coat(
     prefix: &str,
 ) -> Result<(CoatLayer, Roughness), SceneError> {
     let name = format!("{prefix}eta");
-    let (eta, _) = read_index(&Given { set, names }, &name)?;
+    let (eta, _) = read_index(&Given::plain(set, names), &name)?;
     let eta = constant(set, &name, eta)?[0];
     let thickness = number(set, names, "thickness")?.unwrap_or(0.01);
     if thickness < 0.0 {

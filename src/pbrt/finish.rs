@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::brightness;
 use super::dialect::Dialect;
-use super::error::{Report, SceneError};
+use super::error::{Report, SceneError, Site};
 use super::extent::{Eyes, large_of, space_of};
 use super::flush;
 use super::geometry::{Geometry, WorldShape};
@@ -17,8 +17,8 @@ use super::media::Fillings;
 use super::transform::{inverse, narrow_point, rows};
 use super::view;
 use crate::scene::{
-    Instance, Instances, IntegratorSettings, Large, Light, LightKind, NONE, Object, Scene, Shape,
-    Sides, Space, Sphere, Triangle, Vertex,
+    Instance, Instances, IntegratorKind, IntegratorSettings, Large, Light, LightKind, NONE, Object,
+    PathSamplerKind, Scene, Shape, Sides, Space, Sphere, Triangle, Vertex,
 };
 
 /// Twice the area (internal space) below which a triangle counts as having none: products of its
@@ -62,8 +62,13 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
         }
         None => view::default_camera(&film),
     };
+    let mut integrator_site = None;
     let mut integrator = match take(loader.view.integrator.take()) {
-        Some((kind, set, _)) => view::integrator(&kind, &set, &mut loader.report)?,
+        Some((kind, set, _)) => {
+            let integrator = view::integrator(&kind, &set, &mut loader.report)?;
+            integrator_site = Some(set.site);
+            integrator
+        }
         None => IntegratorSettings::default(),
     };
     if let Some((kind, set, _)) = take(loader.view.sampler.take()) {
@@ -153,8 +158,39 @@ pub(super) fn finish(mut loader: Loader) -> Result<Scene, SceneError> {
     scene.bounds = whole_bounds(&scene);
     scene.large = large_of(&scene, &loader.geometry, &spheres, &eyes);
     brightness::dim(&mut scene);
+    trace_below(&mut scene, integrator_site.as_ref(), &mut loader.report);
     scene.warnings = loader.report.finish();
     Ok(scene)
+}
+
+/// Has the integrator make paths that go below surfaces: only lights can be joined to these.
+fn trace_below(scene: &mut Scene, site: Option<&Site>, report: &mut Report) {
+    if !scene.materials.iter().any(|m| m.kind.is_subsurface()) {
+        return;
+    }
+    let traced = IntegratorKind::Pssmlt(PathSamplerKind::Pt);
+    let integrator = &mut scene.integrator;
+    let (kind, name) = match integrator.kind {
+        IntegratorKind::Pt => return,
+        kind if kind == traced => return,
+        IntegratorKind::Bdpt | IntegratorKind::Lt => (IntegratorKind::Pt, "path tracing (pt)"),
+        _ => (
+            traced,
+            "Metropolis light transport over path tracing (pssmlt-pt)",
+        ),
+    };
+    integrator.strategies = false;
+    integrator.kind = match site {
+        Some(site) => {
+            let what = format_args!(
+                "rendered by {name}: no light subpath can be joined to what is below a surface (subsurface)"
+            );
+            report.warn_at(site, what);
+            kind
+        }
+        // pbrt's own choice where a file makes none.
+        None => IntegratorKind::Pt,
+    };
 }
 
 /// Adds geometry whose coordinates become those of `space`, and returns the maps of its spheres

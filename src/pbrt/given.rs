@@ -5,6 +5,7 @@ use std::fmt;
 use super::color::Use;
 use super::dialect::Dialect;
 use super::error::SceneError;
+use super::media::preset;
 use super::params::{ParamSet, Type};
 use super::spectrum;
 use super::textures::{TextureNames, color_param, float_param};
@@ -14,8 +15,18 @@ use crate::scene::{Param, Parameters, Rgb};
 
 /// The parameters of a directive, and the textures that they may name.
 pub(super) struct Given<'a> {
+    /// The type of the directive.
+    pub kind: &'a str,
     pub set: &'a ParamSet,
     pub names: &'a TextureNames,
+}
+
+impl<'a> Given<'a> {
+    /// Of a directive whose type does not matter.
+    pub fn plain(set: &'a ParamSet, names: &'a TextureNames) -> Self {
+        let kind = "";
+        Self { kind, set, names }
+    }
 }
 
 impl Parameters for Given<'_> {
@@ -25,12 +36,28 @@ impl Parameters for Given<'_> {
         self.set.dialect
     }
 
+    fn kind(&self) -> &str {
+        self.kind
+    }
+
     fn has(&self, name: &str) -> bool {
         self.set.has(name)
     }
 
     fn error(&self, message: impl fmt::Display) -> SceneError {
         self.set.error(message)
+    }
+
+    fn note(&self, message: impl fmt::Display) {
+        self.set.note(message);
+    }
+
+    fn text(&self, name: &str) -> Result<Option<String>, SceneError> {
+        Ok(self.set.string(name)?.map(str::to_owned))
+    }
+
+    fn medium(&self, name: &str) -> Option<[Rgb; 2]> {
+        preset(name)
     }
 
     fn albedo(&self, name: &str) -> Result<Option<Param>, SceneError> {

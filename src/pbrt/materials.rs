@@ -17,7 +17,7 @@ use crate::surface::table;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
 /// may find there.
-const OVERRIDABLE: [&str; 23] = [
+const OVERRIDABLE: [&str; 27] = [
     "Kd",
     "Ks",
     "Kr",
@@ -37,6 +37,10 @@ const OVERRIDABLE: [&str; 23] = [
     "bumpmap",
     "color",
     "sigma_a",
+    "sigma_s",
+    "mfp",
+    "scale",
+    "g",
     "eumelanin",
     "pheomelanin",
     "beta_m",
@@ -52,7 +56,6 @@ pub(super) fn overrides(shape: &ParamSet) -> bool {
 fn instead_of(kind: &str) -> Option<&'static str> {
     Some(match kind {
         "disney" => "uber, plastic or matte",
-        "subsurface" | "kdsubsurface" => "plastic (v3) or diffuse (v4)",
         _ => return None,
     })
 }
@@ -71,7 +74,7 @@ pub(super) fn build(
         (Dialect::V3, "uber") => mixtures::uber(set, names)?,
         (Dialect::V3, "translucent") => mixtures::translucent(set, names)?,
         (_, "" | "none") | (Dialect::V4, "interface") => Built::One(MaterialKind::Interface),
-        _ => match table::read(kind, &Given { set, names }) {
+        _ => match table::read(kind, &Given { kind, set, names }) {
             Some(material) => Built::One(material?),
             None => return Err(unknown(kind, set)),
         },

@@ -17,6 +17,7 @@ use super::geometry::WorldShape;
 use super::textures::Deferred;
 use crate::scene::{self, NONE, Space};
 
+pub(super) use self::presets::preset;
 pub(super) use self::world::WorldMedium;
 
 /// The media that a file names.

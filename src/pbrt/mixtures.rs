@@ -67,7 +67,7 @@ pub(super) fn uber(set: &ParamSet, names: &TextureNames) -> Result<Built, SceneE
     let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
     let (kr, kt) = (color("Kr", 0.0)?, color("Kt", 0.0)?);
     let opacity = color("opacity", 1.0)?;
-    let given = Given { set, names };
+    let given = Given::plain(set, names);
     let eta = read_v3_index(&given)?;
     let gloss = given.roughness(0.1)?;
     let glass = |reflectance, transmittance, eta, roughness| {
@@ -123,7 +123,7 @@ pub(super) fn translucent(set: &ParamSet, names: &TextureNames) -> Result<Built,
     let color = |name: &str, default: f32| color_param_or(set, names, name, default);
     let (kd, ks) = (color("Kd", 0.25)?, color("Ks", 0.25)?);
     let (reflect, transmit) = (color("reflect", 0.5)?, color("transmit", 0.5)?);
-    let gloss = Given { set, names }.isotropic_roughness(0.1)?;
+    let gloss = Given::plain(set, names).isotropic_roughness(0.1)?;
     let diffuse = MaterialKind::from(DiffuseTransmissionMaterial {
         reflectance: [kd, reflect],
         transmittance: [kd, transmit],

@@ -13,15 +13,7 @@ pub(super) fn knows_material(kind: &str) -> bool {
     // What is made of several BSDFs, and what is not supported.
     let others = matches!(
         kind,
-        "" | "none"
-            | "translucent"
-            | "hair"
-            | "disney"
-            | "mix"
-            | "uber"
-            | "subsurface"
-            | "kdsubsurface"
-            | "fourier"
+        "" | "none" | "translucent" | "hair" | "disney" | "mix" | "uber" | "fourier"
     );
     others || table::names(Dialect::V3).any(|name| name == kind)
 }

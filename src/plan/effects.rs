@@ -39,6 +39,10 @@ pub enum Effect {
     Mixtures,
     /// A primary sample per ray that places a vertex in a medium, and optical depths.
     Media,
+    /// Light that comes out of surfaces elsewhere than it went in: probes, and primary samples for
+    /// them. Nothing is joined to a path that goes there but a light, so that only path tracing
+    /// makes such paths.
+    Subsurface,
     /// Analytic spheres beside triangles.
     Spheres,
     /// Surfaces that are tested in `f64`, see [`scene::large`](crate::scene::large).
@@ -87,6 +91,7 @@ impl Effect {
             Effect::Dispersion => "dispersion",
             Effect::Mixtures => "mixtures",
             Effect::Media => "media",
+            Effect::Subsurface => "subsurface scattering",
             Effect::Spheres => "spheres",
             Effect::LargeSurfaces => "large surfaces",
             Effect::Instances => "instances",
@@ -125,6 +130,7 @@ impl Effect {
             // Without media there is nothing that vertices could be placed in, and without objects
             // nothing that could be seen.
             Effect::Media
+            | Effect::Subsurface
             | Effect::Instances
             | Effect::Orthographic
             | Effect::Panorama
@@ -154,6 +160,7 @@ impl Effect {
             Effect::Dispersion,
             Effect::Mixtures,
             Effect::Media,
+            Effect::Subsurface,
             Effect::Spheres,
             Effect::LargeSurfaces,
             Effect::Instances,
@@ -265,6 +272,15 @@ impl Effects {
         if entry.kind.has_lobes() {
             self.add(Effect::Lobes, why);
         }
+        if entry.subsurface {
+            self.add(Effect::Surface(Kind::SubsurfaceExit), why);
+            self.add(Effect::Subsurface, || {
+                format!(
+                    "{}: paths are traced (pt, pssmlt over pt), nothing else is joined below",
+                    why()
+                )
+            });
+        }
         if entry.anisotropic {
             self.add(Effect::Tangents, why);
         }
@@ -295,7 +311,10 @@ impl Effects {
     /// Which paths there can be.
     fn paths(&mut self, scene: &Scene, materials: &MaterialTable) {
         let all = Surfaces::of(scene, materials, |_| true);
-        let open = |m: usize| !materials.entries[m].kind.is_delta();
+        let open = |m: usize| {
+            let entry = &materials.entries[m];
+            !entry.kind.is_delta() || entry.subsurface
+        };
         let open = Surfaces::of(scene, materials, open);
         for (is, effect, reason) in [
             (all.scatter, Effect::Bounces, "a surface that is not black"),
@@ -310,7 +329,7 @@ impl Effects {
                 "a BSDF that is not a delta",
             ),
             (
-                open.face && !scene.lights.is_empty(),
+                open.face && !scene.lights.is_empty() && !self.has(Effect::Subsurface),
                 Effect::Joins,
                 "such surfaces do not all lie in one plane",
             ),

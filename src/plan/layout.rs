@@ -10,6 +10,13 @@
 use super::Plan;
 use std::ops::Range;
 
+/// From [`Layout::below`] to the samples of the place of a probe.
+pub const BELOW_RADIUS: usize = 1;
+/// To those of the direction in which light comes out.
+pub const BELOW_BOUNCE: usize = 3;
+/// To that of the choice of a light.
+pub const BELOW_CHOICE: usize = 5;
+
 /// First dimension of every part. An absent part is empty: it starts where the next part starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
@@ -28,6 +35,10 @@ pub struct Layout {
     pub camera_component: usize,
     /// If there are media, one sample for every ray of the camera subpath: how far it goes.
     pub camera_distance: usize,
+    /// If light goes below surfaces, some samples for every vertex of a path-traced path:
+    /// the axis of a probe, two for its place, two for the direction in which light comes out, and
+    /// those that join that point to a light.
+    pub below: usize,
     /// One sample, if there are several lights.
     pub light_choice: usize,
     /// Four samples: position and direction.
@@ -74,6 +85,8 @@ pub struct Strides {
     pub component: usize,
     /// Of distances in media.
     pub distance: usize,
+    /// Of what is for light below surfaces; 0 where there is none.
+    pub below: usize,
     /// Of what joins a camera vertex to a light, or a light vertex to the camera.
     pub connection: usize,
 }
@@ -144,12 +157,14 @@ impl Layout {
         let connection_choice = camera_bounce + plan.per_bounce;
         let connection = connection_choice + plan.light_choice();
         let camera_component = connection + 2;
-        let stride = camera_component + plan.components() + plan.distances() - camera_bounce;
+        let below = camera_component + plan.components();
+        let stride = below + plan.below() + plan.distances() - camera_bounce;
         next.take(max_depth as usize * stride);
         Self {
             camera_bounce,
             camera_component,
             camera_distance,
+            below,
             light_distance: next.0,
             light_choice: next.0,
             emission: next.0,
@@ -162,6 +177,7 @@ impl Layout {
                 bounce: stride,
                 component: stride,
                 distance: stride,
+                below: if plan.subsurface { stride } else { 0 },
                 connection: stride,
             },
             total: next.0,
@@ -207,6 +223,7 @@ impl Layout {
                 bounce: plan.per_bounce,
                 component: 1,
                 distance: 1,
+                below: 0,
                 connection: 0,
             },
             ..start
@@ -230,11 +247,22 @@ impl Layout {
     pub fn pairs(&self) -> Vec<Pair> {
         let each = |first: usize, stride: usize, end: usize| (first..end).step_by(stride.max(1));
         let Strides {
-            bounce, connection, ..
+            bounce,
+            connection,
+            below,
+            ..
         } = self.strides;
         // Path-traced paths have all that belongs to a vertex in one place.
         let by_vertex = self.connection < self.camera_component;
         let end = |part: usize| if by_vertex { self.total } else { part };
+        let beneath = |first: usize| {
+            let first = if below > 0 {
+                self.below + first
+            } else {
+                self.total
+            };
+            each(first, below, self.total)
+        };
         let firsts: Vec<usize> = each(self.raster, 2, self.lens)
             .chain(each(self.lens, 2, self.wavelength))
             .chain(each(self.camera_bounce, bounce, end(self.camera_component)))
@@ -242,6 +270,9 @@ impl Layout {
             .chain(each(self.light_bounce, bounce, self.light_component))
             .chain(each(self.connection, connection, self.camera_point))
             .chain(each(self.camera_point, 2, self.total))
+            .chain(beneath(BELOW_RADIUS))
+            .chain(beneath(BELOW_BOUNCE))
+            .chain(beneath(self.below_point()))
             .collect();
         let mut alone = vec![true; self.total];
         for first in &firsts {
@@ -257,6 +288,11 @@ impl Layout {
             second: two.get(1).copied(),
         });
         together.chain(others).collect()
+    }
+
+    /// From [`Self::below`] to the point on a light.
+    pub fn below_point(&self) -> usize {
+        BELOW_CHOICE + (self.connection - self.connection_choice)
     }
 
     /// What the primary samples of multiplexed paths are for, in order; some parts may be empty.
@@ -304,6 +340,14 @@ impl Plan {
     /// Samples that say how far a ray goes.
     fn distances(&self) -> usize {
         usize::from(self.media)
+    }
+
+    /// Samples of a vertex for light below the surface.
+    fn below(&self) -> usize {
+        match self.subsurface {
+            true => BELOW_CHOICE + self.light_choice() + 2,
+            false => 0,
+        }
     }
 
     /// Samples that choose the component of a vertex.

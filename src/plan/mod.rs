@@ -14,7 +14,7 @@ mod surfaces;
 pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Member};
 pub use self::forced::Forced;
-pub use self::layout::{Layout, Pair, Strides, Vertices};
+pub use self::layout::{BELOW_BOUNCE, BELOW_CHOICE, BELOW_RADIUS, Layout, Pair, Strides, Vertices};
 pub use self::report::PlanReport;
 use crate::surface::Kind;
 
@@ -35,6 +35,9 @@ pub struct Plan {
     /// Something is filled with a medium: where a vertex lies in it takes one primary sample per
     /// ray of a subpath.
     pub media: bool,
+    /// Light comes out of some surfaces elsewhere than it went in: there are no multiplexed paths,
+    /// and path-traced ones take primary samples for it.
+    pub subsurface: bool,
     /// The index of refraction of some surface depends on the wavelength, which takes one primary
     /// sample.
     pub dispersion: bool,
@@ -91,6 +94,7 @@ impl Plan {
             per_bounce: if effects.has(Effect::Lobes) { 3 } else { 2 },
             mixtures: effects.has(Effect::Mixtures),
             media: effects.has(Effect::Media),
+            subsurface: effects.has(Effect::Subsurface),
             dispersion: effects.has(Effect::Dispersion),
             lens: effects.has(Effect::Lens),
             light_choice: effects.has(Effect::LightChoice),
@@ -117,6 +121,7 @@ impl Plan {
         // cannot make any path that carries light, so that no weight misses it: its density
         // is 0 in every sum of densities.
         let exists = match depth {
+            _ if self.subsurface => false,
             0 => true,
             1 => self.scatters,
             _ => self.interreflects,

@@ -1,9 +1,9 @@
 //! One path, step by step, from its primary samples: in `f32` by the renderer, and once more in
 //! `f64`.
 //!
-//! Scenes with participating media or with instances of objects, and cameras with a system of
-//! lenses, are out of scope: what is said here of their paths means nothing. The program refuses
-//! them.
+//! Scenes with participating media, subsurface scattering or instances of objects, and cameras
+//! with a system of lenses, are out of scope: what is said here of their paths means nothing. The
+//! program refuses them.
 //!
 //! 1. [`Recorder::walk`] records the path that given primary samples stand for, vertex by vertex:
 //!    the renderer's waves evaluate it, and a [probe](crate::transport::probe) notes positions,

@@ -89,6 +89,11 @@ pub trait Description: Any + Same + fmt::Debug + Send + Sync {
     fn is_fibre(&self) -> bool {
         false
     }
+
+    /// Whether light that the surface refracts comes out of it elsewhere.
+    fn is_subsurface(&self) -> bool {
+        false
+    }
 }
 
 /// Equality of values whose types are not known.
@@ -159,6 +164,11 @@ impl MaterialKind {
     /// [`Description::is_fibre`]; never of a mixture, but of its components.
     pub fn is_fibre(&self) -> bool {
         self.description().is_some_and(|d| d.is_fibre())
+    }
+
+    /// [`Description::is_subsurface`]; never of a mixture.
+    pub fn is_subsurface(&self) -> bool {
+        self.description().is_some_and(|d| d.is_subsurface())
     }
 
     /// [`Description::dispersion`]; never of a mixture, but of its components.

@@ -25,11 +25,23 @@ pub trait Parameters {
     /// Of the file it is in.
     fn dialect(&self) -> Dialect;
 
+    /// The name of the material.
+    fn kind(&self) -> &str;
+
     /// Whether it is given.
     fn has(&self, name: &str) -> bool;
 
     /// An error of the whole directive.
     fn error(&self, message: impl fmt::Display) -> Self::Error;
+
+    /// A warning of the whole directive.
+    fn note(&self, message: impl fmt::Display);
+
+    /// A text.
+    fn text(&self, name: &str) -> Result<Option<String>, Self::Error>;
+
+    /// Absorption and scattering, per length, of the medium that scene files call so.
+    fn medium(&self, name: &str) -> Option<[Rgb; 2]>;
 
     /// A reflectance or transmittance that may be a texture.
     fn albedo(&self, name: &str) -> Result<Option<Param>, Self::Error>;

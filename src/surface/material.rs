@@ -1,5 +1,6 @@
 //! Materials as kernels see them: a kind and a parameter row each.
 
+use super::bssrdf::Bssrdf;
 use super::bump::{self, Perturbation, PerturbedFrame};
 use super::mixture::{self, Chosen};
 use super::packing::{At, Evaluate, Shared};
@@ -29,6 +30,8 @@ pub struct Entry {
     pub per_hit: bool,
     /// It has no row: one of its components is chosen per hit ([`MaterialTable::choose`]).
     pub mixture: bool,
+    /// Light that it refracts comes out elsewhere ([`MaterialTable::bssrdf`]).
+    pub subsurface: bool,
 }
 
 /// The materials of a scene, in the order of [`Scene::materials`].
@@ -47,6 +50,8 @@ pub struct MaterialTable<'a> {
     images: &'a [Image],
     /// What makes rows; `None` of mixtures, and of what is not in [`table`].
     evaluators: Vec<Option<Box<dyn Evaluate + 'a>>>,
+    /// What is below each, where that is the same everywhere; `None` of most.
+    bssrdfs: Vec<Option<Bssrdf>>,
     /// Image textures of each material.
     looked_up: Vec<Vec<u32>>,
     /// Some texture looks at texture coordinates.
@@ -70,6 +75,7 @@ impl<'a> MaterialTable<'a> {
             textures: &scene.textures,
             images: &scene.images,
             evaluators: Vec::new(),
+            bssrdfs: Vec::new(),
             looked_up: Vec::new(),
             uses_uv: false,
             uses_point: false,
@@ -96,6 +102,7 @@ impl<'a> MaterialTable<'a> {
                 varies: textured || dispersive,
                 per_hit: textured || bump.is_some() || dispersive,
                 mixture: false,
+                subsurface: kind.is_subsurface(),
             };
             let mut images = Vec::new();
             match bump {
@@ -127,6 +134,10 @@ impl<'a> MaterialTable<'a> {
             table.looked_up.push(images);
             let row = table.row(table.entries.len() - 1, &Place::default(), 0.0);
             table.rows.push(row);
+            let below = kind
+                .is_subsurface()
+                .then(|| table.bssrdf_at(table.rows.len() - 1, &Place::default()));
+            table.bssrdfs.push(below.flatten());
         }
         table.tables = shared.tabulated;
         table.own_rows = (table.entries.iter()).any(|e| e.per_hit || e.mixture);
@@ -221,6 +232,25 @@ impl<'a> MaterialTable<'a> {
         } else {
             self.rows[material]
         }
+    }
+
+    /// What is below a surface at a place, in internal lengths; `None` of most materials.
+    pub fn bssrdf(&self, material: usize, place: &Place) -> Option<Bssrdf> {
+        match self.entries[material].varies {
+            true => self.bssrdf_at(material, place),
+            false => self.bssrdfs[material].clone(),
+        }
+    }
+
+    /// [`Self::bssrdf`] of a material that has the same everywhere.
+    pub fn even_bssrdf(&self, material: usize) -> Option<&Bssrdf> {
+        self.bssrdfs[material].as_ref()
+    }
+
+    fn bssrdf_at(&self, material: usize, place: &Place) -> Option<Bssrdf> {
+        let at = At::new(self.textures, self.images, place, 0.0, self.brightest);
+        let below = self.evaluators[material].as_ref()?.bssrdf(&at)?;
+        Some(below.scaled(self.unit))
     }
 
     fn row(&self, material: usize, place: &Place, nm: f32) -> Row {

@@ -52,6 +52,9 @@ macro_rules! bsdfs {
                 fourier_material::FourierMaterial => Fourier: fourier::Fourier;
                 measured::MeasuredMaterial => Measured: measured::Measured;
                 hair_material::HairMaterial => Hair: hair::Hair;
+                // Smooth ones have the interface of glass.
+                subsurface_material::SubsurfaceMaterial =>
+                    RoughInterface: subsurface::RoughInterface, SubsurfaceExit: subsurface::Exit;
                 coated_materials::CoatMaterial => Coat: coated_mirror::Coat;
                 coated_diffuse::CoatedDiffuseMaterial =>
                     CoatedDiffuse: coated_diffuse::Rough, CoatedDiffuseBase: coated_diffuse::Base;
@@ -75,6 +78,7 @@ pub(crate) use bsdfs;
 
 pub mod alpha_mask;
 pub mod bsdf;
+pub mod bssrdf;
 pub mod bump;
 pub mod coat;
 pub mod coat_table;
@@ -87,6 +91,7 @@ pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
+pub mod diffusion_table;
 pub mod fourier;
 pub mod fourier_material;
 pub mod fourier_table;
@@ -105,7 +110,10 @@ pub mod plastic;
 pub mod rough_dielectric;
 pub mod roughness;
 pub mod seen_through;
+pub mod spline;
 pub mod substrate;
+pub mod subsurface;
+pub mod subsurface_material;
 pub mod table;
 pub mod tabulated;
 pub mod tabulated_bsdf;
@@ -118,6 +126,7 @@ pub mod warp;
 
 pub use self::alpha_mask::AlphaMasks;
 pub use self::bsdf::{Bsdf, BsdfSample, BsdfValue, Mode};
+pub use self::bssrdf::Bssrdf;
 pub use self::coat::CoatLayer;
 pub use self::coated_diffuse::CoatedDiffuseMaterial;
 pub use self::coated_materials::{
@@ -132,6 +141,7 @@ pub use self::material::MaterialTable;
 pub use self::mirror::MirrorMaterial;
 pub use self::plastic::PlasticMaterial;
 pub use self::substrate::SubstrateMaterial;
+pub use self::subsurface_material::SubsurfaceMaterial;
 pub use self::table::Kind;
 pub use self::tabulated::Tabulated;
 pub use self::thin_dielectric::ThinDielectricMaterial;

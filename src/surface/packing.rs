@@ -2,6 +2,7 @@
 //! its kernel.
 
 use super::bsdf::Kernel;
+use super::bssrdf::Bssrdf;
 use super::roughness::alpha;
 use super::tabulated::Tabulated;
 use super::texture::{self, Place};
@@ -31,6 +32,11 @@ pub trait BsdfMaterial: Description + Sized {
 
     /// The row at a hit.
     fn row(&self, tables: &Self::Tables, at: &At) -> [f32; 8];
+
+    /// What is below the surface at a hit, if light that it refracts comes out elsewhere.
+    fn bssrdf(&self, _tables: &Self::Tables, _at: &At) -> Option<Bssrdf> {
+        None
+    }
 }
 
 /// A hit as rows see it: what parameters are there.
@@ -150,6 +156,9 @@ impl Shared {
 pub trait Evaluate: Send + Sync {
     /// The row at a hit.
     fn row(&self, at: &At) -> [f32; 8];
+
+    /// [`BsdfMaterial::bssrdf`], lengths as in the scene file.
+    fn bssrdf(&self, at: &At) -> Option<Bssrdf>;
 }
 
 struct Prepared<'a, M: BsdfMaterial> {
@@ -160,6 +169,10 @@ struct Prepared<'a, M: BsdfMaterial> {
 impl<M: BsdfMaterial> Evaluate for Prepared<'_, M> {
     fn row(&self, at: &At) -> [f32; 8] {
         self.material.row(&self.tables, at)
+    }
+
+    fn bssrdf(&self, at: &At) -> Option<Bssrdf> {
+        self.material.bssrdf(&self.tables, at)
     }
 }
 

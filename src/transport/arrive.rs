@@ -58,6 +58,13 @@ impl World<'_> {
             let nm = dispersion.nm(path as usize);
             parameters.rows[row] = self.materials.evaluate(material as usize, &place, nm);
         }
+        if self.plan.subsurface {
+            for &(path, material, uv) in &parameters.textured {
+                let place = self.place(endpoints, path, uv);
+                let below = self.materials.bssrdf(material as usize, &place);
+                subpaths.below.note(path, below);
+            }
+        }
         if self.plan.bumps {
             self.perturb(&rays.hit, &parameters.textured, endpoints, probe);
         }

@@ -7,8 +7,9 @@ use super::paths::{Lists, Paths, Side};
 use super::probe::{Ended, Probe};
 use super::records::Splat;
 use super::samples::{Bounce, ComponentSamples, ConnectionSamples, Samples};
+use super::subsurface::BelowSamples;
 use super::weigh::{Sink, StrategyMask};
-use crate::plan::{DepthPlan, Layout, Plan};
+use crate::plan::{BELOW_BOUNCE, BELOW_CHOICE, DepthPlan, Layout, Plan};
 use crate::simd::Lanes;
 
 /// Primary samples of path-traced paths.
@@ -54,6 +55,20 @@ impl UnidirectionalLayout {
             Bounce::at(at.camera_bounce + depth * at.strides.bounce),
             connection,
         )
+    }
+
+    /// The samples of light below the surface of a vertex with `depth` scattering events before it.
+    fn below(&self, depth: u32) -> BelowSamples {
+        let at = &self.at;
+        let first = at.below + depth as usize * at.strides.below;
+        BelowSamples {
+            probe: first,
+            bounce: Bounce::at(first + BELOW_BOUNCE),
+            connection: ConnectionSamples {
+                choice: first + BELOW_CHOICE,
+                point: first + at.below_point(),
+            },
+        }
     }
 
     /// The sample that says how far the ray goes that has `depth` scattering events behind it.
@@ -362,6 +377,9 @@ impl World<'_> {
             let weighing = (mask, &[1.0; 2][..]);
             self.connect::<L>(paths, samples, &mut lists, connection, weighing, &mut ());
             self.scatter_queues::<L, ()>(paths, samples, &mut lists, Side::Camera, bounce, &mut ());
+            if self.plan.subsurface {
+                self.go_below::<L>(paths, samples, &mut lists, layout.below(depth));
+            }
         }
         paths.lists = lists;
         settle(&mut paths.splats.camera);

@@ -11,20 +11,22 @@
 //!    `weigh` weighs what they carry.
 //! 4. [`sides`] says what shading normals make of reflection and transmission.
 //! 5. `media` ends rays in media, and says how much of them passes.
-//! 6. [`wavelength`] turns the contributions of paths that were dispersed into light of one
+//! 6. `subsurface` has camera subpaths go in by one point of a surface and come out by another.
+//! 7. [`wavelength`] turns the contributions of paths that were dispersed into light of one
 //!    wavelength.
-//! 7. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
+//! 8. [`evaluate`] drives the waves: primary samples in, contribution and raster position out.
 //!    [`bidirectional`] does so where all vertices are joined; it sets endpoints aside, vertex by
 //!    vertex.
-//! 8. [`path_sampler`] names the ways of evaluation that chains can march over.
-//! 9. `share` divides contributions among independent samples and chains.
-//! 10. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
+//! 9. [`path_sampler`] names the ways of evaluation that chains can march over.
+//! 10. `share` divides contributions among independent samples and chains.
+//! 11. [`probe`] lets others listen to paths on their way; renders pay nothing for it.
 //!
 //! No stage knows about chains, acceptance or pixels. Only `path_sampler` and `share` know that
 //! there are chains, and no more.
 
 pub mod alpha_mask;
 mod arrive;
+mod below;
 pub mod bidirectional;
 mod bidirectional_layout;
 pub mod clock;
@@ -49,6 +51,7 @@ pub mod sides;
 mod sort;
 mod start;
 mod strategy;
+mod subsurface;
 mod trace;
 pub mod wavelength;
 mod weigh;

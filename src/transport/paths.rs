@@ -8,6 +8,7 @@ use crate::simd::Row;
 use crate::surface::Kind;
 use crate::transport::World;
 use crate::transport::alpha_mask::Through;
+use crate::transport::below::Below;
 use crate::transport::clock::Clock;
 use crate::transport::dispersion::Dispersion;
 use crate::transport::flying::Flying;
@@ -55,6 +56,8 @@ pub struct Subpaths {
     pub parameters: Parameters,
     /// Those of a wave that are on surfaces, and those in media.
     pub(super) parted: [List; 2],
+    /// Below surfaces.
+    pub(super) below: Below,
 }
 
 /// Parameter rows of BSDFs.
@@ -170,6 +173,8 @@ pub struct Paths {
     pub(super) lists: Lists,
     /// Endpoints know the media around them.
     media: bool,
+    /// Subpaths go below surfaces.
+    subsurface: bool,
     /// Where the time goes.
     pub clock: Clock,
 }
@@ -243,6 +248,7 @@ impl Paths {
         let rows = world.materials.rows.clone();
         let mut paths = Self {
             media: world.plan.media,
+            subsurface: world.plan.subsurface,
             ..Self::default()
         };
         paths.subpaths.parameters = Parameters {
@@ -269,12 +275,16 @@ impl Paths {
                 endpoints,
                 parameters,
                 parted: _,
+                below,
             } = &mut self.subpaths;
             flight.resize(n, Flight::default());
             endpoints
                 .iter_mut()
                 .for_each(|side| side.resize(n, self.media));
             parameters.resize(n);
+            if self.subsurface {
+                below.resize(n);
+            }
             let Connections {
                 link,
                 light_end,

@@ -52,6 +52,7 @@ mod rough_dielectric;
 mod scenes_hard;
 mod shapes;
 mod strategies;
+mod subsurface;
 mod support;
 mod tangents;
 mod textures;

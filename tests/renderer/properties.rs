@@ -15,6 +15,7 @@ use phalanx::surface::diffuse::oren_nayar_coefficients;
 use phalanx::surface::hair;
 use phalanx::surface::microfacet::{pack_alphas, pack_halves};
 use phalanx::surface::rough_dielectric::resolved_eta;
+use phalanx::surface::subsurface::Exit;
 use phalanx::surface::{Kind, Mode};
 use phalanx::transport::World;
 use proptest::prelude::*;
@@ -77,7 +78,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     i.max(f32::MIN_POSITIVE),
                     0.0,
                 ],
-                Kind::RoughDielectric => {
+                Kind::RoughDielectric | Kind::RoughInterface => {
                     let eta = resolved_eta(i.max(f32::MIN_POSITIVE), u.min(v));
                     [a[0], a[1], a[2], b[0], b[1], b[2], eta, pack_alphas(u, v)]
                 }
@@ -119,6 +120,7 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     let beta = [b[1], b[2]].map(|beta| beta.clamp(0.01, 1.0));
                     hair::row([i, j, k], 2.0 * b[0] - 1.0, l, beta, sigma - 45.0)
                 }
+                Kind::SubsurfaceExit => Exit::row(i.clamp(1.0, 100.0)),
                 // Its table is not here: nothing is scattered.
                 Kind::Fourier | Kind::Measured => [0.0; 8],
             };

@@ -33,6 +33,12 @@ pub fn run(args: &ReplayArgs, messages: Messages) -> Result<ExitCode, Failure> {
             input.name, medium.name, medium.origin
         )));
     }
+    if let Some(material) = scene.materials.iter().find(|m| m.kind.is_subsurface()) {
+        return Err(Failure::Input(format!(
+            "{}: paths below surfaces (\"{}\", {}) cannot be replayed; use another material",
+            input.name, material.name, material.origin
+        )));
+    }
     if !scene.instances.is_empty() {
         return Err(Failure::Input(format!(
             "{}: paths that meet instances of objects cannot be replayed; place the shapes themselves",

@@ -25,7 +25,7 @@ pub use self::threads::thread_counts;
 use super::bootstraps::bootstraps;
 use super::method::Method;
 use super::schedule::{LARGEST_BATCH, chosen};
-use super::{RenderError, Settings, check, mmlt, per_second, pool, pssmlt};
+use super::{RenderError, Settings, check, check_paths, mmlt, per_second, pool, pssmlt};
 use crate::chain::bootstrap::Bootstrap;
 use crate::chain::counts::MAX_CHAINS_PER_DEPTH;
 use crate::film::{FilterTable, Half, SplatFilm};
@@ -78,6 +78,7 @@ pub fn measure(
         return Err(RenderError::Settings(message).into());
     }
     let world = World::with_forced(scene, settings.max_depth, &settings.forced);
+    check_paths(&world, settings.integrator)?;
     let method = method(&world, settings)?;
     let (bootstraps, bootstrap) = pool.install(|| run_bootstrap(&world, &method, settings));
     if bootstraps.iter().all(|b| b.estimate.mean() <= 0.0) {

@@ -283,6 +283,12 @@ impl Loader {
                     _ => self.material_index(named)?,
                 },
             };
+            let below = &self.tables.materials[index as usize].kind;
+            if below.is_subsurface() {
+                return Err(made.set.error(
+                    "subsurface scattering is not supported within a mixture; use the material alone",
+                ));
+            }
             Ok(Component {
                 material: index,
                 weight: part.weight,

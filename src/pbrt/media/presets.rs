@@ -196,7 +196,7 @@ const PRESETS: &[(&str, Rgb, Rgb)] = &[
 ];
 
 /// Absorption and scattering of the medium that is called so.
-pub(in crate::pbrt) fn preset(name: &str) -> Option<[Rgb; 2]> {
+pub fn preset(name: &str) -> Option<[Rgb; 2]> {
     let (_, scattering, absorption) = PRESETS.iter().find(|p| p.0 == name)?;
     Some([*absorption, *scattering])
 }

@@ -11,9 +11,9 @@ fn what_is_not_supported_says_so_where_it_stands() {
         ),
         (
             format!(
-                "MakeNamedMaterial \"a\" \"string type\" \"subsurface\" NamedMaterial \"a\" {V4_TRIANGLE}"
+                "MakeNamedMaterial \"a\" \"string type\" \"subsurface\" \"rgb sigma_a\" [1 1 1] NamedMaterial \"a\" {V4_TRIANGLE}"
             ),
-            "t.pbrt:3:1: MakeNamedMaterial \"a\" of type \"subsurface\": this material is not supported; use ",
+            "t.pbrt:3:1: MakeNamedMaterial \"a\" of type \"subsurface\": needs both ",
         ),
         (
             format!("{V4_TRIANGLE} \"float shadowalpha\" 0.5"),
@@ -111,7 +111,7 @@ fn what_is_not_supported_says_so_where_it_stands() {
 #[test]
 fn what_is_never_used_need_not_be_supported() {
     let s = v4(&format!(
-        "Material \"subsurface\" Material \"diffuse\" {V4_TRIANGLE}"
+        "Material \"subsurface\" \"string name\" \"Wax\" Material \"diffuse\" {V4_TRIANGLE}"
     ));
     assert_eq!(s.materials.len(), 1);
     assert!(
