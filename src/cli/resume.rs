@@ -26,6 +26,7 @@ pub fn run(args: &ResumeArgs, messages: Messages) -> Result<ExitCode, Failure> {
         let flags = [
             ("-o", !args.output.is_empty()),
             ("--output-every", args.output_every.is_some()),
+            ("--preview", !args.preview.preview.is_empty()),
             ("--stats", args.stats.is_some()),
             ("--error-layers", args.error_layers),
         ];

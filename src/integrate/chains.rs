@@ -7,9 +7,11 @@
 //! radiance.
 
 mod begun;
+mod seen;
 
 use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
+use self::seen::see;
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
@@ -156,9 +158,8 @@ fn go_on<L: Lanes>(
     let ended_by = march.march::<L>(&film, least, advance, |batches| {
         let chains: Chains = batches.iter().map(|(a, _, b)| (*a, &**b)).collect();
         let samples = samples.borrow();
-        run.show(|| {
-            let light = Light::of(run, film.layers(), &chains);
-            picture(&film, &light, samples.as_deref()).0
+        run.show(false, |judged| {
+            see(run, &film, &chains, samples.as_deref(), judged)
         });
         run.keep(false, |to| {
             let batches = batches
@@ -197,6 +198,7 @@ fn go_on<L: Lanes>(
     }
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
+    run.show(true, |judged| see(run, &film, &chains, beside, judged));
     let mut light = Light::of(run, film.layers(), &chains);
     let (pixels, beside_mean) = picture(&film, &light, beside);
     light.beside = beside_mean;

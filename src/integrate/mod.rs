@@ -47,6 +47,7 @@ mod schedule;
 mod settings;
 mod shard;
 mod shares;
+mod so_far;
 mod state;
 mod tuning;
 
@@ -61,10 +62,12 @@ pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
 pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
+pub use self::so_far::{SoFar, Wanted};
 pub use self::state::{Made, State};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
-use self::scale::{bring_to_scale, mixed_deviation};
+use self::scale::bring_to_scale;
+use self::so_far::scale_deviation;
 use std::time::{Duration, Instant};
 
 use crate::checkpoint::{Malformed, Reader};
@@ -196,12 +199,7 @@ fn render_by(
     let beyond = bring_to_scale(&mut render.pixels, scale, colour);
     parts.for_each(|pixels| _ = bring_to_scale(pixels, scale, colour));
     if let Some(deviation) = &mut render.deviation {
-        _ = bring_to_scale(deviation, scale, None);
-        if let Some(m) = colour {
-            deviation
-                .iter_mut()
-                .for_each(|d| *d = mixed_deviation(m, *d));
-        }
+        scale_deviation(&scene.film, deviation);
     }
     if beyond > 0 {
         render.warnings.push(format!(

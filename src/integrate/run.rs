@@ -3,12 +3,11 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::scale::bring_to_scale;
 use super::settings::Settings;
 use super::shard::Shard;
+use super::so_far::{SoFar, Wanted};
 use super::state::State;
 use crate::checkpoint::Writer;
-use crate::formats::Picture;
 use crate::scene::Scene;
 use crate::transport::World;
 
@@ -36,14 +35,15 @@ pub trait Observer: Sync {
     fn error(&self, relative: f64) {
         let _ = relative;
     }
-    /// Whether the picture so far is wanted; asked between rounds of work.
-    fn wants_picture(&self) -> bool {
-        false
+    /// What is wanted of the picture so far; asked between rounds of work, and once more when all
+    /// work is done (`last`), however it ended.
+    fn wants_picture(&self, last: bool) -> Wanted {
+        let _ = last;
+        Wanted::Nothing
     }
-    /// The picture so far, if it was wanted, but for what chains still hold: as
-    /// [`Render::picture`](super::Render::picture).
-    fn picture(&self, picture: Picture) {
-        let _ = picture;
+    /// The picture so far, if it was wanted; but for what chains still hold, unless it is the last.
+    fn picture(&self, so_far: SoFar) {
+        let _ = so_far;
     }
     /// Whether the render's state is wanted, to [`resume`](super::resume) it some day; asked
     /// between rounds of work, and once more when it ends (`last`), however it does. Not asked
@@ -151,24 +151,6 @@ impl<'a> Run<'a> {
     pub(super) fn window(&self) -> [[u32; 2]; 2] {
         let film = &self.scene.film;
         [[film.crop[0], film.crop[2]], [film.width, film.height]]
-    }
-
-    /// Hands the picture so far to the observer, if it wants one.
-    pub(super) fn show(&self, picture: impl FnOnce() -> Vec<[f32; 3]>) {
-        if self.observer.wants_picture() {
-            let mut pixels = picture();
-            let film = &self.scene.film;
-            bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
-            let (width, height) = self.size();
-            let [offset, full] = self.window();
-            self.observer.picture(Picture {
-                width,
-                height,
-                offset,
-                full,
-                pixels,
-            });
-        }
     }
 
     /// How much longer the next round should be than one that took so long: [`ROUND`], or the time

@@ -2,6 +2,7 @@
 //! what a sample is.
 
 mod saved;
+mod seen;
 
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
@@ -122,7 +123,7 @@ pub(super) fn render<L: Lanes>(
         sampling.advance(done);
         (run.observer).progress(Phase::Render, done - start, end - start);
         if done < end {
-            run.show(|| sampling.picture());
+            run.show(false, |judged| sampling.see(judged));
             let reached = sampling.good_enough(&mut looks);
             ended_by = run.ended().or(reached.then_some(EndedBy::Target));
             if ended_by.is_none() {
@@ -135,6 +136,7 @@ pub(super) fn render<L: Lanes>(
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
     run.keep(true, |to| sampling.save(to));
+    run.show(true, |judged| sampling.see(judged));
     Ok(sampling.finish(ended_by.unwrap_or(EndedBy::Effort)))
 }
 
