@@ -47,6 +47,7 @@ mod schedule;
 mod settings;
 mod shard;
 mod shares;
+mod show;
 mod so_far;
 mod state;
 mod tuning;
@@ -67,7 +68,7 @@ pub use self::state::{Made, State};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
 use self::scale::bring_to_scale;
-use self::so_far::scale_deviation;
+use self::show::scale_deviation;
 use std::time::{Duration, Instant};
 
 use crate::checkpoint::{Malformed, Reader};

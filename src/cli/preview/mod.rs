@@ -1,10 +1,12 @@
 //! Previews: the picture where it can be seen while it is rendered.
 
+mod about;
 mod pace;
 mod packet;
 mod tev;
 mod web;
 
+pub use self::about::About;
 use self::tev::Tev;
 use self::web::Web;
 use super::args::preview::Preview;
@@ -12,22 +14,11 @@ use super::failure::Failure;
 use super::messages::Messages;
 use super::signals::Signals;
 use super::viewer::Viewer;
-use crate::formats::tone::Display;
-use crate::integrate::Settings;
 
 /// All of them. They outlive a render: there may be several, one after the other.
 pub struct Previews {
     tev: Option<Tev>,
     web: Option<Web>,
-}
-
-/// A render that begins.
-pub struct About<'a> {
-    pub scene: &'a str,
-    pub settings: &'a Settings,
-    pub display: Display,
-    /// What has been warned of already.
-    pub warnings: &'a [String],
 }
 
 impl Previews {

@@ -1,5 +1,5 @@
-//! Messages of tev's protocol, as its README describes it: a length in bytes, an operation, and what
-//! that needs; all numbers little endian, texts with a zero at their end.
+//! Messages of tev's protocol, as its README describes it: a length in bytes, an operation, and
+//! what that needs; all numbers little endian, texts with a zero at their end.
 //!
 //! <https://github.com/Tom94/tev#over-the-network>
 

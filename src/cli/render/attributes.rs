@@ -23,8 +23,8 @@ fn own(name: &str, value: AttributeValue) -> Attribute {
     }
 }
 
-/// What an EXR file says about its making before it is made: scene and settings, by names that begin
-/// with `phalanx:`; and the primaries of a film that has its own.
+/// What an EXR file says about its making before it is made: scene and settings, by names that
+/// begin with `phalanx:`; and the primaries of a film that has its own.
 pub fn of_settings(
     scene: &str,
     settings: &Settings,

@@ -1,8 +1,9 @@
-//! The picture of a render by chains, while they march.
+//! The picture of a render by chains and of samples beside them, also while they march.
 
-use super::{Chains, Light, Sampling, add_error, add_picture, picture};
 use crate::film::{SplatFilm, Tiling};
-use crate::integrate::so_far::Seen;
+use crate::integrate::normalisation::{Chains, Light};
+use crate::integrate::sampled::Sampling;
+use crate::integrate::show::Seen;
 use crate::integrate::{Run, Stats, mixing_check};
 use rayon::prelude::*;
 
@@ -75,4 +76,38 @@ fn with_error(
     let parts: Vec<_> = firsts.into_par_iter().map(part).collect();
     let (pictures, deviations): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
     (pictures.concat(), deviations.concat())
+}
+
+/// The picture of chains and of the samples beside them, and the mean of what samples bring.
+pub(super) fn picture(
+    film: &SplatFilm,
+    light: &Light,
+    beside: Option<&Sampling>,
+) -> (Vec<[f32; 3]>, f64) {
+    let mut pixels = film.resolve(&light.scales);
+    let Some(beside) = beside else {
+        return (pixels, 0.0);
+    };
+    let more = beside.picture();
+    add_picture(&mut pixels, &more);
+    (pixels, mean(&more))
+}
+
+/// Adds a picture to another.
+pub(super) fn add_picture(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
+    let values = to.as_flattened_mut().iter_mut();
+    values.zip(more.as_flattened()).for_each(|(to, v)| *to += v);
+}
+
+/// Mean of all channels.
+pub(super) fn mean(picture: &[[f32; 3]]) -> f64 {
+    let sum: f64 = picture.as_flattened().iter().map(|v| f64::from(*v)).sum();
+    sum / (3 * picture.len()).max(1) as f64
+}
+
+/// Standard errors of a sum of two that are independent.
+pub(super) fn add_error(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
+    for (to, more) in to.as_flattened_mut().iter_mut().zip(more.as_flattened()) {
+        *to = (*to * *to + *more * *more).sqrt();
+    }
 }

@@ -1,7 +1,7 @@
 //! The picture of independent samples, while they are made.
 
 use super::Sampling;
-use crate::integrate::so_far::Seen;
+use crate::integrate::show::Seen;
 use rayon::prelude::*;
 
 /// Pixels that a thread resolves at a time.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::super::About;
+use super::super::about::About;
 use super::super::pace::Pace;
 use crate::cli::progress::Told;
 use crate::cli::signals::Signals;

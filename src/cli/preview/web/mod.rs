@@ -19,7 +19,7 @@ use std::io;
 use std::sync::Arc;
 
 use self::board::Board;
-use super::About;
+use super::about::About;
 use crate::cli::progress::Told;
 use crate::cli::signals::Signals;
 use crate::cli::viewer::Viewer;

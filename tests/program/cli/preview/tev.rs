@@ -157,7 +157,7 @@ fn file(folder: &Folder, name: &str) -> BTreeMap<String, Vec<f32>> {
 fn the_viewer_has_the_picture_and_its_errors() {
     let (listener, port) = listen();
     let images = viewer(listener, usize::MAX);
-    for effort in ["mmlt --time 2.5", "bdpt --time 2.5", "auto --mutations 30"] {
+    for effort in ["mmlt --time 2.5", "bdpt --time 2.5", "auto --mutations 300"] {
         let folder = Folder::new();
         folder.write("a.pbrt", include_str!("../../../../scenes/cornell.pbrt"));
         let picture = "--resolution 300x200 --crop 0.2,0.9,0.1,0.8 --error-layers -o a.exr";
