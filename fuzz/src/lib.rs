@@ -4,6 +4,7 @@
 //! `tests/renderer/fuzz_seeds.rs` of the renderer includes this file and calls them with the inputs
 //! kept in `seeds`, so that what was mended stays mended without a fuzzer.
 
+mod checkpoint;
 mod files;
 mod image;
 mod paths;
@@ -16,12 +17,13 @@ mod sound;
 pub type Check = fn(&[u8]);
 
 /// Every target's name and check.
-pub const TARGETS: [(&str, Check); 5] = [
+pub const TARGETS: [(&str, Check); 6] = [
     ("pbrt", pbrt::check),
     ("ply", ply::check),
     ("image", image::check),
     ("paths", paths::check),
     ("scenes", scenes::check),
+    ("checkpoint", checkpoint::check),
 ];
 
 /// Runs the check of a target.

@@ -6,6 +6,7 @@ mod keep;
 pub(super) mod look;
 pub(super) mod merge;
 pub(super) mod parse;
+pub(super) mod preview;
 pub(super) mod resume;
 pub(super) mod values;
 
@@ -18,6 +19,7 @@ use self::keep::KeepArgs;
 use self::parse::{
     crop, exposure, file, probability, resolution, seconds, sigma, size, target_error,
 };
+use self::preview::PreviewArgs;
 use self::values::{ChoiceName, Exposure, Host, Lanes, Quality, Tuned};
 use super::failure::Failure;
 use super::ranks::processes;
@@ -72,12 +74,15 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub no_png: bool,
 
-    /// Write the picture so far every TIME, while the render goes on: seconds, or 90s, 5m, 1h
+    /// Write all files so far every TIME, while the render goes on: seconds, or 90s, 5m, 1h
     ///
-    /// Each replaces the one before in one step: whatever happens, the last whole one is there.
-    /// What it misses is what each chain holds at that moment.
+    /// Each, with its layers, replaces the one before in one step: whatever happens, the last
+    /// whole one is there. What it misses is what each chain holds at that moment.
     #[arg(long, value_name = "TIME", value_parser = seconds, help_heading = "Output")]
     pub output_every: Option<Duration>,
+
+    #[command(flatten)]
+    pub preview: PreviewArgs,
 
     /// Write the figures of the render to FILE, as a JSON object
     ///

@@ -12,8 +12,7 @@ use super::input::{Input, is_stdin};
 use super::messages::Messages;
 use super::outputs;
 use crate::checkpoint::Origin;
-use crate::formats::Picture;
-use crate::integrate::{Checkpoint, Observer, Phase, Settings, State};
+use crate::integrate::{Checkpoint, Observer, Phase, Settings, SoFar, State, Wanted};
 use crate::scene::IntegratorKind;
 
 /// Where a render is kept, and all of a checkpoint but the state.
@@ -204,12 +203,12 @@ impl Observer for Keeper<'_> {
         self.shown.stop()
     }
 
-    fn wants_picture(&self) -> bool {
-        self.shown.wants_picture()
+    fn wants_picture(&self, last: bool) -> Wanted {
+        self.shown.wants_picture(last)
     }
 
-    fn picture(&self, picture: Picture) {
-        self.shown.picture(picture);
+    fn picture(&self, so_far: SoFar) {
+        self.shown.picture(so_far);
     }
 
     fn wants_state(&self, last: bool) -> bool {

@@ -77,6 +77,11 @@ impl Messages {
         }
     }
 
+    /// What was asked for, also where the rest is not wanted.
+    pub fn always(&self, text: impl Display) {
+        let _ = writeln!(io::stderr(), "{}", brief(&text.to_string()));
+    }
+
     /// `code` is the colour as in "select graphic rendition" (ECMA-48).
     fn labelled(&self, label: &str, code: &str, text: impl Display) {
         if self.mute {

@@ -24,6 +24,7 @@ mod memory;
 mod merge;
 mod messages;
 mod outputs;
+mod preview;
 mod progress;
 mod ranks;
 mod render;
@@ -35,6 +36,8 @@ mod strategies;
 mod table;
 mod units;
 mod verdict;
+mod viewer;
+mod watch;
 
 use std::ffi::OsString;
 use std::io::Write;

@@ -1,7 +1,7 @@
 //! How a render goes: a bar where stderr is a terminal, a line every ten per cent elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::{Mutex, mpsc};
+use std::sync::{Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -28,11 +28,24 @@ pub struct Progress<'a> {
     start: Instant,
     /// What an earlier process has done of the render.
     begun: u64,
+    /// Seconds that it has taken for that.
+    spent: f64,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
 
+/// What is shown of a render.
+#[derive(Clone, Debug)]
+pub struct Told {
+    pub phase: &'static str,
+    /// Of the phase, 0 to 1.
+    pub part: f64,
+    /// How fast it goes, how good the picture is, and what is left.
+    pub text: String,
+}
+
 struct State {
+    told: Told,
     phase: Phase,
     /// When the phase began.
     since: Instant,
@@ -153,7 +166,13 @@ impl<'a> Progress<'a> {
                 mutations => mutations,
             },
             bar,
+            spent: made.seconds,
             state: Mutex::new(State {
+                told: Told {
+                    phase: "build",
+                    part: 0.0,
+                    text: String::new(),
+                },
                 phase: Phase::Build,
                 since: now,
                 last_call: now,
@@ -163,6 +182,21 @@ impl<'a> Progress<'a> {
                 done: 0,
             }),
         }
+    }
+
+    /// What is shown now.
+    pub fn told(&self) -> Told {
+        self.lock().told.clone()
+    }
+
+    /// Since the render began, without what was between stops.
+    pub fn seconds(&self) -> f64 {
+        self.spent + self.start.elapsed().as_secs_f64()
+    }
+
+    /// Nothing between lock and release panics; a poisoned state is as good as any.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Clears the bar, so that what is printed next stands alone.
@@ -241,11 +275,10 @@ impl Observer for Progress<'_> {
         if phase == Phase::Build && done == total {
             self.signals.hold();
         }
-        if self.messages.quiet || self.signals.any() {
+        if self.signals.any() {
             return;
         }
-        // Nothing between lock and release panics; a poisoned state is as good as any.
-        let mut state = self.state.lock().unwrap_or_else(|p| p.into_inner());
+        let mut state = self.lock();
         let now = Instant::now();
         if phase != state.phase {
             state.phase = phase;
@@ -268,6 +301,7 @@ impl Observer for Progress<'_> {
         let (name, unit) = match phase {
             Phase::Build => {
                 self.build(done, total);
+                state.told.part = f64::from(u8::from(done >= total));
                 return;
             }
             Phase::Bootstrap => ("bootstrap", "paths"),
@@ -284,25 +318,32 @@ impl Observer for Progress<'_> {
             Some(error) => format!(", error {}", units::percent(error)),
             None => String::new(),
         };
+        let text = format!("{rate} {unit}/s{error}{left}");
         if let Some(bar) = &self.bar {
             bar.set_prefix(name);
             bar.set_position((part * STEPS as f64) as u64);
-            bar.set_message(format!("{rate} {unit}/s{error}{left}"));
+            bar.set_message(text.clone());
+        }
+        state.told = Told {
+            phase: name,
+            part,
+            text,
+        };
+        if self.bar.is_some() {
             return;
         }
         let tenths = (part * 10.0) as u32;
         if tenths > state.tenths && tenths < 10 && now - state.last_line >= LINE_INTERVAL {
             state.tenths = tenths;
-            self.messages.say(format_args!(
-                "{name} {:>3} %: {rate} {unit}/s{error}{left}",
-                tenths * 10
-            ));
+            let text = &state.told.text;
+            let said = format!("{name} {:>3} %: {text}", tenths * 10);
+            self.messages.say(said);
             state.last_line = now;
         }
     }
 
     fn error(&self, relative: f64) {
-        let mut state = self.state.lock().unwrap_or_else(|p| p.into_inner());
+        let mut state = self.lock();
         state.error = Some(Estimate {
             error: relative,
             done: state.done,

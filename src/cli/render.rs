@@ -2,20 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::thread;
 use std::time::Duration;
 
 mod attributes;
 
-use self::attributes::{attributes, chromaticities};
+use self::attributes::{of_figures, of_settings};
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
-use super::interim::{self, Interim};
-use super::keeping::{self, Keeper, Keeping};
+use super::keeping::{self, Keeping};
 use super::memory::MemoryLimit;
 use super::messages::Messages;
 use super::outputs;
+use super::preview::{About, Previews};
 use super::progress::Progress;
 use super::ranks::{self, Ranks};
 use super::resumed::Resumed;
@@ -23,24 +22,23 @@ use super::signals::Signals;
 use super::strategies;
 use super::units;
 use super::verdict::verdict;
-use crate::film::output::{self, Attribute};
+use super::watch::{Files, Watch};
+use crate::film::output;
 use crate::formats::Picture;
-use crate::formats::tone::Display;
 use crate::integrate::{self, Observer, Render, RenderError, Settings, State};
-use crate::scene::{Film, Scene};
 
 pub fn run(args: &RenderArgs, messages: Messages) -> Result<ExitCode, Failure> {
     match args.keep.shard {
         // Whoever has started it.
-        Some(_) => all(args, &Ranks::alone(), messages),
+        Some(_) => every(args, &Ranks::alone(), messages),
         None => ranks::with(args.max_memory, messages, |ranks| {
-            all(args, ranks, messages)
+            every(args, ranks, messages)
         }),
     }
 }
 
 /// Renders all scenes.
-fn all(args: &RenderArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCode, Failure> {
+fn every(args: &RenderArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCode, Failure> {
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
     let single = match args.scenes.len() > 1 {
@@ -54,41 +52,10 @@ fn all(args: &RenderArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCode,
             "{flag}: files of several scenes are named after them; leave it out, or render them one by one"
         )));
     }
-    let mut taken = Vec::new();
-    let Some((last, scenes)) = args.scenes.split_last() else {
-        return one(args, None, None, &signals, &mut taken, ranks, messages);
-    };
-    let mut failed = None;
-    for scene in scenes {
-        match one(
-            args,
-            Some(scene),
-            None,
-            &signals,
-            &mut taken,
-            ranks,
-            messages,
-        ) {
-            Ok(code) if code == ExitCode::SUCCESS => {}
-            Ok(code) => return Ok(code),
-            // It does not keep the others from being rendered.
-            Err(failure) => failed = Some(messages.failed(&failure)),
-        }
-        signals.release();
-    }
-    let code = one(
-        args,
-        Some(last),
-        None,
-        &signals,
-        &mut taken,
-        ranks,
-        messages,
-    )?;
-    Ok(match failed {
-        Some(failed) if code == ExitCode::SUCCESS => failed,
-        _ => code,
-    })
+    let mut all = All::start(args, ranks, &signals, messages)?;
+    let code = all.render(args);
+    all.previews.finish();
+    code
 }
 
 /// Goes on with a render of a single scene.
@@ -101,27 +68,69 @@ pub fn resumed(
     let signals = Signals::install()
         .map_err(|e| Failure::Io(format!("signal handlers cannot be installed: {e}")))?;
     let scene = args.scenes.first().map(PathBuf::as_path);
-    one(
-        args,
-        scene,
-        Some(resumed),
-        &signals,
-        &mut Vec::new(),
-        ranks,
-        messages,
-    )
+    let mut all = All::start(args, ranks, &signals, messages)?;
+    let code = one(args, scene, Some(resumed), &mut all);
+    all.previews.finish();
+    code
 }
 
-/// Renders a scene, or goes on with it. Files in `taken` are those of the scenes before it.
+/// What the renders of a command share.
+struct All<'a> {
+    ranks: &'a Ranks,
+    signals: &'a Signals,
+    messages: Messages,
+    previews: Previews,
+    /// Files that have been written.
+    taken: Vec<PathBuf>,
+}
+
+impl<'a> All<'a> {
+    fn start(
+        args: &RenderArgs,
+        ranks: &'a Ranks,
+        signals: &'a Signals,
+        messages: Messages,
+    ) -> Result<Self, Failure> {
+        Ok(Self {
+            ranks,
+            signals,
+            messages,
+            previews: Previews::start(&args.preview.preview, signals, messages)?,
+            taken: Vec::new(),
+        })
+    }
+
+    /// One scene after the other.
+    fn render(&mut self, args: &RenderArgs) -> Result<ExitCode, Failure> {
+        let Some((last, scenes)) = args.scenes.split_last() else {
+            return one(args, None, None, self);
+        };
+        let mut failed = None;
+        for scene in scenes {
+            match one(args, Some(scene), None, self) {
+                Ok(code) if code == ExitCode::SUCCESS => {}
+                Ok(code) => return Ok(code),
+                // It does not keep the others from being rendered.
+                Err(failure) => failed = Some(self.messages.failed(&failure)),
+            }
+            self.signals.release();
+        }
+        let code = one(args, Some(last), None, self)?;
+        Ok(match failed {
+            Some(failed) if code == ExitCode::SUCCESS => failed,
+            _ => code,
+        })
+    }
+}
+
+/// Renders a scene, or goes on with it.
 fn one(
     args: &RenderArgs,
     scene: Option<&Path>,
     resumed: Option<&Resumed>,
-    signals: &Signals,
-    taken: &mut Vec<PathBuf>,
-    ranks: &Ranks,
-    messages: Messages,
+    all: &mut All,
 ) -> Result<ExitCode, Failure> {
+    let (ranks, signals, messages) = (all.ranks, all.signals, all.messages);
     // Before the scene is read: a mistyped path should not cost the minute that takes.
     outputs::check_pictures(&args.output)?;
     if let Some(path) = &args.stats {
@@ -154,14 +163,14 @@ fn one(
         true => Vec::new(),
         false => files(args, &input, messages)?,
     };
-    if let Some(file) = files.iter().find(|file| taken.contains(file)) {
+    if let Some(file) = files.iter().find(|file| all.taken.contains(file)) {
         return Err(Failure::Input(format!(
             "{}: {} has just been written for another scene; render this one by itself, with -o",
             input.name,
             file.display()
         )));
     }
-    taken.extend_from_slice(&files);
+    all.taken.extend_from_slice(&files);
     let scene = &input.scene;
     let pixels = scene.film.crop_pixels();
     let settings = match resumed {
@@ -210,15 +219,27 @@ fn one(
         }
         shards => integrate::merge(scene, &settings, shards, observer),
     };
-    let result = watched(
-        args,
-        scene,
-        &files,
-        keeping.as_ref(),
-        &progress,
+    let outputs = Files {
+        paths: &files,
+        display: args.display.display(),
+        attributes: of_settings(&input.name, &settings, scene.film.chromaticities),
+        errors: args.error_layers,
+    };
+    let watch = Watch {
+        files: &outputs,
+        every: args.output_every,
+        previews: &all.previews,
+        keeping: keeping.as_ref(),
+        progress: &progress,
         messages,
-        start,
-    );
+    };
+    all.previews.begin(&About {
+        scene: &input.name,
+        settings: &settings,
+        display: args.display.display(),
+        warnings: &scene.warnings,
+    });
+    let result = watch.render(start);
     progress.finish();
     let (mut render, end) = result.map_err(|e| match (&e, resumed) {
         (RenderError::State(_), Some(resumed)) => Failure::Input(format!("{}: {e}", resumed.name)),
@@ -258,7 +279,14 @@ fn one(
     }
     let summary = summary(&render);
     let verdict = verdict(&render, settings.target_error);
-    let whole = kept & write_files(args, &files, &input, &settings, render, messages);
+    let whole = kept & write_files(args, &outputs, render, messages);
+    let last = verdict.as_deref().unwrap_or(&summary);
+    all.previews.ended(&match whole {
+        true => format!("The render has ended, and all is written: {last}"),
+        false => {
+            format!("The render has ended, and not all could be written where it should be: {last}")
+        }
+    });
     messages.say(summary);
     if let Some(verdict) = verdict {
         messages.say(verdict);
@@ -267,40 +295,6 @@ fn one(
         return Ok(ExitCode::from(1));
     }
     Ok(signals.exit_code().unwrap_or(ExitCode::SUCCESS))
-}
-
-/// Renders by `start`; pictures and checkpoints are written meanwhile. With the last state, if the
-/// render is kept.
-fn watched(
-    args: &RenderArgs,
-    scene: &Scene,
-    files: &[PathBuf],
-    keeping: Option<&Keeping>,
-    progress: &Progress,
-    messages: Messages,
-    start: impl FnOnce(&dyn Observer) -> Result<Render, RenderError>,
-) -> Result<(Render, Option<State>), RenderError> {
-    thread::scope(|scope| {
-        let (interim, keeper);
-        let mut observer: &dyn Observer = progress;
-        if let Some(every) = args.output_every {
-            let pictures;
-            (interim, pictures) = Interim::new(observer, every);
-            observer = &interim;
-            let display = args.display.display();
-            let write =
-                move |picture: &Picture| write_interim(files, &scene.film, picture, &display);
-            scope.spawn(move || interim::write_all(pictures, messages, write));
-        }
-        let Some(keeping) = keeping else {
-            return start(observer).map(|render| (render, None));
-        };
-        let states;
-        (keeper, states) = Keeper::new(observer, keeping);
-        scope.spawn(move || keeping::write_all(states, keeping, messages));
-        let render = start(&keeper)?;
-        Ok((render, keeper.end()))
-    })
 }
 
 /// Writes the last checkpoint of a render that is kept; false if it is not where it should be.
@@ -411,23 +405,14 @@ fn significant(value: f64, digits: usize) -> String {
 }
 
 /// Writes pictures and figures; false if something is not where it should be.
-fn write_files(
-    args: &RenderArgs,
-    files: &[PathBuf],
-    input: &Input,
-    settings: &Settings,
-    mut render: Render,
-    messages: Messages,
-) -> bool {
-    let film = &input.scene.film;
+fn write_files(args: &RenderArgs, files: &Files, mut render: Render, messages: Messages) -> bool {
     let pixels = std::mem::take(&mut render.pixels);
     let picture = Picture {
         pixels,
         ..render.picture()
     };
-    let mut attributes = attributes(&input.name, settings, &render.stats);
-    attributes.extend(chromaticities(film));
-    let display = args.display.display();
+    let mut attributes = files.attributes.clone();
+    attributes.extend(of_figures(&render.stats));
     let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
         .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
     if args.error_layers && errors.is_none() {
@@ -436,9 +421,16 @@ fn write_files(
     let layers: Vec<(&str, &[[f32; 3]])> = (errors.iter())
         .map(|pixels| ("error", pixels.as_slice()))
         .collect();
-    let write = |path: &Path| output::write_layers(path, &picture, &layers, &attributes, &display);
-    let mut whole = strategies::write(files, &picture, &render.strategies, &display, messages);
-    for path in files {
+    let write =
+        |path: &Path| output::write_layers(path, &picture, &layers, &attributes, &files.display);
+    let mut whole = strategies::write(
+        files.paths,
+        &picture,
+        &render.strategies,
+        &files.display,
+        messages,
+    );
+    for path in files.paths {
         match outputs::save_picture(path, write) {
             Ok(()) => messages.say(format_args!("wrote {}", path.display())),
             Err(message) => {
@@ -458,21 +450,6 @@ fn write_files(
         }
     }
     whole
-}
-
-/// Writes a picture that is not the last one.
-fn write_interim(
-    files: &[PathBuf],
-    film: &Film,
-    picture: &Picture,
-    display: &Display,
-) -> Result<(), String> {
-    let attributes: Vec<Attribute> = chromaticities(film).into_iter().collect();
-    for path in files.iter().filter(|path| !crate::files::is_special(path)) {
-        let written = output::write(path, picture, &attributes, display);
-        written.map_err(|e| e.to_string())?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -38,6 +38,7 @@ fn go_on(args: &ResumeArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCod
         let flags = [
             ("-o", !args.output.is_empty()),
             ("--output-every", args.output_every.is_some()),
+            ("--preview", !args.preview.preview.is_empty()),
             ("--stats", args.stats.is_some()),
             ("--error-layers", args.error_layers),
         ];

@@ -76,6 +76,12 @@ impl Signals {
         self.deadly.store(false, Ordering::Relaxed);
     }
 
+    /// As if Ctrl-C had been pressed: a signal after it ends the process at once.
+    pub fn ask(&self) {
+        self.received.store(SIGINT as usize, Ordering::Relaxed);
+        self.deadly.store(true, Ordering::Relaxed);
+    }
+
     pub fn any(&self) -> bool {
         self.received.load(Ordering::Relaxed) != 0
     }

@@ -8,10 +8,12 @@
 
 mod begun;
 mod gather;
+mod seen;
 
 use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
 use self::gather::{all, gather};
+use self::seen::{add_error, add_picture, mean, picture, see};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
@@ -162,10 +164,9 @@ impl Parts<'_> {
             let batches = all(own, &others);
             let chains: Chains = batches.iter().map(|(a, _, b)| (*a, *b)).collect();
             let beside = beside.as_deref();
-            if wants.picture {
-                let light = Light::of(run, film.layers(), &chains);
-                run.show(picture(film, &light, beside).0);
-            }
+            run.show(wants.picture, |judged| {
+                see(run, film, &chains, beside, judged)
+            });
             if wants.state {
                 run.keep(false, |to| self.save(&batches, beside, to));
             }
@@ -267,6 +268,9 @@ fn go_on<L: Lanes>(
     }
 
     let chains: Chains = batches.iter().map(|(a, _, batch)| (*a, batch)).collect();
+    run.show(run.observer.wants_picture(true), |judged| {
+        see(run, &film, &chains, beside, judged)
+    });
     let mut light = Light::of(run, film.layers(), &chains);
     let (pixels, beside_mean) = picture(&film, &light, beside);
     light.beside = beside_mean;
@@ -349,36 +353,6 @@ fn deviation(
         add_error(&mut deviation, &more);
     }
     deviation
-}
-
-/// The picture of chains and of the samples beside them, and the mean of what samples bring.
-fn picture(film: &SplatFilm, light: &Light, beside: Option<&Sampling>) -> (Vec<[f32; 3]>, f64) {
-    let mut pixels = film.resolve(&light.scales);
-    let Some(beside) = beside else {
-        return (pixels, 0.0);
-    };
-    let more = beside.picture();
-    add_picture(&mut pixels, &more);
-    (pixels, mean(&more))
-}
-
-/// Adds a picture to another.
-fn add_picture(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
-    let values = to.as_flattened_mut().iter_mut();
-    values.zip(more.as_flattened()).for_each(|(to, v)| *to += v);
-}
-
-/// Mean of all channels.
-fn mean(picture: &[[f32; 3]]) -> f64 {
-    let sum: f64 = picture.as_flattened().iter().map(|v| f64::from(*v)).sum();
-    sum / (3 * picture.len()).max(1) as f64
-}
-
-/// Standard errors of a sum of two that are independent.
-fn add_error(to: &mut [[f32; 3]], more: &[[f32; 3]]) {
-    for (to, more) in to.as_flattened_mut().iter_mut().zip(more.as_flattened()) {
-        *to = (*to * *to + *more * *more).sqrt();
-    }
 }
 
 /// Estimated relMSE of the picture so far, as it will be written.

@@ -52,6 +52,8 @@ mod schedule;
 mod settings;
 mod shard;
 mod shares;
+mod show;
+mod so_far;
 mod state;
 mod team;
 mod tuning;
@@ -67,11 +69,13 @@ pub use self::saved::Checkpoint;
 pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads};
 pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
+pub use self::so_far::{SoFar, Wanted};
 pub use self::state::{Gathered, Made, State};
 pub use self::team::{Alone, Team};
 
 use self::run::{DARK, ROUND, Run, black_reason, per_second};
-use self::scale::{bring_to_scale, mixed_deviation};
+use self::scale::bring_to_scale;
+use self::show::scale_deviation;
 use self::team::Crew;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
@@ -260,12 +264,7 @@ fn render_by(
     let beyond = bring_to_scale(&mut render.pixels, scale, colour);
     parts.for_each(|pixels| _ = bring_to_scale(pixels, scale, colour));
     if let Some(deviation) = &mut render.deviation {
-        _ = bring_to_scale(deviation, scale, None);
-        if let Some(m) = colour {
-            deviation
-                .iter_mut()
-                .for_each(|d| *d = mixed_deviation(m, *d));
-        }
+        scale_deviation(&scene.film, deviation);
     }
     if beyond > 0 {
         render.warnings.push(format!(

@@ -3,13 +3,12 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use super::scale::bring_to_scale;
 use super::settings::Settings;
 use super::shard::Shard;
+use super::so_far::{SoFar, Wanted};
 use super::state::State;
 use super::team::{ALONE, Crew, Team};
 use crate::checkpoint::Writer;
-use crate::formats::Picture;
 use crate::scene::Scene;
 use crate::transport::World;
 
@@ -37,14 +36,15 @@ pub trait Observer: Sync {
     fn error(&self, relative: f64) {
         let _ = relative;
     }
-    /// Whether the picture so far is wanted; asked between rounds of work.
-    fn wants_picture(&self) -> bool {
-        false
+    /// What is wanted of the picture so far; asked between rounds of work, and once more when all
+    /// work is done (`last`), however it ended.
+    fn wants_picture(&self, last: bool) -> Wanted {
+        let _ = last;
+        Wanted::Nothing
     }
-    /// The picture so far, if it was wanted, but for what chains still hold: as
-    /// [`Render::picture`](super::Render::picture).
-    fn picture(&self, picture: Picture) {
-        let _ = picture;
+    /// The picture so far, if it was wanted; but for what chains still hold, unless it is the last.
+    fn picture(&self, so_far: SoFar) {
+        let _ = so_far;
     }
     /// Whether the render's state is wanted, to [`resume`](super::resume) it some day; asked
     /// between rounds of work, and once more when it ends (`last`), however it does. Not asked
@@ -66,7 +66,7 @@ pub trait Observer: Sync {
 /// What somebody wants to see between two rounds; the same at all processes of a team.
 #[derive(Clone, Copy)]
 pub(super) struct Wants {
-    pub picture: bool,
+    pub picture: Wanted,
     pub state: bool,
     pub error: bool,
 }
@@ -75,19 +75,26 @@ impl Wants {
     /// `error` says that it is time to look at it. The wishes of the first process count.
     pub fn ask(run: &Run, error: bool) -> Self {
         let own = match run.team().leads() {
-            true => [run.observer.wants_picture(), run.is_kept(false), error],
-            false => [false; 3],
+            true => {
+                let [state, error] = [run.is_kept(false), error].map(u8::from);
+                [run.observer.wants_picture(false) as u8, state, error]
+            }
+            false => [0; 3],
         };
-        let [picture, state, error] = run.team().agree(own.map(u8::from)).map(|v| v == 1);
+        let [picture, state, error] = run.team().agree(own);
         Self {
-            picture,
-            state,
-            error,
+            picture: match picture {
+                0 => Wanted::Nothing,
+                1 => Wanted::Picture,
+                _ => Wanted::Judged,
+            },
+            state: state == 1,
+            error: error == 1,
         }
     }
 
     pub fn is_nothing(self) -> bool {
-        !(self.picture || self.state || self.error)
+        self.picture == Wanted::Nothing && !self.state && !self.error
     }
 }
 
@@ -188,21 +195,6 @@ impl<'a> Run<'a> {
     /// The processes that make it.
     pub(super) fn team(&self) -> &'a dyn Team {
         self.crew.team
-    }
-
-    /// Hands the picture so far, which is wanted, to the observer.
-    pub(super) fn show(&self, mut pixels: Vec<[f32; 3]>) {
-        let film = &self.scene.film;
-        bring_to_scale(&mut pixels, film.scale, film.colour.as_ref());
-        let (width, height) = self.size();
-        let [offset, full] = self.window();
-        self.observer.picture(Picture {
-            width,
-            height,
-            offset,
-            full,
-            pixels,
-        });
     }
 
     /// How much longer the next round should be than one that took so long: [`ROUND`], or the time

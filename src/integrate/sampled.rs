@@ -3,6 +3,7 @@
 
 mod look;
 mod saved;
+mod seen;
 
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
@@ -132,8 +133,13 @@ pub(super) fn render<L: Lanes>(
         step = ((step as f64 * run.pace(begin.elapsed())) as u64).max(batch);
     }
     sampling.gather()?;
-    if run.team().leads() && run.is_kept(true) {
-        run.keep(true, |to| sampling.save(to));
+    if run.team().leads() {
+        if run.is_kept(true) {
+            run.keep(true, |to| sampling.save(to));
+        }
+        run.show(run.observer.wants_picture(true), |judged| {
+            sampling.see(judged)
+        });
     }
     Ok(sampling.finish(ended_by.unwrap_or(EndedBy::Effort)))
 }

@@ -2,12 +2,16 @@
 //! in a folder of its own.
 
 mod display;
+#[cfg(unix)]
+mod growing;
 mod inspect;
 #[cfg(unix)]
 mod kept;
 #[cfg(unix)]
 mod kills;
 mod pictures;
+#[cfg(unix)]
+mod preview;
 mod settings;
 #[cfg(unix)]
 mod signals;
@@ -15,12 +19,46 @@ mod written;
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use phalanx::film::output::read_exr;
 use phalanx::formats::Picture;
 use tempfile::TempDir;
+
+/// A program that is running; it ends with the test that started it.
+struct Running(Option<Child>);
+
+impl Running {
+    fn start(mut command: Command) -> Self {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(Some(command.spawn().unwrap()))
+    }
+
+    fn id(&self) -> u32 {
+        self.0.as_ref().unwrap().id()
+    }
+
+    /// Ends it at once.
+    fn kill(mut self) {
+        let mut child = self.0.take().unwrap();
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+
+    /// What it has come to.
+    fn end(mut self) -> Ran {
+        Ran(self.0.take().unwrap().wait_with_output().unwrap())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+        }
+    }
+}
 
 /// A budget of a fraction of a second.
 const TINY: &str = "--resolution 32x32 --mutations 2 --bootstrap 500 --chains 64";

@@ -7,6 +7,7 @@ use clap::{Args, value_parser};
 
 use super::keep::KeepArgs;
 use super::parse::{file, size};
+use super::preview::PreviewArgs;
 use super::values::Lanes;
 use super::{ChainArgs, DisplayArgs, EffectArgs, PictureArgs, RenderArgs};
 
@@ -76,6 +77,7 @@ impl MergeArgs {
             display: self.display.clone(),
             no_png: self.no_png,
             output_every: None,
+            preview: PreviewArgs::default(),
             keep: KeepArgs {
                 checkpoint: self.checkpoint.clone(),
                 every: Duration::MAX,

@@ -7,6 +7,7 @@ use clap::{Args, value_parser};
 
 use super::keep::KeepArgs;
 use super::parse::{file, seconds, size, target_error};
+use super::preview::PreviewArgs;
 use super::values::{Lanes, Quality};
 use super::{ChainArgs, DisplayArgs, EffectArgs, MAX_MUTATIONS, PictureArgs, RenderArgs};
 
@@ -42,9 +43,12 @@ pub struct ResumeArgs {
     #[arg(long, help_heading = "Output")]
     pub no_png: bool,
 
-    /// Write the picture so far every TIME, while the render goes on
+    /// Write all files so far every TIME, while the render goes on
     #[arg(long, value_name = "TIME", value_parser = seconds, help_heading = "Output")]
     pub output_every: Option<Duration>,
+
+    #[command(flatten)]
+    pub preview: PreviewArgs,
 
     /// Write the figures of the render to FILE, as a JSON object
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -145,6 +149,7 @@ impl ResumeArgs {
             display: self.display.clone(),
             no_png: self.no_png,
             output_every: self.output_every,
+            preview: self.preview.clone(),
             keep: KeepArgs {
                 checkpoint: Some(self.checkpoint.clone().unwrap_or(self.file.clone())),
                 every: self.every,

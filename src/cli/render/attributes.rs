@@ -2,15 +2,7 @@
 
 use crate::film::output::{Attribute, AttributeValue};
 use crate::integrate::{Settings, Stats};
-use crate::scene::{Film, IntegratorKind};
-
-/// The primaries of a film that has its own.
-pub fn chromaticities(film: &Film) -> Option<Attribute> {
-    film.chromaticities.map(|c| Attribute {
-        name: "chromaticities".into(),
-        value: AttributeValue::Chromaticities(c),
-    })
-}
+use crate::scene::IntegratorKind;
 
 /// Figures that differ between equal renders: how long they took, and on what.
 fn is_of_the_machine(figure: &str) -> bool {
@@ -19,11 +11,25 @@ fn is_of_the_machine(figure: &str) -> bool {
         || ["threads", "lanes", "peak_rss_bytes"].contains(&figure)
 }
 
-/// What an EXR file says about its making: scene, settings, and the figures of the render under the
-/// names they have in `--stats`, after `phalanx:`, but for those that differ between equal renders:
-/// equal renders are equal files.
-pub fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attribute> {
-    let text = |v: &str| AttributeValue::Text(v.into());
+fn text(v: &str) -> AttributeValue {
+    AttributeValue::Text(v.into())
+}
+
+/// With a name of our own, so that it is nobody else's.
+fn own(name: &str, value: AttributeValue) -> Attribute {
+    Attribute {
+        name: format!("phalanx:{name}"),
+        value,
+    }
+}
+
+/// What an EXR file says about its making before it is made: scene and settings, by names that
+/// begin with `phalanx:`; and the primaries of a film that has its own.
+pub fn of_settings(
+    scene: &str,
+    settings: &Settings,
+    primaries: Option<[f32; 8]>,
+) -> Vec<Attribute> {
     let tuned = |auto: bool, v: f32| match auto {
         true => text("auto"),
         false => AttributeValue::Float(v.into()),
@@ -52,11 +58,6 @@ pub fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attrib
     ) {
         list.push(("strategy_choice", text(settings.strategy_choice.name())));
     }
-    // Names of our own, so that they are nobody else's.
-    let own = |name: &str, value| Attribute {
-        name: format!("phalanx:{name}"),
-        value,
-    };
     let mut list: Vec<Attribute> = (list.into_iter())
         .map(|(name, value)| own(name, value))
         .collect();
@@ -64,6 +65,17 @@ pub fn attributes(scene: &str, settings: &Settings, stats: &Stats) -> Vec<Attrib
         name: "software".into(),
         value: text(concat!("Phalanx ", env!("CARGO_PKG_VERSION"))),
     });
+    list.extend(primaries.map(|c| Attribute {
+        name: "chromaticities".into(),
+        value: AttributeValue::Chromaticities(c),
+    }));
+    list
+}
+
+/// And afterwards: the figures of the render under the names they have in `--stats`, but for those
+/// that differ between equal renders. Equal renders are equal files.
+pub fn of_figures(stats: &Stats) -> Vec<Attribute> {
+    let mut list = Vec::new();
     if let Ok(serde_json::Value::Object(figures)) = serde_json::to_value(stats) {
         let figures = figures
             .into_iter()
@@ -124,7 +136,8 @@ mod tests {
             forced: Vec::new(),
             shard: None,
         };
-        let list = attributes("a.pbrt", &settings, &stats);
+        let mut list = of_settings("a.pbrt", &settings, None);
+        list.extend(of_figures(&stats));
         let get = |name: &str| {
             let name = format!("phalanx:{name}");
             list.iter().find(|a| a.name == name).map(|a| &a.value)

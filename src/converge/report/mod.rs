@@ -12,6 +12,8 @@ mod sentence;
 mod series;
 mod style;
 
+pub use self::heat::VIRIDIS;
+
 use super::run::Study;
 use std::path::Path;
 

@@ -23,9 +23,7 @@ impl Sampling<'_> {
         self.gather()?;
         let mut ended = 0u8;
         if run.team().leads() {
-            if wants.picture {
-                run.show(self.picture());
-            }
+            run.show(wants.picture, |judged| self.see(judged));
             if wants.state {
                 run.keep(false, |to| self.save(to));
             }
