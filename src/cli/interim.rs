@@ -40,6 +40,10 @@ impl Observer for Interim<'_> {
         self.shown.error(relative);
     }
 
+    fn warning(&self, text: &str) {
+        self.shown.warning(text);
+    }
+
     fn stop(&self) -> bool {
         self.shown.stop()
     }

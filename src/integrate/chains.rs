@@ -10,6 +10,7 @@ mod begun;
 
 use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
+use super::chance::{self, ChanceStats};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
@@ -19,10 +20,12 @@ use super::schedule::{ChainBudget, March, Start, density};
 use super::state::Made;
 use super::{EndedBy, ROUND, Render, Run, Stats, mixing_check, per_second};
 use crate::chain::bootstrap::Estimate;
+use crate::chain::discoveries::Discoveries;
 use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// From the bootstrap on, or from a state.
@@ -238,6 +241,8 @@ fn go_on<L: Lanes>(
         let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
         let of = (&chains, &light);
         mixing_check::judge(run, &tiling, of, layer, &mut stats, &mut warnings);
+        stats.chance = chances(run, &chains, beside, stats.b);
+        warnings.extend(stats.chance.iter().filter_map(ChanceStats::warning));
     }
     Render {
         stats,
@@ -260,6 +265,31 @@ fn add_samples(stats: &mut Stats, beside: &Sampling) {
     stats.samples_per_second = per_second(made.samples, stats.render_seconds);
     stats.rays += made.rays;
     stats.rejected_nonfinite += made.rejected;
+}
+
+/// What chains, by their large steps, and samples beside them have found of light that only chance
+/// finds.
+fn chances(run: &Run, chains: &Chains, beside: Option<&Sampling>, b: f64) -> Vec<ChanceStats> {
+    let mut found = Discoveries::default();
+    let mut tried: BTreeMap<usize, f64> = BTreeMap::new();
+    for (a, batch) in chains {
+        let monitor = batch.monitor();
+        monitor.iter().for_each(|m| found.merge(m.found()));
+        // The shortest such path scatters twice; others try it as often as they choose it.
+        let plan = a.sampler.plan().filter(|plan| plan.depth > 1);
+        let chosen = match (plan, a.sampler.depth()) {
+            (Some(plan), _) => 1.0 / f64::from(plan.choice.factor(0)),
+            (None, Some(_)) => continue,
+            (None, None) => 1.0,
+        };
+        *tried.entry(a.index).or_default() += batch.counts.large as f64 * chosen;
+    }
+    let mut tried = tried.into_values().reduce(f64::min).unwrap_or(0.0);
+    if let Some(beside) = beside {
+        found.merge(&beside.found());
+        tried += beside.counts().samples as f64;
+    }
+    chance::judge(run, &found, tried, b)
 }
 
 /// Standard errors of all pixels.
@@ -376,6 +406,8 @@ fn good_enough(
             && mixing_check::depths(chains, &light)
                 .iter()
                 .all(|d| d.mixed())
+            && (chances(run, chains, beside, light.of_chains() + light.beside).iter())
+                .all(ChanceStats::is_known)
     });
     seen == Some(true)
 }

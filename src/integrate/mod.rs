@@ -24,6 +24,7 @@ mod auto;
 mod bdpt;
 mod bootstraps;
 mod chains;
+mod chance;
 mod depth_stats;
 mod error;
 mod failure;
@@ -50,6 +51,7 @@ mod shares;
 mod state;
 mod tuning;
 
+pub use self::chance::{ChanceStats, Hidden, hidden};
 pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
 pub use self::error::{Tiles, standard_errors};
 pub use self::failure::RenderError;
@@ -175,10 +177,16 @@ fn render_by(
         ));
     }
     observer.progress(Phase::Build, primitives, primitives);
+    let hidden = match settings.estimate_error {
+        true => chance::hidden(scene, &world, settings.integrator),
+        false => Vec::new(),
+    };
+    (hidden.iter().filter_map(Hidden::warning)).for_each(|text| observer.warning(&text));
     let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {
         start,
         spent: Duration::from_secs_f64(spent),
+        hidden: &hidden,
         ..Run::begin(scene, &world, settings, observer)
     };
     let mut from: Vec<Reader> = (states.iter())

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::chance::ChanceStats;
 use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
@@ -82,6 +83,8 @@ pub struct Stats {
     pub stuck_chains: u64,
     /// `None` if the error is not estimated.
     pub cross_check: Option<CrossCheck>,
+    /// Light that only chance finds, if so much of it may be missing that it would show.
+    pub chance: Vec<ChanceStats>,
     /// Who brings what (`auto`).
     pub shares: Option<Shares>,
     /// One a depth that has chains; none of integrators of independent samples.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use super::chance::Hidden;
 use super::scale::bring_to_scale;
 use super::settings::Settings;
 use super::shard::Shard;
@@ -35,6 +36,10 @@ pub trait Observer: Sync {
     /// often as costs next to nothing.
     fn error(&self, relative: f64) {
         let _ = relative;
+    }
+    /// Something that the user should know before the render.
+    fn warning(&self, text: &str) {
+        let _ = text;
     }
     /// Whether the picture so far is wanted; asked between rounds of work.
     fn wants_picture(&self) -> bool {
@@ -103,6 +108,8 @@ pub(super) struct Run<'a> {
     pub(super) start: Instant,
     /// What an earlier process has spent on it.
     pub(super) spent: Duration,
+    /// Light that only chance finds.
+    pub(super) hidden: &'a [Hidden],
     /// Its state can be kept.
     pub(super) keeps: bool,
     /// What states begin with.
@@ -124,6 +131,7 @@ impl<'a> Run<'a> {
             observer,
             start: Instant::now(),
             spent: Duration::ZERO,
+            hidden: &[],
             keeps: true,
             preface: &|_| {},
         }

@@ -1,6 +1,7 @@
 //! Samples so far, written and read.
 
-use super::Sampling;
+use super::{Sampling, lock};
+use crate::chain::discoveries::Discoveries;
 use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::integrate::Shard;
 use crate::integrate::state::Made;
@@ -23,11 +24,13 @@ impl Sampling<'_> {
             done,
             rays,
             rejected,
+            found,
             before,
             since,
         } = self;
         to.value([*done, *rays, *rejected]);
         to.value(before + since.elapsed().as_secs_f64());
+        lock(found).save(to);
         sums.save(to);
         Made {
             samples: done - range.start,
@@ -49,6 +52,8 @@ impl Sampling<'_> {
             let right = (0.0..1e12).contains(&before);
             Malformed::unless(right, "a time is out of range")?;
             self.before += before;
+            let found = Discoveries::load(from)?;
+            lock(&self.found).merge(&found);
             Malformed::unless(done >= self.range.start, "samples are missing")?;
             self.done = done;
             if index == 0 {
