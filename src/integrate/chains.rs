@@ -10,7 +10,7 @@ mod begun;
 
 use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
-use super::chance::{self, ChanceStats};
+use super::chance::{self, ChanceStats, Trials};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
@@ -20,7 +20,6 @@ use super::schedule::{ChainBudget, March, Start, density};
 use super::state::Made;
 use super::{EndedBy, ROUND, Render, Run, Stats, mixing_check, per_second};
 use crate::chain::bootstrap::Estimate;
-use crate::chain::discoveries::Discoveries;
 use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
@@ -270,26 +269,23 @@ fn add_samples(stats: &mut Stats, beside: &Sampling) {
 /// What chains, by their large steps, and samples beside them have found of light that only chance
 /// finds.
 fn chances(run: &Run, chains: &Chains, beside: Option<&Sampling>, b: f64) -> Vec<ChanceStats> {
-    let mut found = Discoveries::default();
-    let mut tried: BTreeMap<usize, f64> = BTreeMap::new();
+    let mut depths: BTreeMap<usize, Trials> = BTreeMap::new();
     for (a, batch) in chains {
-        let monitor = batch.monitor();
-        monitor.iter().for_each(|m| found.merge(m.found()));
         // The shortest such path scatters twice; others try it as often as they choose it.
-        let plan = a.sampler.plan().filter(|plan| plan.depth > 1);
-        let chosen = match (plan, a.sampler.depth()) {
-            (Some(plan), _) => 1.0 / f64::from(plan.choice.factor(0)),
-            (None, Some(_)) => continue,
+        let chosen = match (a.sampler.plan(), a.sampler.depth()) {
+            (Some(plan), Some(2..)) => 1.0 / f64::from(plan.choice.factor(0)),
             (None, None) => 1.0,
+            _ => continue,
         };
-        *tried.entry(a.index).or_default() += batch.counts.large as f64 * chosen;
+        let trials = depths.entry(a.index).or_default();
+        trials.chosen = chosen;
+        trials.paths += batch.counts.large as f64;
+        let monitor = batch.monitor();
+        (monitor.iter()).for_each(|m| trials.found.merge(m.found()));
     }
-    let mut tried = tried.into_values().reduce(f64::min).unwrap_or(0.0);
-    if let Some(beside) = beside {
-        found.merge(&beside.found());
-        tried += beside.counts().samples as f64;
-    }
-    chance::judge(run, &found, tried, b)
+    let depths: Vec<Trials> = depths.into_values().collect();
+    let samples = beside.map(Sampling::trials);
+    chance::judge(run.hidden, &depths, samples.as_ref(), b)
 }
 
 /// Standard errors of all pixels.

@@ -17,7 +17,6 @@
 //! their number says: with `m` of equal amounts, the upper end of a Poisson mean is about `m + 2
 //! sqrt(m) + 3`.
 
-use super::Run;
 use super::depth_stats::MATTERS;
 use crate::chain::discoveries::{Discoveries, Found};
 use crate::scene::{IntegratorKind, PathSamplerKind, Scene};
@@ -86,14 +85,13 @@ pub fn hidden(scene: &Scene, world: &World, integrator: IntegratorKind) -> Vec<H
     let survey = world.survey::<f32x8>();
     let joined = !from_eye && world.plan.seen;
     let seen = if joined { survey.seen } else { 1.0 };
-    let names = |parts: &BTreeMap<u32, f64>| named(scene, parts);
     (chance.lamps.iter().zip(&survey.lamps).enumerate())
         .map(|(index, (lamp, light))| Hidden {
             lamp: lamp.name.clone(),
             through: [
-                names(&light.through),
+                named(scene, &light.through, &lamp.name),
                 if joined {
-                    names(&survey.shown)
+                    named(scene, &survey.shown, &lamp.name)
                 } else {
                     Vec::new()
                 },
@@ -111,8 +109,14 @@ pub fn hidden(scene: &Scene, world: &World, integrator: IntegratorKind) -> Vec<H
         .collect()
 }
 
-/// The materials that matter, the most important first.
-fn named(scene: &Scene, parts: &BTreeMap<u32, f64>) -> Vec<String> {
+/// The materials that matter, the most important first; those of the lamp's file by their lines.
+fn named(scene: &Scene, parts: &BTreeMap<u32, f64>, lamp: &str) -> Vec<String> {
+    let place = |text: &str| {
+        let (file, line) = text.rsplit_once(':')?;
+        Some((file.to_owned(), line.to_owned()))
+    };
+    let file = lamp.split_once(" at ").and_then(|(_, at)| place(at));
+    let file = file.map(|(file, _)| file);
     let most = parts.values().fold(0.0, |a: f64, b| a.max(*b));
     let mut list: Vec<_> = parts
         .iter()
@@ -123,7 +127,12 @@ fn named(scene: &Scene, parts: &BTreeMap<u32, f64>) -> Vec<String> {
         let material = &scene.materials[m as usize];
         match material.origin.as_str() {
             "" => format!("\"{}\"", material.name),
-            origin => format!("\"{}\" ({origin})", material.name),
+            origin => match place(origin) {
+                Some((own, line)) if file.as_ref() == Some(&own) => {
+                    format!("\"{}\" (line {line})", material.name)
+                }
+                _ => format!("\"{}\" ({origin})", material.name),
+            },
         }
     };
     list.into_iter().take(3).map(|(m, _)| name(*m)).collect()
@@ -159,17 +168,56 @@ impl Hidden {
     }
 }
 
-/// What trials have come to, `tried` of them; `b` is the mean of the picture.
-pub(super) fn judge(run: &Run, found: &Discoveries, tried: f64, b: f64) -> Vec<ChanceStats> {
-    let of = |hidden: &Hidden| stats(hidden, found.of(hidden.index), tried, b);
-    run.hidden.iter().map(of).collect()
+/// Independent paths that bring light of their own: the large steps of a depth, or samples.
+#[derive(Default)]
+pub(super) struct Trials {
+    /// How many.
+    pub paths: f64,
+    /// Part of them whose strategy is to hit a lamp by chance.
+    pub chosen: f64,
+    /// What they have found.
+    pub found: Discoveries,
 }
 
-fn stats(hidden: &Hidden, found: Found, tried: f64, b: f64) -> ChanceStats {
+/// What trials of `chains`, one a depth, and of `samples` have come to; `b` is the mean of the
+/// picture.
+pub(super) fn judge(
+    hidden: &[Hidden],
+    chains: &[Trials],
+    samples: Option<&Trials>,
+    b: f64,
+) -> Vec<ChanceStats> {
+    let tries = |trials: &Trials| trials.paths * trials.chosen;
+    let all = || chains.iter().chain(samples);
+    let tried = all().map(tries).sum();
+    let least = chains.iter().map(tries).reduce(f64::min).unwrap_or(0.0);
+    let least = least + samples.map_or(0.0, tries);
+    let of = |hidden: &Hidden| {
+        let mut sum = Found::default();
+        let mut variance = 0.0;
+        for trials in all().filter(|trials| trials.paths > 0.0) {
+            let found = trials.found.of(hidden.index);
+            let light = found.sum / trials.paths;
+            sum.count += found.count;
+            sum.sum += light;
+            if found.effective > 0.0 {
+                variance += light * light / found.effective;
+            }
+        }
+        if variance > 0.0 {
+            sum.effective = sum.sum * sum.sum / variance;
+        }
+        stats(hidden, sum, [tried, least], b)
+    };
+    hidden.iter().map(of).collect()
+}
+
+/// The sum that was found is light by now.
+fn stats(hidden: &Hidden, found: Found, [tried, least]: [f64; 2], b: f64) -> ChanceStats {
     let Found {
         count,
         effective,
-        sum,
+        sum: light,
     } = found;
     let part = |light: f64| {
         if light > 0.0 {
@@ -178,14 +226,13 @@ fn stats(hidden: &Hidden, found: Found, tried: f64, b: f64) -> ChanceStats {
             0.0
         }
     };
-    let mean = if tried > 0.0 { sum / tried } else { 0.0 };
-    let share = if b > 0.0 { (mean / b).min(1.0) } else { 0.0 };
+    let share = if b > 0.0 { (light / b).min(1.0) } else { 0.0 };
     let missing = if effective >= FEW {
         0.0
     } else if effective > 0.0 {
-        part(mean * (2.0 * effective.sqrt() + 3.0) / effective)
+        part(light * (2.0 * effective.sqrt() + 3.0) / effective)
     } else {
-        part(3.0 * hidden.radiance / tried)
+        part(3.0 * hidden.radiance / least)
     };
     ChanceStats {
         hidden: hidden.clone(),
@@ -229,7 +276,7 @@ impl ChanceStats {
 mod tests {
     use super::*;
 
-    fn seen(radiance: f64, effective: f64, sum: f64, tried: f64) -> ChanceStats {
+    fn seen(radiance: f64, effective: f64, light: f64, tried: f64) -> ChanceStats {
         let hidden = Hidden {
             radiance,
             possible: 0.9,
@@ -238,9 +285,9 @@ mod tests {
         let found = Found {
             count: effective.ceil() as u64,
             effective,
-            sum,
+            sum: light,
         };
-        stats(&hidden, found, tried, 1.0)
+        stats(&hidden, found, [tried; 2], 1.0)
     }
 
     #[test]
@@ -254,9 +301,9 @@ mod tests {
 
     #[test]
     fn few_discoveries_leave_room_for_more() {
-        let one = seen(1e9, 1.0, 1e6, 1e6);
+        let one = seen(1e9, 1.0, 1.0, 1e6);
         assert_eq!(one.missing, 5.0 / 6.0);
         assert!(one.warning().unwrap().contains("rests on 1 of"));
-        assert!(seen(1e9, FEW, 1e6, 1e6).is_known());
+        assert!(seen(1e9, FEW, 1.0, 1e6).is_known());
     }
 }

@@ -21,6 +21,8 @@ pub struct DepthStats {
     pub b_stderr: f64,
     /// Part of all light.
     pub share: f64,
+    /// Independent paths of equal light that would tell [`Self::b`] as well.
+    pub effective: f64,
     /// How many marched.
     pub chains: usize,
     /// Of all of them together.

@@ -5,6 +5,7 @@
 //! last is what large steps find out: they are independent samples of the whole picture, so tile by
 //! tile their mean must be that of the chains.
 
+use super::chance::FEW;
 use super::depth_stats::{CrossCheck, DepthStats, MATTERS, MIXED, Missed, named};
 use super::error::{Groups, Tiles};
 use super::normalisation::{Chains, Light, sums_of};
@@ -15,6 +16,9 @@ use crate::film::{GROUPS, Tiling};
 
 /// Standard errors that are beyond chance, for a million comparisons.
 const BEYOND_CHANCE: f64 = 6.0;
+/// Standard error of a tile's mean from which on a patch of its size is seen: about twice what is
+/// just noticeable.
+const VISIBLE: f64 = 0.03;
 /// Large steps with light that make a mean in a tile.
 const ENOUGH: u64 = 16;
 
@@ -36,6 +40,7 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
             b,
             b_stderr: estimate.error2().sqrt(),
             share: if total > 0.0 { b / total } else { 0.0 },
+            effective: estimate.effective(),
             chains: a.chains,
             mutations: own()
                 .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
@@ -111,6 +116,7 @@ pub(super) fn judge(
     stats.dark_large = dark(|m| m.dark_large);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
     warnings.extend(apart(&depths, &tiles, tiling));
+    warnings.extend(few(&depths));
     warnings.extend(stuck(tiling, chains, light, &depths, &tiles));
     warnings.extend(missed(&check));
     stats.depths = depths;
@@ -241,16 +247,47 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
     let strategy = depth.worst_strategy().map_or(String::new(), |(s, t)| {
         format!(", least of all in strategy (s, t) = ({s}, {t})")
     });
+    // What tiles say is told by chains that share nothing, mixed or not.
     let stderr = tiles.stderr.iter().flatten();
-    let (tile, stderr) = stderr.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let [x0, x1, y0, y1] = tiling.bounds(tile);
+    let relative = (stderr.zip(&tiles.mean)).map(|(stderr, mean)| stderr / mean);
+    let visible = (relative.enumerate()).filter(|(_, error)| *error > VISIBLE);
+    let visible: Vec<(usize, f64)> = visible.collect();
+    let (tile, error) = visible.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let [x0, x1, y0, y1] = tiling.bounds(*tile);
+    let worth = depth.mixing.ess.map_or(String::new(), |ess| {
+        format!(
+            "; their light, {:.0} % of the picture's, is worth {ess:.0} independent samples",
+            100.0 * depth.share
+        )
+    });
     Some(format!(
-        "chains disagree: those of {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}){strategy}{others}; the picture can be smooth and wrong, and is least certain at pixels {x0}-{}, {y0}-{} (standard error \
+        "chains disagree: those of {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}){strategy}{others}{worth}; the picture \
+         can be smooth and wrong: {} of {} tiles are off by more than {:.0} %, the most at pixels {x0}-{}, {y0}-{} (standard error \
          {:.1} % there): more mutations are needed",
         named(depth.depth),
+        visible.len(),
+        tiles.mean.len(),
+        100.0 * VISIBLE,
         x1 - 1,
         y1 - 1,
-        100.0 * stderr / tiles.mean[tile]
+        100.0 * error
+    ))
+}
+
+/// Depths that matter whose brightness is that of few paths.
+fn few(depths: &[DepthStats]) -> Option<String> {
+    let few = |d: &&DepthStats| d.share >= MATTERS && d.effective < FEW;
+    let worst = (depths.iter().filter(few)).max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let others = match depths.iter().filter(few).count() - 1 {
+        0 => String::new(),
+        n => format!(", as does that of {n} more"),
+    };
+    Some(format!(
+        "the light of {}, {:.0} % of the picture's, rests on as few as {:.0} independent paths{others}: how bright it is is hardly known, and \
+         the error with it; more --bootstrap or larger --large-step would help",
+        named(worst.depth),
+        100.0 * worst.share,
+        worst.effective.ceil()
     ))
 }
 

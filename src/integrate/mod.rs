@@ -13,8 +13,8 @@
 //!    it reports progress and asks whether to stop.
 //! 6. `normalisation.rs`: what makes sums of splats radiance: an integral over the mutations made.
 //!    The film resolves with these scales.
-//! 7. `error` and `mixing_check.rs`: how far off the picture is, and whether chains have seen all
-//!    light.
+//! 7. `error`, `mixing_check.rs` and `chance.rs`: how far off the picture is, whether chains have
+//!    seen all light, and what of it may be missing that only chance finds.
 //! 8. `scale.rs`: from radiance to the film's units, as the last step of every [`render`].
 //!
 //! A render by independent samples (`sampled.rs`: `pt`, `lt`, `bdpt`) goes over the picture pass by

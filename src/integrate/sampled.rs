@@ -2,10 +2,8 @@
 //! what a sample is.
 
 mod chances;
-mod part;
+pub(super) mod part;
 mod saved;
-
-pub(super) use self::part::PartFilm;
 
 use super::chance::ChanceStats;
 use super::error::{Groups, Looks, Tiles, relmse};

@@ -2,7 +2,7 @@
 
 use super::{Sampling, lock};
 use crate::chain::discoveries::Discoveries;
-use crate::integrate::chance::{self, ChanceStats};
+use crate::integrate::chance::{self, ChanceStats, Trials};
 use crate::transport::Splat;
 
 impl Sampling<'_> {
@@ -18,14 +18,18 @@ impl Sampling<'_> {
         lock(&self.found).merge(&found);
     }
 
-    /// What has been found so far of light that only chance finds.
-    pub fn found(&self) -> Discoveries {
-        lock(&self.found).clone()
+    /// The samples as trials.
+    pub fn trials(&self) -> Trials {
+        Trials {
+            paths: self.counts().samples as f64,
+            chosen: 1.0,
+            found: lock(&self.found).clone(),
+        }
     }
 
     /// What may be missing of it, where no chains look for it; `b` is the mean of the picture.
     pub(super) fn chances(&self, b: f64) -> Vec<ChanceStats> {
-        chance::judge(self.run, &self.found(), self.counts().samples as f64, b)
+        chance::judge(self.run.hidden, &[], Some(&self.trials()), b)
     }
 
     /// No light is missing that only chance finds, as far as can be told.
