@@ -46,7 +46,7 @@ fn quality(stats: &Stats, error: f64, missed: Option<f64>) -> String {
             100.0 * missing
         ),
     };
-    let unmixed = stats.rhat.filter(|rhat| *rhat > MIXED);
+    let unmixed = stats.rhat.filter(|rhat| *rhat > MIXED && stats.apart);
     if let Some(rhat) = unmixed {
         line += &format!(", by chains that have not mixed (split R-hat {rhat:.2})");
     }
@@ -84,6 +84,7 @@ mod tests {
         let stats = Stats {
             relative_error: Some(error),
             rhat,
+            apart: rhat.is_some(),
             render_seconds: 10.0,
             ..Stats::default()
         };

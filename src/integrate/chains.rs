@@ -398,10 +398,14 @@ fn good_enough(
             .settings
             .target_error
             .is_some_and(|target| error <= target);
+        let tiling = Tiling::new(run.scene.film.crop);
+        let agree = || {
+            let sums = beside.map(|b| (b, b.tile_sums()));
+            let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
+            mixing_check::agree(&tiling, (chains, &light), layer)
+        };
         reached
-            && mixing_check::depths(chains, &light)
-                .iter()
-                .all(|d| d.mixed())
+            && agree()
             && (chances(run, chains, beside, light.of_chains() + light.beside).iter())
                 .all(ChanceStats::is_known)
     });

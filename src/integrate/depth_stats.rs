@@ -49,11 +49,10 @@ pub(super) fn named(depth: Option<u32>) -> String {
 }
 
 impl DepthStats {
-    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree, or
-    /// are too short to tell.
-    pub fn mixed(&self) -> bool {
-        let told = self.share < MATTERS || self.mixing.rhat.is_some();
-        told && self.apart().is_none()
+    /// Its chains are long enough to tell whether they agree, or it has less than a twentieth of
+    /// all light.
+    pub(super) fn is_told(&self) -> bool {
+        self.share < MATTERS || self.mixing.rhat.is_some()
     }
 
     /// The largest R-hat that is too large, where it matters.

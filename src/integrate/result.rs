@@ -77,6 +77,8 @@ pub struct Stats {
     pub relative_error: Option<f64>,
     /// Largest split R-hat of depths that matter (see [`DepthStats`]); `None` if it was not told.
     pub rhat: Option<f64>,
+    /// Chains of such depths disagree, and some tiles are off by what can be seen.
+    pub apart: bool,
     /// Smallest effective sample size of these depths.
     pub ess: Option<f64>,
     /// Chains that hardly moved ([`Mixing::stuck`](crate::chain::mixing::Mixing)).

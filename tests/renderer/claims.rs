@@ -65,7 +65,9 @@ fn walls(without: &[usize]) -> String {
 
 fn shining(l: f64, shape: &str) -> String {
     format!(
-        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l} {l} {l}] \"bool twosided\" \"true\"\n{}{shape}AttributeEnd\n",
+        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [{l} {l} {l}] \"bool twosided\" \"{}\"\n{}{shape}AttributeEnd\n",
+        // The inside of a ball would shine on itself.
+        !shape.contains("sphere"),
         matte(0.0)
     )
 }
