@@ -151,7 +151,7 @@ impl SampleFilm {
         let n = filter.pixels();
         let blocks = |entries: usize| {
             (0..n.div_ceil(BLOCK))
-                .map(|b| Mutex::new(Sums::new(entries * BLOCK.min(n - b * BLOCK))))
+                .map(|b| Mutex::new(Sums::new(BLOCK.min(n - b * BLOCK), entries)))
                 .collect()
         };
         let tiling = Tiling::new(filter.crop());
@@ -189,8 +189,22 @@ impl SampleFilm {
 
     /// Adds samples; fastest if neighbours follow each other.
     pub fn add(&self, samples: impl Iterator<Item = Sample>) {
+        match self.entries {
+            3 => self.add_entries(samples, |[r, g, b], _| [r, g, b]),
+            _ => self.add_entries(samples, |[r, g, b], w| [r, g, b, w]),
+        }
+    }
+
+    /// The same; `entries` makes what a pixel sums of a weighted colour and its weight.
+    #[inline(always)]
+    fn add_entries<const N: usize>(
+        &self,
+        samples: impl Iterator<Item = Sample>,
+        entries: impl Fn([f64; 3], f64) -> [f64; N],
+    ) {
         let mut tiles = self.tiles.pending();
         let (mut lit, mut full) = (false, 0);
+        let mut held = Held::default();
         // Placed samples lie only where the filter of their cell's pixel is: there are more of
         // them.
         let dense = match self.weighing {
@@ -206,17 +220,16 @@ impl SampleFilm {
             lit |= colour != [0.0; 3];
             let half = pass as usize % self.halves.len();
             let colour = colour.map(f64::from);
-            self.filter.splat(raster, |pixel, w| {
-                let w = w * dense;
-                let [r, g, b] = colour.map(|v| v * w);
-                let mut block = lock(&self.halves[half][pixel / BLOCK]);
-                let values = [r, g, b, w].into_iter().take(self.entries);
-                full += add_to(&mut block, pixel % BLOCK * self.entries, values);
+            self.filter.rows(raster, |first, weights, row| {
+                for (i, w) in weights.iter().enumerate() {
+                    let w = f64::from(*w) * row * dense;
+                    let block = held.of(&self.halves[half], (first + i) / BLOCK);
+                    full += block.add((first + i) % BLOCK, entries(colour.map(|v| v * w), w));
+                }
             });
             if !self.inside.is_empty() && self.filter.contains(raster) {
                 let pixel = self.filter.nearest(raster);
-                let mut block = lock(&self.inside[pixel / BLOCK]);
-                full += add_to(&mut block, pixel % BLOCK * 3, colour.into_iter());
+                full += lock(&self.inside[pixel / BLOCK]).add(pixel % BLOCK, colour);
             }
             let [r, g, b] = colour;
             tiles.add(&self.filter, raster, (r + g + b) / 3.0, pass, dense);
@@ -313,7 +326,7 @@ impl SampleFilm {
         let mean = |pixel: usize| {
             let block = lock(&self.inside[pixel / BLOCK]);
             let over = over(passes.inside(pixel));
-            std::array::from_fn(|c| block.get(pixel % BLOCK * 3 + c).value() * over)
+            std::array::from_fn(|c| block.get(pixel % BLOCK, c).value() * over)
         };
         pixels.map(mean).collect()
     }
@@ -329,9 +342,8 @@ impl SampleFilm {
                 let sums = lock(&blocks[block]);
                 for pixel in next..end {
                     let to = &mut held[pixel - pixels.start].0[half];
-                    let at = pixel % BLOCK * self.entries;
                     for (i, to) in to.iter_mut().take(self.entries).enumerate() {
-                        *to = sums.get(at + i).value();
+                        *to = sums.get(pixel % BLOCK, i).value();
                     }
                 }
             }
@@ -429,16 +441,21 @@ impl PixelHalves {
     }
 }
 
-/// Adds values to entries from `first` on; returns how many of them were full.
-#[inline(always)]
-fn add_to(sums: &mut Sums, first: usize, values: impl Iterator<Item = f64>) -> u64 {
-    let mut full = 0;
-    for (i, v) in values.enumerate() {
-        let mut sum = sums.get(first + i);
-        full += u64::from(sum.add(v));
-        sums.set(first + i, sum);
+/// A block that is locked until another one is wanted: neighbours are mostly in the same.
+#[derive(Default)]
+struct Held<'a>(Option<(&'a Mutex<Sums>, MutexGuard<'a, Sums>)>);
+
+impl<'a> Held<'a> {
+    /// The block, locked. No other is locked at the same time: threads never wait for each other
+    /// in a circle.
+    #[inline(always)]
+    fn of(&mut self, blocks: &'a [Mutex<Sums>], block: usize) -> &mut Sums {
+        let wanted = &blocks[block];
+        if !matches!(&self.0, Some((held, _)) if std::ptr::eq(*held, wanted)) {
+            self.0 = None;
+        }
+        &mut self.0.get_or_insert_with(|| (wanted, lock(wanted))).1
     }
-    full
 }
 
 fn over(n: f64) -> f64 {

@@ -112,62 +112,138 @@ impl Sum {
     }
 }
 
-/// Sums in 17 bytes each.
+/// Numbers below which fit under the unit of each place: [`place`] of them is no higher. None does
+/// where there is no place yet.
+const BELOW: [f64; HIGHEST as usize + 1] = {
+    let mut below = [0.0; HIGHEST as usize + 1];
+    let mut place = 1;
+    while place <= HIGHEST {
+        below[place as usize] = power(BITS * (place - BIAS + 1) - 1);
+        place += 1;
+    }
+    below
+};
+
+/// Added to a number of less than 51 bits, it leaves the nearest integer in the low bits.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// Sums in 17 bytes each, in groups of the same width that are added to together.
 pub(super) struct Sums {
-    digits: Vec<[i64; 2]>,
+    /// `[group][digit][entry]`
+    digits: Vec<i64>,
+    /// `[group][entry]`
     places: Vec<u8>,
+    /// Entries of a group.
+    width: usize,
 }
 
 impl Sums {
     /// Bytes of a sum.
     pub const BYTES: u64 = 17;
 
-    pub fn new(count: usize) -> Self {
+    /// So many groups.
+    pub fn new(groups: usize, width: usize) -> Self {
         Self {
-            digits: vec![[0; 2]; count],
-            places: vec![0; count],
+            digits: vec![0; 2 * groups * width],
+            places: vec![0; groups * width],
+            width,
         }
     }
 
     /// Writes all of them.
     pub fn save(&self, to: &mut Writer) {
-        let Self { digits, places } = self;
+        let Self {
+            digits,
+            places,
+            width: _,
+        } = self;
         to.table(digits);
         to.table(places);
     }
 
     /// Reads as many as there are.
     pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
-        let Self { digits, places } = self;
+        let Self {
+            digits,
+            places,
+            width: _,
+        } = self;
         from.table(digits)?;
         from.table(places)?;
         let right = places.iter().all(|place| i32::from(*place) <= HIGHEST);
         Malformed::unless(right, "a sum is too large")
     }
 
-    /// Adds as many others; how many are full.
+    /// Adds as many others of the same width; how many are full.
     pub fn absorb(&mut self, other: &Self) -> u64 {
         let mut full = 0;
         for i in 0..self.places.len() {
-            let mut sum = self.get(i);
-            full += u64::from(sum.merge(other.get(i)));
-            self.set(i, sum);
+            let (group, entry) = (i / self.width, i % self.width);
+            let mut sum = self.get(group, entry);
+            full += u64::from(sum.merge(other.get(group, entry)));
+            self.set(group, entry, sum);
         }
         full
     }
 
+    /// Adds finite numbers to the entries of a group, as [`Sum::add`] does; how many of them are
+    /// full. `N` is the width.
+    ///
+    /// Nearly always no number is larger than all before it, and no sum is full: that case has no
+    /// branches, for all entries at once.
     #[inline(always)]
-    pub fn get(&self, i: usize) -> Sum {
+    pub fn add<const N: usize>(&mut self, group: usize, values: [f64; N]) -> u64 {
+        debug_assert_eq!(N, self.width);
+        let places = &self.places[group * N..][..N];
+        let digits = &mut self.digits[2 * group * N..][..2 * N];
+        let (mut next, mut usual) = ([[0; N]; 2], true);
+        for i in 0..N {
+            let place = usize::from(places[i]) % UNITS.len();
+            usual &= values[i].abs() < BELOW[place];
+            let scaled = values[i] * UNITS[place][1];
+            let first = scaled + ROUND;
+            let second = (scaled - (first - ROUND)) * BASE + ROUND;
+            for (digit, next) in [first, second].into_iter().zip(&mut next) {
+                next[i] = (digit.to_bits() as i64).wrapping_sub(ROUND.to_bits() as i64);
+            }
+        }
+        for (sum, digit) in digits.iter().zip(next.as_flattened_mut()) {
+            let (more, over) = sum.overflowing_add(*digit);
+            *digit = more;
+            usual &= !over;
+        }
+        if !usual {
+            return self.add_each(group, values);
+        }
+        digits.copy_from_slice(next.as_flattened());
+        0
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn add_each<const N: usize>(&mut self, group: usize, values: [f64; N]) -> u64 {
+        let mut full = 0;
+        for (entry, value) in values.into_iter().enumerate() {
+            let mut sum = self.get(group, entry);
+            full += u64::from(sum.add(value));
+            self.set(group, entry, sum);
+        }
+        full
+    }
+
+    pub fn get(&self, group: usize, entry: usize) -> Sum {
+        let first = 2 * group * self.width + entry;
         Sum {
-            digits: self.digits[i],
-            place: self.places[i],
+            digits: [self.digits[first], self.digits[first + self.width]],
+            place: self.places[group * self.width + entry],
         }
     }
 
-    #[inline(always)]
-    pub fn set(&mut self, i: usize, sum: Sum) {
-        self.digits[i] = sum.digits;
-        self.places[i] = sum.place;
+    pub fn set(&mut self, group: usize, entry: usize, sum: Sum) {
+        let first = 2 * group * self.width + entry;
+        self.digits[first] = sum.digits[0];
+        self.digits[first + self.width] = sum.digits[1];
+        self.places[group * self.width + entry] = sum.place;
     }
 }
 
@@ -209,8 +285,47 @@ mod tests {
         assert_eq!(full.value(), i64::MAX as f64);
     }
 
+    #[test]
+    fn groups_are_full_as_sums_are() {
+        let mut sums = Sums::new(1, 3);
+        let nearly = Sum {
+            digits: [i64::MAX - 5, 0],
+            place: BIAS as u8,
+        };
+        sums.set(0, 1, nearly);
+        assert_eq!(sums.add(0, [5.0; 3]), 0);
+        assert_eq!(sums.add(0, [1.0; 3]) + sums.add(0, [7.0; 3]), 2);
+        assert_eq!(sums.get(0, 1).value(), i64::MAX as f64);
+        assert_eq!([sums.get(0, 0).value(), sums.get(0, 2).value()], [13.0; 2]);
+    }
+
     proptest! {
         #![proptest_config(crate::property::cases(300))]
+
+        /// Groups are sums, whatever comes to their entries and in whatever order.
+        #[test]
+        fn groups_are_sums(
+            values in prop::collection::vec(
+                prop::array::uniform3(
+                    (-1f64..1.0, -149i32..128, 0..4).prop_map(|(v, e, zero)| {
+                        if zero == 0 { 0.0 } else { v * 2f64.powi(e) }
+                    }),
+                ),
+                1..100,
+            ),
+        ) {
+            let mut sums = Sums::new(2, 3);
+            let mut alone = [Sum::default(); 3];
+            for values in values {
+                prop_assert_eq!(sums.add(1, values), 0);
+                for (sum, value) in alone.iter_mut().zip(values) {
+                    sum.add(value);
+                }
+                let group: [Sum; 3] = std::array::from_fn(|entry| sums.get(1, entry));
+                prop_assert_eq!(group, alone);
+            }
+            prop_assert_eq!(sums.get(0, 2), Sum::default());
+        }
 
         /// Any order and any grouping gives the same bits, and nearly the sum.
         #[test]

@@ -83,11 +83,11 @@ impl TileSums {
         } = self;
         for row in rows {
             let row = lock(row);
-            let mut sums = Sums::new(2 * GROUPS * row.len());
+            let mut sums = Sums::new(GROUPS * row.len(), 2);
             for (i, entry) in row.as_flattened().iter().enumerate() {
                 let Entry { light, weight } = *entry;
-                sums.set(2 * i, light);
-                sums.set(2 * i + 1, weight);
+                sums.set(i, 0, light);
+                sums.set(i, 1, weight);
             }
             sums.save(to);
         }
@@ -110,12 +110,12 @@ impl TileSums {
     pub fn load(&mut self, from: &mut Reader) -> Result<(), Malformed> {
         for row in &self.rows {
             let mut row = lock(row);
-            let mut sums = Sums::new(2 * GROUPS * row.len());
+            let mut sums = Sums::new(GROUPS * row.len(), 2);
             sums.load(from)?;
             for (i, entry) in row.as_flattened_mut().iter_mut().enumerate() {
                 *entry = Entry {
-                    light: sums.get(2 * i),
-                    weight: sums.get(2 * i + 1),
+                    light: sums.get(i, 0),
+                    weight: sums.get(i, 1),
                 };
             }
         }
