@@ -231,8 +231,10 @@ fn stats(hidden: &Hidden, found: Found, [tried, least]: [f64; 2], b: f64) -> Cha
         0.0
     } else if effective > 0.0 {
         part(light * (2.0 * effective.sqrt() + 3.0) / effective)
-    } else {
+    } else if least > 0.0 {
         part(3.0 * hidden.radiance / least)
+    } else {
+        1.0
     };
     ChanceStats {
         hidden: hidden.clone(),
@@ -240,7 +242,7 @@ fn stats(hidden: &Hidden, found: Found, [tried, least]: [f64; 2], b: f64) -> Cha
         found: count,
         effective,
         share,
-        missing: if missing.is_nan() { 1.0 } else { missing }.min(hidden.possible),
+        missing: missing.min(hidden.possible),
     }
 }
 
