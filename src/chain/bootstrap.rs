@@ -96,6 +96,19 @@ impl Estimate {
         }
     }
 
+    /// How many samples of equal values would tell the mean as well: the square of the sum over
+    /// the sum of squares (Kish 1965, section 11.7). Few samples that carry most of the light are
+    /// worth little more than one, however many there are beside them.
+    pub fn effective(&self) -> f64 {
+        let sum = self.bootstrap.sum + self.later.sum;
+        let squares = self.bootstrap.sum_squares + self.later.sum_squares;
+        if squares > 0.0 {
+            sum * sum / squares
+        } else {
+            0.0
+        }
+    }
+
     /// Squared standard error of [`Self::mean`].
     pub fn error2(&self) -> f64 {
         let w = self.bootstrap.count as f64 * self.gain();

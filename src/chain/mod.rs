@@ -26,6 +26,7 @@ pub mod batch;
 pub mod bootstrap;
 mod correlation;
 pub mod counts;
+pub mod discoveries;
 pub mod evaluator;
 pub mod mixing;
 pub mod monitor;

@@ -6,6 +6,7 @@
 //! full, pairs are joined and the length doubles, so that a run of any length ends with two, three
 //! or four equal parts to compare (the "split" of split R-hat; [`super::mixing`]).
 
+use super::discoveries::Discoveries;
 use super::splats::{ChainSplat, proposal};
 use crate::film::Tiling;
 use crate::simd::Lanes;
@@ -144,6 +145,7 @@ pub struct Monitor {
     tallies: [Vec<Tally>; 2],
     tiling: Tiling,
     large: Vec<TileMoments>,
+    found: Discoveries,
     /// Large steps with light of the latest iteration; room for all.
     lit: Vec<u32>,
 }
@@ -210,6 +212,7 @@ impl Monitor {
             tallies: [vec![Tally::default(); all], vec![Tally::default(); all]],
             tiling: tiling.clone(),
             large: vec![TileMoments::default(); tiling.len()],
+            found: Discoveries::default(),
             lit: vec![0; chains + 1],
         }
     }
@@ -286,6 +289,7 @@ impl Monitor {
                 if view.seen[i] <= 0.0 {
                     continue;
                 }
+                self.found.see(&view.proposed[i], view.seen[i]);
                 // Splats of one sample in one tile are one value, whose square is wanted.
                 let splats = |row: usize| {
                     let at = row * n + i;
@@ -329,6 +333,7 @@ impl Monitor {
         }
         for &i in &self.lit[..n] {
             let i = i as usize;
+            self.found.see(&view.proposed[i], view.seen[i]);
             let target = f64::from(view.seen[i]);
             let tile = self.tiling.index(view.proposed[i].raster);
             let moments = &mut self.large[tile];
@@ -410,6 +415,10 @@ impl Monitor {
     /// Large steps, tile by tile: independent uniform samples.
     pub fn large(&self) -> &[TileMoments] {
         &self.large
+    }
+    /// Large steps that have met lights as only chance can.
+    pub fn found(&self) -> &Discoveries {
+        &self.found
     }
     /// The longest stay of each chain.
     pub fn stays(&self) -> &[Stay] {

@@ -159,7 +159,8 @@ pub struct RenderArgs {
     ///
     /// Takes the place of the scene's mutations or samples per pixel. With --time, --mutations or
     /// --spp as well, whichever ends first ends the render. Never reached while Markov chains
-    /// that matter have not mixed (split R-hat above 1.1).
+    /// that matter have not mixed (split R-hat above 1.1) and it shows, or while light may be
+    /// missing that only chance finds.
     ///
     /// The relative RMSE is the root of the mean over pixels and channels of (picture - truth)^2 /
     /// (truth^2 + 0.01).

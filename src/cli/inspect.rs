@@ -78,6 +78,14 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
     if let Some(shares) = shares(scene, world, &settings) {
         writeln!(out, "  pilot         {shares}")?;
     }
+    for hidden in integrate::hidden(scene, world, scene.integrator.kind) {
+        let (what, possible) = (hidden.what(), 100.0 * hidden.possible);
+        writeln!(
+            out,
+            "  by chance     {what}: up to {possible:.0} % of all light, the lamp {:.1e} of the scene's size",
+            hidden.size
+        )?;
+    }
     let settings = Settings::of(scene);
     let needs = Needs::of(scene, &settings);
     writeln!(

@@ -199,6 +199,10 @@ impl Observer for Keeper<'_> {
         self.shown.error(relative);
     }
 
+    fn warning(&self, text: &str) {
+        self.shown.warning(text);
+    }
+
     fn stop(&self) -> bool {
         self.shown.stop()
     }

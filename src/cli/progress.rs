@@ -350,6 +350,14 @@ impl Observer for Progress<'_> {
         });
     }
 
+    fn warning(&self, text: &str) {
+        match &self.bar {
+            // Lines between drawings of a bar have to make room for it.
+            Some(bar) => bar.suspend(|| self.messages.warning(text)),
+            None => self.messages.warning(text),
+        }
+    }
+
     fn stop(&self) -> bool {
         self.signals.any()
     }

@@ -34,8 +34,19 @@ fn quality(stats: &Stats, error: f64, missed: Option<f64>) -> String {
         let value = named.and_then(Quality::to_possible_value);
         value.map_or(String::new(), |value| format!(" ({})", value.get_name()))
     };
-    let mut line = format!("relative error {}{}", units::percent(error), name(error));
-    let unmixed = stats.rhat.filter(|rhat| *rhat > MIXED);
+    // What may be missing beside the error is no error of what is there.
+    let missing = (stats.chance.iter().filter(|c| !c.is_known()))
+        .map(|c| c.missing)
+        .reduce(f64::max);
+    let mut line = match missing {
+        None => format!("relative error {}{}", units::percent(error), name(error)),
+        Some(missing) => format!(
+            "relative error at least {}: up to {:.0} % of all light may be missing",
+            units::percent(error),
+            100.0 * missing
+        ),
+    };
+    let unmixed = stats.rhat.filter(|rhat| *rhat > MIXED && stats.apart);
     if let Some(rhat) = unmixed {
         line += &format!(", by chains that have not mixed (split R-hat {rhat:.2})");
     }
@@ -44,7 +55,8 @@ fn quality(stats: &Stats, error: f64, missed: Option<f64>) -> String {
     if missed.is_some() {
         line += "; the target is not reached";
     }
-    let Some(goal) = goal.filter(|goal| error > *goal && unmixed.is_none()) else {
+    let Some(goal) = goal.filter(|goal| error > *goal && unmixed.is_none() && missing.is_none())
+    else {
         return line;
     };
     // The square of the error falls with the work.
@@ -72,6 +84,7 @@ mod tests {
         let stats = Stats {
             relative_error: Some(error),
             rhat,
+            apart: rhat.is_some(),
             render_seconds: 10.0,
             ..Stats::default()
         };

@@ -1,7 +1,8 @@
 //! Bidirectional path tracing: all strategies of all depths, weighed against each other.
 //! Independent samples, a fixed number per pixel.
 
-use super::sampled::{self, Method, PartFilm};
+use super::sampled::part::PartFilm;
+use super::sampled::{self, Method};
 use super::{Render, Run, StrategyPictures};
 use crate::checkpoint::{Malformed, Reader};
 use crate::simd::Lanes;

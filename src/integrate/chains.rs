@@ -14,6 +14,7 @@ use self::begun::{Begun, bootstrap};
 pub(super) use self::begun::{Ready, ready};
 use self::gather::{all, gather};
 use self::seen::{add_error, add_picture, mean, picture, see};
+use super::chance::{self, ChanceStats, Trials};
 use super::error::{Looks, relmse};
 use super::method::Method;
 use super::normalisation::{Chains, Light};
@@ -28,6 +29,7 @@ use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::film::{FilterTable, Half, SplatFilm, Tiling};
 use crate::simd::Lanes;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// From the bootstrap on, or from a state.
@@ -315,6 +317,8 @@ fn go_on<L: Lanes>(
         let of = (&chains, &light);
         let tiling = Tiling::new(run.scene.film.crop);
         mixing_check::judge(run, &tiling, of, layer, &mut stats, &mut warnings);
+        stats.chance = chances(run, &chains, beside, stats.b);
+        warnings.extend(stats.chance.iter().filter_map(ChanceStats::warning));
     }
     Ok(Render {
         stats,
@@ -337,6 +341,28 @@ fn add_samples(stats: &mut Stats, beside: &Sampling) {
     stats.samples_per_second = per_second(made.samples, stats.render_seconds);
     stats.rays += made.rays;
     stats.rejected_nonfinite += made.rejected;
+}
+
+/// What chains, by their large steps, and samples beside them have found of light that only chance
+/// finds.
+fn chances(run: &Run, chains: &Chains, beside: Option<&Sampling>, b: f64) -> Vec<ChanceStats> {
+    let mut depths: BTreeMap<usize, Trials> = BTreeMap::new();
+    for (a, batch) in chains {
+        // The shortest such path scatters twice; others try it as often as they choose it.
+        let chosen = match (a.sampler.plan(), a.sampler.depth()) {
+            (Some(plan), Some(2..)) => 1.0 / f64::from(plan.choice.factor(0)),
+            (None, None) => 1.0,
+            _ => continue,
+        };
+        let trials = depths.entry(a.index).or_default();
+        trials.chosen = chosen;
+        trials.paths += batch.counts.large as f64;
+        let monitor = batch.monitor();
+        (monitor.iter()).for_each(|m| trials.found.merge(m.found()));
+    }
+    let depths: Vec<Trials> = depths.into_values().collect();
+    let samples = beside.map(Sampling::trials);
+    chance::judge(run.hidden, &depths, samples.as_ref(), b)
 }
 
 /// Standard errors of all pixels.
@@ -408,8 +434,14 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, beside: Option<&Sam
         .settings
         .target_error
         .is_some_and(|target| error <= target);
+    let tiling = Tiling::new(run.scene.film.crop);
+    let agree = || {
+        let sums = beside.map(|b| (b, b.tile_sums()));
+        let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
+        mixing_check::agree(&tiling, (chains, &light), layer)
+    };
     reached
-        && mixing_check::depths(chains, &light)
-            .iter()
-            .all(|d| d.mixed())
+        && agree()
+        && (chances(run, chains, beside, light.of_chains() + light.beside).iter())
+            .all(ChanceStats::is_known)
 }

@@ -21,6 +21,8 @@ pub struct DepthStats {
     pub b_stderr: f64,
     /// Part of all light.
     pub share: f64,
+    /// Independent paths of equal light that would tell [`Self::b`] as well.
+    pub effective: f64,
     /// How many marched.
     pub chains: usize,
     /// Of all of them together.
@@ -47,11 +49,10 @@ pub(super) fn named(depth: Option<u32>) -> String {
 }
 
 impl DepthStats {
-    /// False if chains of a depth or a strategy with a twentieth of all light or more disagree, or
-    /// are too short to tell.
-    pub fn mixed(&self) -> bool {
-        let told = self.share < MATTERS || self.mixing.rhat.is_some();
-        told && self.apart().is_none()
+    /// Its chains are long enough to tell whether they agree, or it has less than a twentieth of
+    /// all light.
+    pub(super) fn is_told(&self) -> bool {
+        self.share < MATTERS || self.mixing.rhat.is_some()
     }
 
     /// The largest R-hat that is too large, where it matters.

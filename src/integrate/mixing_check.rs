@@ -5,6 +5,7 @@
 //! last is what large steps find out: they are independent samples of the whole picture, so tile by
 //! tile their mean must be that of the chains.
 
+use super::chance::FEW;
 use super::depth_stats::{CrossCheck, DepthStats, MATTERS, MIXED, Missed, named};
 use super::error::{Groups, Tiles};
 use super::normalisation::{Chains, Light, sums_of};
@@ -15,6 +16,9 @@ use crate::film::{GROUPS, Tiling};
 
 /// Standard errors that are beyond chance, for a million comparisons.
 const BEYOND_CHANCE: f64 = 6.0;
+/// Standard error of a tile's mean from which on a patch of its size is seen: about twice what is
+/// just noticeable.
+const VISIBLE: f64 = 0.03;
 /// Large steps with light that make a mean in a tile.
 const ENOUGH: u64 = 16;
 
@@ -36,6 +40,7 @@ pub(super) fn depths(chains: &Chains, light: &Light) -> Vec<DepthStats> {
             b,
             b_stderr: estimate.error2().sqrt(),
             share: if total > 0.0 { b / total } else { 0.0 },
+            effective: estimate.effective(),
             chains: a.chains,
             mutations: own()
                 .map(|(_, batch)| u64::from(batch.iterations()) * batch.len() as u64)
@@ -60,35 +65,10 @@ pub(super) fn judge(
 ) {
     let depths = depths(chains, light);
     let all = light.scales.len();
-    let sums: Vec<Vec<[f64; GROUPS]>> = (0..all).map(|l| tile_weights(chains, l, tiling)).collect();
-    let layer = |(layer, sums)| Groups {
-        sums,
-        thrown: thrown(chains, layer),
-        scale: light.scales[layer],
-        relative_variance: light.relative_variance[layer],
-    };
-    let of_chains = sums.iter().map(Vec::as_slice).enumerate().map(layer);
-    let layers: Vec<Groups> = of_chains.chain(beside).collect();
-    let whole = with_large_steps(chains, light, &sums);
-    let tiles = match &whole {
-        Some(sums) => {
-            let both = Groups {
-                sums,
-                scale: 1.0,
-                relative_variance: light.relative_variance[0] * light.of_chains().powi(2),
-                ..layers[0]
-            };
-            Tiles::of(tiling, &[both])
-        }
-        None => Tiles::of(tiling, &layers),
-    };
-    let check = cross_check(
-        run,
-        tiling,
-        chains,
-        &layers[..all],
-        whole.is_some().then_some(&tiles),
-    );
+    let sums = all_weights(chains, all, tiling);
+    let layers = layers_of((chains, light), &sums, beside);
+    let (tiles, whole) = tiles_of(tiling, (chains, light), &sums, &layers);
+    let check = cross_check(run, tiling, chains, &layers[..all], whole.then_some(&tiles));
 
     let important = || depths.iter().filter(|d| d.share >= MATTERS);
     let worst = |values: Vec<f64>, than: fn(f64, f64) -> f64| values.into_iter().reduce(than);
@@ -110,12 +90,84 @@ pub(super) fn judge(
     stats.dark_small = dark(|m| m.dark_small);
     stats.dark_large = dark(|m| m.dark_large);
     stats.stuck_chains = depths.iter().map(|d| d.mixing.stuck.len() as u64).sum();
-    warnings.extend(apart(&depths, &tiles, tiling));
+    let disagreement = apart(&depths, &tiles, tiling);
+    stats.apart = disagreement.is_some();
+    warnings.extend(disagreement);
+    warnings.extend(few(&depths));
     warnings.extend(stuck(tiling, chains, light, &depths, &tiles));
     warnings.extend(missed(&check));
     stats.depths = depths;
     stats.tiles = Some(tiles);
     stats.cross_check = Some(check);
+}
+
+/// Weights in the tiles of all layers.
+fn all_weights(chains: &Chains, layers: usize, tiling: &Tiling) -> Vec<Vec<[f64; GROUPS]>> {
+    (0..layers)
+        .map(|l| tile_weights(chains, l, tiling))
+        .collect()
+}
+
+/// Layers of chains, and that of others.
+fn layers_of<'a>(
+    (chains, light): (&Chains, &Light),
+    sums: &'a [Vec<[f64; GROUPS]>],
+    beside: Option<Groups<'a>>,
+) -> Vec<Groups<'a>> {
+    let layer = |(layer, sums)| Groups {
+        sums,
+        thrown: thrown(chains, layer),
+        scale: light.scales[layer],
+        relative_variance: light.relative_variance[layer],
+    };
+    let of_chains = sums.iter().map(Vec::as_slice).enumerate().map(layer);
+    of_chains.chain(beside).collect()
+}
+
+/// Tiles of the picture, and whether large steps are in it as well.
+fn tiles_of(
+    tiling: &Tiling,
+    (chains, light): (&Chains, &Light),
+    sums: &[Vec<[f64; GROUPS]>],
+    layers: &[Groups],
+) -> (Tiles, bool) {
+    let Some(sums) = with_large_steps(chains, light, sums) else {
+        return (Tiles::of(tiling, layers), false);
+    };
+    let both = Groups {
+        sums: &sums,
+        scale: 1.0,
+        relative_variance: light.relative_variance[0] * light.of_chains().powi(2),
+        ..layers[0]
+    };
+    (Tiles::of(tiling, &[both]), true)
+}
+
+/// Whether it is known of all depths that matter that their chains agree, or that it does not show
+/// that they do not.
+pub(super) fn agree(
+    tiling: &Tiling,
+    (chains, light): (&Chains, &Light),
+    beside: Option<Groups>,
+) -> bool {
+    let depths = depths(chains, light);
+    if depths.iter().any(|d| !d.is_told()) {
+        return false;
+    }
+    if depths.iter().all(|d| d.apart().is_none()) {
+        return true;
+    }
+    let sums = all_weights(chains, light.scales.len(), tiling);
+    let layers = layers_of((chains, light), &sums, beside);
+    let (tiles, _) = tiles_of(tiling, (chains, light), &sums, &layers);
+    tiles.stderr.is_some() && uncertain(&tiles).next().is_none()
+}
+
+/// Tiles whose mean is off by what can be seen, with their relative standard errors.
+fn uncertain(tiles: &Tiles) -> impl Iterator<Item = (usize, f64)> {
+    let stderr = tiles.stderr.iter().flatten();
+    let relative = (stderr.zip(&tiles.mean)).map(|(stderr, mean)| stderr / mean);
+    (relative.enumerate()).filter(|(_, error)| *error > VISIBLE)
 }
 
 /// What each group of chains has left in each tile, as states and as large steps, in radiance times
@@ -241,16 +293,44 @@ fn apart(depths: &[DepthStats], tiles: &Tiles, tiling: &Tiling) -> Option<String
     let strategy = depth.worst_strategy().map_or(String::new(), |(s, t)| {
         format!(", least of all in strategy (s, t) = ({s}, {t})")
     });
-    let stderr = tiles.stderr.iter().flatten();
-    let (tile, stderr) = stderr.enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let [x0, x1, y0, y1] = tiling.bounds(tile);
+    // What tiles say is told by chains that share nothing, mixed or not.
+    let visible: Vec<(usize, f64)> = uncertain(tiles).collect();
+    let (tile, error) = visible.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let [x0, x1, y0, y1] = tiling.bounds(*tile);
+    let worth = depth.mixing.ess.map_or(String::new(), |ess| {
+        format!(
+            "; their light, {:.0} % of the picture's, is worth {ess:.0} independent samples",
+            100.0 * depth.share
+        )
+    });
     Some(format!(
-        "chains disagree: those of {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}){strategy}{others}; the picture can be smooth and wrong, and is least certain at pixels {x0}-{}, {y0}-{} (standard error \
+        "chains disagree: those of {} have not mixed (split R-hat {rhat:.2}, should be below {MIXED}){strategy}{others}{worth}; the picture \
+         can be smooth and wrong: {} of {} tiles are off by more than {:.0} %, the most at pixels {x0}-{}, {y0}-{} (standard error \
          {:.1} % there): more mutations are needed",
         named(depth.depth),
+        visible.len(),
+        tiles.mean.len(),
+        100.0 * VISIBLE,
         x1 - 1,
         y1 - 1,
-        100.0 * stderr / tiles.mean[tile]
+        100.0 * error
+    ))
+}
+
+/// Depths that matter whose brightness is that of few paths.
+fn few(depths: &[DepthStats]) -> Option<String> {
+    let few = |d: &&DepthStats| d.share >= MATTERS && d.effective < FEW;
+    let worst = (depths.iter().filter(few)).max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let others = match depths.iter().filter(few).count() - 1 {
+        0 => String::new(),
+        n => format!(", as does that of {n} more"),
+    };
+    Some(format!(
+        "the light of {}, {:.0} % of the picture's, rests on as few as {:.0} independent paths{others}: how bright it is is hardly known, and \
+         the error with it; more --bootstrap or larger --large-step would help",
+        named(worst.depth),
+        100.0 * worst.share,
+        worst.effective.ceil()
     ))
 }
 

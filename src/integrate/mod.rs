@@ -13,8 +13,8 @@
 //!    it reports progress and asks whether to stop.
 //! 6. `normalisation.rs`: what makes sums of splats radiance: an integral over the mutations made.
 //!    The film resolves with these scales.
-//! 7. `error` and `mixing_check.rs`: how far off the picture is, and whether chains have seen all
-//!    light.
+//! 7. `error`, `mixing_check.rs` and `chance.rs`: how far off the picture is, whether chains have
+//!    seen all light, and what of it may be missing that only chance finds.
 //! 8. `scale.rs`: from radiance to the film's units, as the last step of every [`render`].
 //!
 //! A render by independent samples (`sampled.rs`: `pt`, `lt`, `bdpt`) goes over the picture pass by
@@ -28,6 +28,7 @@ mod auto;
 mod bdpt;
 mod bootstraps;
 mod chains;
+mod chance;
 mod depth_stats;
 mod error;
 mod failure;
@@ -58,6 +59,7 @@ mod state;
 mod team;
 mod tuning;
 
+pub use self::chance::{ChanceStats, Hidden, hidden};
 pub use self::depth_stats::{CrossCheck, DepthStats, MIXED};
 pub use self::error::{Tiles, standard_errors};
 pub use self::failure::RenderError;
@@ -231,11 +233,17 @@ fn render_by(
     }
     check_paths(&world, settings.integrator)?;
     observer.progress(Phase::Build, primitives, primitives);
+    let hidden = match settings.estimate_error {
+        true => chance::hidden(scene, &world, settings.integrator),
+        false => Vec::new(),
+    };
+    (hidden.iter().filter_map(Hidden::warning)).for_each(|text| observer.warning(&text));
     let spent = states.iter().map(|state| state.made.seconds).sum();
     let run = Run {
         start,
         spent: Duration::from_secs_f64(spent),
         crew,
+        hidden: &hidden,
         ..Run::begin(scene, &world, settings, observer)
     };
     let mut packed: Vec<&Packed> = states.iter().map(|state| &state.packed).collect();

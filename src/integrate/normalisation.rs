@@ -55,7 +55,7 @@ impl Light {
             let samplers = estimates.iter().enumerate();
             let of_layer = samplers.filter(|(sampler, _)| layer_of(*sampler) == layer);
             let (b, error2) = of_layer.fold((0.0, 0.0), |(b, error2), (_, e)| {
-                (b + e.mean(), error2 + e.error2())
+                (b + e.mean(), error2 + e.error2() * widened(e.effective()))
             });
             if b > 0.0 { error2 / (b * b) } else { 0.0 }
         };
@@ -90,6 +90,14 @@ impl Light {
             light: &self.weights,
         }
     }
+}
+
+/// Variance of Student's t of so many samples, of which a variance of their own has been estimated:
+/// what few samples that carry the light say of their mean is too good by so much. It has none
+/// below two; there the factor ends.
+fn widened(effective: f64) -> f64 {
+    let n = effective.max(2.5);
+    n / (n - 2.0)
 }
 
 /// All independent samples of each sampler: the bootstrap's and the large steps'.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::chance::ChanceStats;
 use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
@@ -77,6 +78,8 @@ pub struct Stats {
     pub relative_error: Option<f64>,
     /// Largest split R-hat of depths that matter (see [`DepthStats`]); `None` if it was not told.
     pub rhat: Option<f64>,
+    /// Chains of such depths disagree, and some tiles are off by what can be seen.
+    pub apart: bool,
     /// Smallest effective sample size of these depths.
     pub ess: Option<f64>,
     /// Chains that hardly moved ([`Mixing::stuck`](crate::chain::mixing::Mixing)).
@@ -86,6 +89,8 @@ pub struct Stats {
     /// What came from other processes; `None` if there were none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gathered: Option<Gathered>,
+    /// Light that only chance finds, if so much of it may be missing that it would show.
+    pub chance: Vec<ChanceStats>,
     /// Who brings what (`auto`).
     pub shares: Option<Shares>,
     /// One a depth that has chains; none of integrators of independent samples.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
+use super::chance::Hidden;
 use super::settings::Settings;
 use super::shard::Shard;
 use super::so_far::{SoFar, Wanted};
@@ -35,6 +36,10 @@ pub trait Observer: Sync {
     /// often as costs next to nothing.
     fn error(&self, relative: f64) {
         let _ = relative;
+    }
+    /// Something that the user should know before the render.
+    fn warning(&self, text: &str) {
+        let _ = text;
     }
     /// What is wanted of the picture so far; asked between rounds of work, and once more when all
     /// work is done (`last`), however it ended.
@@ -139,6 +144,8 @@ pub(super) struct Run<'a> {
     pub(super) start: Instant,
     /// What an earlier process has spent on it.
     pub(super) spent: Duration,
+    /// Light that only chance finds.
+    pub(super) hidden: &'a [Hidden],
     /// Its state can be kept.
     pub(super) keeps: bool,
     /// What states begin with.
@@ -162,6 +169,7 @@ impl<'a> Run<'a> {
             observer,
             start: Instant::now(),
             spent: Duration::ZERO,
+            hidden: &[],
             keeps: true,
             preface: &|_| {},
             crew: &ALONE,

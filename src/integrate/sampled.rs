@@ -1,15 +1,19 @@
 //! Integrators of independent samples, a fixed number per pixel: what they share is everything but
 //! what a sample is.
 
+mod chances;
 mod look;
+pub(super) mod part;
 mod saved;
 mod seen;
 
+use super::chance::ChanceStats;
 use super::error::{Groups, Looks, Tiles, relmse};
 use super::grid::Grid;
 use super::{EndedBy, Phase, Render, Run, Stats, black_reason, per_second};
+use crate::chain::discoveries::Discoveries;
 use crate::checkpoint::{Malformed, Reader};
-use crate::film::{Done, FilterTable, GROUPS, SEQUENCES, Sample, SampleFilm, SplattingFilm};
+use crate::film::{Done, FilterTable, GROUPS, SEQUENCES, Sample, SplattingFilm};
 use crate::plan::{Layout, Pair};
 use crate::scene::Clamp;
 use crate::simd::Lanes;
@@ -96,6 +100,8 @@ pub(super) struct Sampling<'a> {
     done: u64,
     rays: u64,
     rejected: u64,
+    /// Of what only chance finds.
+    found: Mutex<Discoveries>,
     /// Seconds that an earlier process has taken for them, and when this one began.
     before: f64,
     since: Instant,
@@ -163,6 +169,7 @@ impl<'a> Sampling<'a> {
             grid,
             rays: 0,
             rejected: 0,
+            found: Mutex::default(),
             before: 0.0,
             since: Instant::now(),
             workspaces: Mutex::default(),
@@ -217,6 +224,7 @@ impl<'a> Sampling<'a> {
                     cover,
                 };
                 let bad = add(&self.sums, method, &paths, numbers);
+                self.discover(&paths.splats.camera);
                 (method.collect)(&paths, numbers);
                 let rays = paths.rays.traced - before;
                 lock(&self.workspaces).push((paths, samples));
@@ -314,7 +322,10 @@ impl<'a> Sampling<'a> {
         let groups = sums.tile_sums(&made);
         let tiles =
             (settings.estimate_error).then(|| Tiles::of(sums.tiling(), &[layer(&groups, whole)]));
-        let warnings = self.warnings(&made, black);
+        let b = mean / (3.0 * pixels.len().max(1) as f64);
+        let chance = self.chances(b);
+        let mut warnings = self.warnings(&made, black);
+        warnings.extend(chance.iter().filter_map(ChanceStats::warning));
         let render_seconds = self.before + self.since.elapsed().as_secs_f64();
         let render = Render {
             stats: Stats {
@@ -323,7 +334,8 @@ impl<'a> Sampling<'a> {
                 samples_per_second: per_second(self.counts().samples, render_seconds),
                 rays: self.rays,
                 render_seconds,
-                b: mean / (3.0 * pixels.len().max(1) as f64),
+                b,
+                chance,
                 b_stderr: whole_error(&groups, whole) / pixels.len().max(1) as f64,
                 tiles,
                 relmse,
@@ -396,9 +408,9 @@ fn layer(groups: &[[f64; GROUPS]], whole: u64) -> Groups<'_> {
     }
 }
 
-/// A thread that panicked while it held the lock has left the list whole.
-fn lock<T>(list: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
-    list.lock().unwrap_or_else(PoisonError::into_inner)
+/// A thread that panicked while it held the lock has left what is shared whole.
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Cuts what a batch brings down to what the scene allows.
@@ -424,42 +436,6 @@ fn add(sums: &SplattingFilm, method: &Method, paths: &Paths, numbers: Numbers) -
         }
     }
     bad
-}
-
-/// A picture that is not judged, of a part of the light.
-pub(super) struct PartFilm {
-    sums: SampleFilm,
-    splats: bool,
-}
-
-impl PartFilm {
-    pub fn new(run: &Run, splats: bool) -> Self {
-        let film = &run.scene.film;
-        let filter = FilterTable::new(&film.filter, film.crop);
-        let sums = match splats {
-            true => SampleFilm::splatted_part(filter),
-            false => SampleFilm::part(filter),
-        };
-        Self { sums, splats }
-    }
-
-    /// Adds what each path of a batch brings, at raster positions.
-    pub fn add(&self, light: impl Iterator<Item = ([f32; 3], [f32; 2])>, numbers: Numbers) {
-        let lit = (light.enumerate()).filter(|(_, (rgb, _))| *rgb != [0.0; 3]);
-        self.sums
-            .add(lit.map(|(i, (rgb, raster))| match self.splats {
-                true => numbers.splat(i, raster, rgb),
-                false => numbers.placed(i, raster, rgb),
-            }));
-    }
-
-    /// The picture, of a render of which it is a part.
-    pub fn resolve(&self, of: &Sampled) -> Vec<[f32; 3]> {
-        match self.splats {
-            true => self.sums.resolve(&of.done.splats),
-            false => (self.sums).resolve_part(of.film.placed(), &of.done.placed),
-        }
-    }
 }
 
 /// Standard error of the sum over the whole picture; 0 if there are not two passes.

@@ -4,6 +4,7 @@
 //! Decided once a render. Kernels, queues and dimensions that a scene does not need do not run:
 //! nothing per ray asks about it again.
 
+pub mod chance;
 mod choice;
 mod effects;
 mod forced;
@@ -11,6 +12,7 @@ mod layout;
 mod report;
 mod surfaces;
 
+pub use self::chance::Chance;
 pub use self::choice::Choice;
 pub use self::effects::{Effect, Effects, Member};
 pub use self::forced::Forced;

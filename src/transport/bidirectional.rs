@@ -241,7 +241,11 @@ impl World<'_> {
                 &mut (),
             );
             if let Some(index) = seen {
-                let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
+                let from = (
+                    &paths.subpaths.endpoints[0],
+                    &paths.rays.hit[..],
+                    &paths.subpaths.flight[..],
+                );
                 let sink = sink(
                     self,
                     layout,

@@ -412,7 +412,11 @@ impl World<'_> {
         weighing: (StrategyMask, f32),
         probe: &mut impl Probe,
     ) {
-        let from = (&paths.subpaths.endpoints[0], &paths.rays.hit[..]);
+        let from = (
+            &paths.subpaths.endpoints[0],
+            &paths.rays.hit[..],
+            &paths.subpaths.flight[..],
+        );
         let sink = Sink {
             splats: &mut paths.splats.camera,
             part: None,

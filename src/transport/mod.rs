@@ -29,6 +29,7 @@ mod arrive;
 mod below;
 pub mod bidirectional;
 mod bidirectional_layout;
+mod chance;
 pub mod clock;
 mod connect;
 mod dispersion;
@@ -52,6 +53,7 @@ mod sort;
 mod start;
 mod strategy;
 mod subsurface;
+pub mod survey;
 mod trace;
 pub mod wavelength;
 mod weigh;
@@ -65,7 +67,7 @@ use crate::camera::Camera;
 use crate::geometry::{Geometry, Wanted};
 use crate::light::LightTable;
 use crate::medium::MediumTable;
-use crate::plan::{Effect, Effects, Forced, Plan};
+use crate::plan::{Chance, Effect, Effects, Forced, Plan};
 use crate::scene::{Scene, Sides};
 use crate::simd::Row;
 use crate::surface::{AlphaMasks, MaterialTable};
@@ -88,6 +90,8 @@ pub struct World<'a> {
     pub tracer: Tracer,
     /// What of all this the scene calls for.
     pub plan: Plan,
+    /// Light that is found only by chance, if there can be any.
+    pub chance: Option<Chance>,
     /// If some index of refraction depends on the wavelength.
     pub wavelengths: Option<Wavelengths>,
     /// What fills the space between surfaces.
@@ -145,7 +149,11 @@ impl<'a> World<'a> {
         materials.rows.extend(media.cosines().map(row));
         let wanted = effects.wanted();
         let plan = Plan::new(effects, max_depth);
+        // The shortest such path scatters twice, and media are met everywhere.
+        let hides = plan.hits_lights && plan.connectable && max_depth > 1 && !plan.media;
+        let chance = || Chance::of(scene, &materials, &lights, &geometry);
         Self {
+            chance: hides.then(chance).flatten(),
             wavelengths: plan.dispersion.then(Wavelengths::new),
             media,
             emits: scene.media.emits(),

@@ -65,7 +65,10 @@ record! {
         distant: f32,
         /// The medium that it is in, or [`NONE`](crate::scene::NONE); 0 in a scene without media.
         medium: u32,
-    } free 1
+        /// 1 if it has scattered at a surface that is not specular, else 0; kept only where
+        /// [`Chance`](crate::plan::Chance) asks for it.
+        open: f32,
+    }
 }
 
 record! {
@@ -183,7 +186,10 @@ record! {
         s: u32,
         /// 1 if the contribution was not finite, or negative, and was replaced by 0; else 0.
         rejected: u32,
-    } free 1
+        /// One more than the lamp that the path has met and that only chance could have met (see
+        /// [`Chance`](crate::plan::Chance)); 0 for none.
+        chance: u32,
+    }
 }
 
 impl Splat {

@@ -89,6 +89,11 @@ impl World<'_> {
             } else {
                 L::Uint::splat(0)
             };
+            let open = match (&self.chance, B::DELTA) {
+                (None, _) => L::zero(),
+                (_, true) => FlightLanes::<L>::load(flights, chunk).open,
+                (_, false) => L::one(),
+            };
             RayLanes::endless(place.leave(frame.ng, wi), wi).store(rays, chunk);
             FlightLanes {
                 beta,
@@ -96,6 +101,7 @@ impl World<'_> {
                 d_vc: partial.d_vc,
                 distant: L::zero(),
                 medium,
+                open,
             }
             .store(flights, chunk);
             let lit = beta.x.max(beta.y).max(beta.z).gt(L::zero());

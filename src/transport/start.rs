@@ -59,6 +59,7 @@ impl World<'_> {
                 d_vc: L::zero(),
                 distant,
                 medium: L::Uint::splat(self.media.media.camera),
+                open: L::zero(),
             }
             .store(flights, chunk);
             for (i, &path) in chunk.iter().enumerate() {
@@ -123,6 +124,7 @@ impl World<'_> {
                 d_vc: ray.d_vc,
                 distant,
                 medium: L::Uint::splat(0),
+                open: L::zero(),
             }
             .store(flights, chunk);
             if self.plan.media {

@@ -156,7 +156,7 @@ impl World<'_> {
     /// this strategy have no light subpath.
     pub(super) fn emission<L: Lanes>(
         &self,
-        (endpoints, hits): (&Endpoints, &[Hit]),
+        (endpoints, hits, flights): (&Endpoints, &[Hit], &[Flight]),
         list: &[u32],
         lit: &mut List,
         (mask, factor): (StrategyMask, f32),
@@ -190,6 +190,13 @@ impl World<'_> {
             let all = end.energy.beta.mul_elem(seen.radiance);
             let rgb = all * (weight * L::splat(factor));
             let added = sink.add(chunk, rgb, || all * L::splat(factor));
+            self.note_chance(
+                flights,
+                chunk,
+                |i| lights[i],
+                (seen.radiance, weight),
+                sink.splats,
+            );
             probe.emission(chunk, lights, weight, added);
         }
     }
@@ -221,6 +228,8 @@ impl World<'_> {
                 let all = flight.beta.mul_elem(seen.radiance);
                 let rgb = all * (weight * L::splat(factor));
                 let added = sink.add(chunk, rgb, || all * L::splat(factor));
+                let met = (seen.radiance, weight);
+                self.note_chance(flights, chunk, |_| light, met, sink.splats);
                 probe.escaped(chunk, (light, direction), weight, added);
             }
         }

@@ -16,6 +16,7 @@ mod bumps;
 mod cameras;
 mod chains;
 mod choice;
+mod claims;
 mod coated;
 mod common;
 mod determinism;

@@ -1,6 +1,7 @@
 //! What is recorded, written and read.
 
 use super::{GroupTiles, Monitor, SEGMENTS, Segment};
+use crate::chain::discoveries::Discoveries;
 use crate::checkpoint::{Malformed, Reader, Writer};
 use crate::film::{GROUPS, Tiling};
 
@@ -68,6 +69,7 @@ impl Monitor {
             stays,
             tallies,
             large,
+            found,
         } = self;
         let of_chains = groups
             .iter()
@@ -82,6 +84,7 @@ impl Monitor {
         to.table(stays);
         tallies.iter().for_each(|tallies| to.table(tallies));
         to.table(large);
+        found.save(to);
     }
 
     /// Reads what was recorded of so many chains of a sampler with these strategies.
@@ -114,6 +117,7 @@ impl Monitor {
             stays,
             tallies,
             large,
+            found,
         } = &mut monitor;
         groups.iter_mut().try_for_each(|group| group.load(from))?;
         (segments.iter_mut()).try_for_each(|segment| segment.load(from))?;
@@ -127,6 +131,7 @@ impl Monitor {
             .iter_mut()
             .try_for_each(|tallies| from.table(tallies))?;
         from.table(large)?;
+        *found = Discoveries::load(from)?;
         Ok(monitor)
     }
 }

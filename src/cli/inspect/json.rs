@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::super::input::Input;
 use super::names::{film_filter, light_name, projection_name, texture_name, to_world};
 use super::price::Price;
-use crate::integrate::{Needs, Settings, peak_rss_bytes};
+use crate::integrate::{self, Hidden, Needs, Settings, peak_rss_bytes};
 use crate::plan;
 use crate::scene::{Camera, Image, Scene, Space};
 use crate::transport::World;
@@ -31,6 +31,8 @@ struct Document<'a> {
     needs: NeedsEntry,
     tree: Tree,
     plan: plan::PlanReport,
+    /// Light that only paths find that hit a lamp by chance.
+    found_by_chance: Vec<Hidden>,
     /// Only if it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     seconds_to_error: Option<Vec<Price>>,
@@ -147,6 +149,7 @@ pub fn document(input: &Input, world: &World, prices: Option<Vec<Price>>) -> Str
             peak_rss_bytes: peak_rss_bytes(),
         },
         plan: plan::PlanReport::of(&world.plan),
+        found_by_chance: integrate::hidden(scene, world, scene.integrator.kind),
         seconds_to_error: prices,
     };
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"

@@ -52,6 +52,7 @@ impl Sampling<'_> {
         run.settings
             .target_error
             .is_some_and(|target| error <= target)
+            && self.knows_chance()
     }
 }
 

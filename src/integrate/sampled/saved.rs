@@ -1,17 +1,25 @@
 //! Samples so far, written and read.
 
-use super::Sampling;
-use crate::checkpoint::{Malformed, Reader, Writer};
+use super::{Sampling, lock};
+use crate::chain::discoveries::Discoveries;
+use crate::checkpoint::{Malformed, Packed, Reader, Writer};
 use crate::integrate::Shard;
 use crate::integrate::handed_over::take;
 use crate::integrate::state::Made;
 use crate::integrate::team::joined;
 use std::time::Instant;
 
-/// Counts of samples, and the seconds that they have taken.
-fn save_counts(counts: [u64; 3], before: f64, since: Instant, to: &mut Writer) {
+/// Counts of samples, the seconds that they have taken, and what they have found.
+fn save_counts(
+    counts: [u64; 3],
+    found: &Discoveries,
+    before: f64,
+    since: Instant,
+    to: &mut Writer,
+) {
     to.value(counts);
     to.value(before + since.elapsed().as_secs_f64());
+    found.save(to);
 }
 
 impl Sampling<'_> {
@@ -32,10 +40,12 @@ impl Sampling<'_> {
             done,
             rays,
             rejected,
+            found,
             before,
             since,
         } = self;
-        save_counts([*done, *rays, *rejected], *before, *since, to);
+        let counts = [*done, *rays, *rejected];
+        save_counts(counts, &lock(found), *before, *since, to);
         sums.save(to);
         Made {
             samples: done - range.start,
@@ -47,7 +57,7 @@ impl Sampling<'_> {
     /// Writes the same for other processes of a team: without sums.
     pub fn save_start(&self, to: &mut Writer) {
         let counts = [self.done, self.rays, self.rejected];
-        save_counts(counts, self.before, self.since, to);
+        save_counts(counts, &Discoveries::default(), self.before, self.since, to);
     }
 
     /// What the processes of a team have made comes together at the first.
@@ -68,6 +78,9 @@ impl Sampling<'_> {
         let counts = [self.rays, self.rejected].map(u64::to_le_bytes);
         (self.rays, self.rejected) = (0, 0);
         let mut pieces = self.sums.hand_over();
+        let mut found = Writer::new();
+        std::mem::take(&mut *lock(&self.found)).save(&mut found);
+        pieces.push(found.finish().into_bytes());
         pieces.push(counts.as_flattened().to_vec());
         pieces
     }
@@ -83,6 +96,10 @@ impl Sampling<'_> {
         let [rays, rejected] = [counts[0], counts[1]].map(u64::from_le_bytes);
         self.rays = self.rays.saturating_add(rays);
         self.rejected = self.rejected.saturating_add(rejected);
+        let found = Packed::from_bytes(pieces.pop().unwrap_or_default());
+        let mut from = Reader::new(&found);
+        lock(&self.found).merge(&Discoveries::load(&mut from)?);
+        from.end()?;
         self.sums.take(pieces)
     }
 
@@ -100,6 +117,8 @@ impl Sampling<'_> {
             let right = (0.0..1e12).contains(&before);
             Malformed::unless(right, "a time is out of range")?;
             self.before += before;
+            let found = Discoveries::load(from)?;
+            lock(&self.found).merge(&found);
             Malformed::unless(done >= self.range.start, "samples are missing")?;
             self.done = done;
             if !self.run.team().leads() {
