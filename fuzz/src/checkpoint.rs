@@ -128,7 +128,7 @@ fn go_on(kept: &Kept, changes: &[u8]) {
     let mut bytes = unpack(&kept.state);
     for change in changes.chunks_exact(3) {
         let part = u64::from(u16::from_le_bytes([change[0], change[1]]));
-        let at = part * bytes.len() as u64 >> 16;
+        let at = (part * bytes.len() as u64) >> 16;
         bytes[at as usize] ^= change[2];
     }
     let path = files::dir().join("state");
