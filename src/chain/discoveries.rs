@@ -31,6 +31,13 @@ pub struct Found {
 }
 
 impl Discoveries {
+    /// None yet, with room for those of all lamps: the first one may come at any time.
+    pub fn roomy() -> Self {
+        Self {
+            counts: Vec::with_capacity(LAMPS * BINS),
+        }
+    }
+
     /// Counts a sample, if it is such a one; `amount` is what it brings.
     #[inline(always)]
     pub fn see(&mut self, splat: &Splat, amount: f32) {

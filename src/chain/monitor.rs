@@ -212,7 +212,7 @@ impl Monitor {
             tallies: [vec![Tally::default(); all], vec![Tally::default(); all]],
             tiling: tiling.clone(),
             large: vec![TileMoments::default(); tiling.len()],
-            found: Discoveries::default(),
+            found: Discoveries::roomy(),
             lit: vec![0; chains + 1],
         }
     }
