@@ -40,7 +40,7 @@ impl Bsdf for RoughInterface {
 }
 
 /// Light that comes out, in all directions as the interface lets it (pbrt's normalised Fresnel
-/// term). Row: index of refraction, [`Exit::scale`].
+/// term). Row: index of refraction, `scale`.
 pub struct Exit;
 
 impl Exit {
