@@ -42,10 +42,10 @@ use crate::scene::{IntegratorKind, Scene};
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct RenderArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz); - is stdin [default: a built-in Cornell
-    /// box]
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz); - is stdin [default: a built-in
+    /// studio]
     ///
-    /// Without SCENE, the built-in Cornell box is rendered to cornell.exr and cornell.png in the
+    /// Without SCENE, the built-in scene is rendered to studio.exr and studio.png in the
     /// current folder. Several scenes are rendered one after another.
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,

@@ -1,4 +1,4 @@
-//! The scene a command works on: a file, or the Cornell box inside the program.
+//! The scene a command works on: a file, or the one inside the program.
 
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::pbrt;
 use crate::scene::Scene;
 
 /// The built-in scene and the name that messages give it.
-const DEFAULT: (&str, &str) = ("cornell.pbrt", include_str!("../../scenes/cornell.pbrt"));
+const DEFAULT: (&str, &str) = ("studio.pbrt", include_str!("../../scenes/studio.pbrt"));
 
 /// Triangles, and as many spheres, that the tree can index.
 const MAX_PRIMITIVES: usize = 1 << 26;

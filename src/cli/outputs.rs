@@ -14,7 +14,7 @@ use crate::film::output;
 use crate::memory::Bytes;
 
 /// Files the built-in scene is written to.
-const DEFAULT_FILES: [&str; 2] = ["cornell.exr", "cornell.png"];
+const DEFAULT_FILES: [&str; 2] = ["studio.exr", "studio.png"];
 
 /// The files to write when none is named: in the current folder, called as the scene's film says
 /// (`film_name`), or after the scene file. With a remark if the film asks for a format that is not
@@ -237,7 +237,7 @@ mod tests {
             let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
             (names.join(" "), remark.is_some())
         };
-        assert_eq!(files(None, Some("x.exr")).0, "cornell.exr cornell.png");
+        assert_eq!(files(None, Some("x.exr")).0, "studio.exr studio.png");
         let scene = Some("some/where/room.pbrt");
         assert_eq!(files(scene, None), ("room.exr".into(), false));
         assert_eq!(files(scene, Some("")), ("room.exr".into(), false));

@@ -63,7 +63,7 @@ pub(super) fn together<L: Lanes>(
     let (begun, budgets, starts) = Begun::new::<L>(run, method, ready, wanted);
     let film = film(run, method, &budgets, &starts);
     let since = Instant::now();
-    let tiling = Tiling::new(run.scene.film.crop);
+    let tiling = Tiling::new(run.film.crop);
     let march = March::new::<L>(run, &budgets, &starts, &tiling);
     go_on::<L>(run, method, &begun, film, march, beside, since)
 }
@@ -80,7 +80,7 @@ pub(super) fn resumed<L: Lanes>(
     let begun = Begun::load(from)?;
     let budgets = load_budgets(run, method, wanted, from)?;
     let layers = Method::layers(method.samplers.len(), method.combined);
-    let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
+    let filter = FilterTable::new(&run.film.filter, run.film.crop);
     let judged = run.settings.estimate_error;
     let load = match run.team().leads() {
         true => SplatFilm::load,
@@ -91,7 +91,7 @@ pub(super) fn resumed<L: Lanes>(
     let first = films.next();
     let mut film = first.ok_or_else(|| Malformed::new("there is no state"))??;
     films.try_for_each(|more| film.absorb(more?))?;
-    let tiling = Tiling::new(run.scene.film.crop);
+    let tiling = Tiling::new(run.film.crop);
     let march = March::load(run, &budgets, &tiling, from)?;
     if let Some(beside) = &mut beside {
         beside.load(from)?;
@@ -315,7 +315,7 @@ fn go_on<L: Lanes>(
     if settings.estimate_error {
         let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
         let of = (&chains, &light);
-        let tiling = Tiling::new(run.scene.film.crop);
+        let tiling = Tiling::new(run.film.crop);
         mixing_check::judge(run, &tiling, of, layer, &mut stats, &mut warnings);
         stats.chance = chances(run, &chains, beside, stats.b);
         warnings.extend(stats.chance.iter().filter_map(ChanceStats::warning));
@@ -385,14 +385,14 @@ fn deviation(
 fn relmse_of(run: &Run, film: &SplatFilm, light: &Light, beside: Option<&Sampling>) -> f64 {
     let (width, height) = run.size();
     let width = width as usize;
-    let scale = f64::from(run.scene.film.scale);
+    let scale = f64::from(run.film.scale);
     let radiance: Vec<f64> = light.scales.iter().map(|s| s * scale).collect();
     relmse(width, height as usize, |rows| {
         let pixels = rows.start * width..rows.end * width;
         let scales = light.of_film(&radiance);
         let (mut picture, mut deviation) = film.resolve_with_error(pixels.clone(), &scales);
         if let Some(beside) = beside {
-            let [more, error] = beside.with_error(pixels, run.scene.film.scale);
+            let [more, error] = beside.with_error(pixels, run.film.scale);
             add_picture(&mut picture, &more);
             add_error(&mut deviation, &error);
         }
@@ -402,7 +402,7 @@ fn relmse_of(run: &Run, film: &SplatFilm, light: &Light, beside: Option<&Samplin
 
 fn film(run: &Run, method: &Method, budgets: &[ChainBudget], starts: &[Start]) -> SplatFilm {
     let layers = Method::layers(method.samplers.len(), method.combined);
-    let filter = FilterTable::new(&run.scene.film.filter, run.scene.film.crop);
+    let filter = FilterTable::new(&run.film.filter, run.film.crop);
     let most = (budgets.iter())
         .map(|a| f64::from(a.iterations) * a.chains as f64)
         .sum();
@@ -434,7 +434,7 @@ fn good_enough(run: &Run, film: &SplatFilm, chains: &Chains, beside: Option<&Sam
         .settings
         .target_error
         .is_some_and(|target| error <= target);
-    let tiling = Tiling::new(run.scene.film.crop);
+    let tiling = Tiling::new(run.film.crop);
     let agree = || {
         let sums = beside.map(|b| (b, b.tile_sums()));
         let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));

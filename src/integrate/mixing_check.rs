@@ -260,7 +260,7 @@ fn cross_check(
                 continue;
             }
             check.missed += 1;
-            let scale = f64::from(run.scene.film.scale);
+            let scale = f64::from(run.film.scale);
             let told = whole.unwrap_or(&by_chains).mean[tile];
             let found = Missed {
                 depth: first.sampler.depth(),

@@ -10,7 +10,7 @@ use super::so_far::{SoFar, Wanted};
 use super::state::State;
 use super::team::{ALONE, Crew, Team};
 use crate::checkpoint::Writer;
-use crate::scene::Scene;
+use crate::scene::{Film, Scene};
 use crate::transport::World;
 
 /// What a render is doing.
@@ -139,6 +139,8 @@ pub(super) const ROUND: Duration = Duration::from_millis(250);
 pub(super) struct Run<'a> {
     pub(super) scene: &'a Scene,
     pub(super) world: &'a World<'a>,
+    /// The scene's, but for pictures that only their maker sees.
+    pub(super) film: &'a Film,
     pub(super) settings: &'a Settings,
     pub(super) observer: &'a dyn Observer,
     pub(super) start: Instant,
@@ -165,6 +167,7 @@ impl<'a> Run<'a> {
         Self {
             scene,
             world,
+            film: &scene.film,
             settings,
             observer,
             start: Instant::now(),
@@ -190,13 +193,13 @@ impl<'a> Run<'a> {
 
     /// Width and height of the crop window.
     pub(super) fn size(&self) -> (u32, u32) {
-        let [x0, x1, y0, y1] = self.scene.film.crop;
+        let [x0, x1, y0, y1] = self.film.crop;
         (x1 - x0, y1 - y0)
     }
 
     /// Where the crop window is, and the size of the whole picture.
     pub(super) fn window(&self) -> [[u32; 2]; 2] {
-        let film = &self.scene.film;
+        let film = self.film;
         [[film.crop[0], film.crop[2]], [film.width, film.height]]
     }
 

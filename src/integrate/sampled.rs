@@ -153,7 +153,7 @@ pub(super) fn render<L: Lanes>(
 impl<'a> Sampling<'a> {
     /// No sample yet, of so many per pixel.
     pub fn new<L: Lanes>(run: &'a Run, method: &'a Method, spp: u64) -> Self {
-        let film = &run.scene.film;
+        let film = run.film;
         let filter = FilterTable::new(&film.filter, film.crop);
         let grid = Grid::new(run, &filter);
         let range = run.share(spp.saturating_mul(grid.cells()), 1);
@@ -184,7 +184,7 @@ impl<'a> Sampling<'a> {
 
     /// Makes samples until there are so many, together with the other processes of a team.
     pub fn advance(&mut self, until: u64) {
-        let (run, method, film) = (self.run, self.method, &self.run.scene.film);
+        let (run, method, film) = (self.run, self.method, self.run.film);
         let batch = run.settings.batch.unwrap_or(BATCH) as u64;
         let (done, per_pass) = (self.done, self.grid.cells());
         let cover = self.grid.cover() as f32;
@@ -363,7 +363,7 @@ impl<'a> Sampling<'a> {
     fn relmse(&self) -> f64 {
         let (width, height) = self.run.size();
         let width = width as usize;
-        let scale = self.run.scene.film.scale;
+        let scale = self.run.film.scale;
         relmse(width, height as usize, |rows| {
             let pixels = rows.start * width..rows.end * width;
             let [picture, deviation] = self.with_error(pixels, scale);

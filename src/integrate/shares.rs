@@ -12,6 +12,8 @@ pub struct Shares {
     pub expected: f64,
     /// Part of all rays that samples trace.
     pub rays: f64,
+    /// Samples are paths from the camera alone.
+    pub forward: bool,
     /// Those with light.
     pub depths: Vec<Share>,
 }
@@ -33,7 +35,13 @@ impl fmt::Display for Shares {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         type Is = fn(&Share) -> bool;
         let kinds: [(&str, Is); 3] = [
-            ("samples", |s| s.kept.is_none()),
+            (
+                match self.forward {
+                    true => "paths from the camera",
+                    false => "samples",
+                },
+                |s| s.kept.is_none(),
+            ),
             ("samples and chains", |s| s.kept.is_some_and(|d| d > 0.0)),
             ("chains", |s| s.kept == Some(0.0)),
         ];
@@ -65,7 +73,11 @@ impl fmt::Display for Shares {
                 ": {part:.2} of the squared error of samples alone is expected"
             )?;
         } else if !first {
-            write!(f, ": chains would not pay")?;
+            let why = match self.forward {
+                true => "neither paths from lights nor chains would pay",
+                false => "chains would not pay",
+            };
+            write!(f, ": {why}")?;
         }
         Ok(())
     }
@@ -86,6 +98,7 @@ mod tests {
             gain: 4.0,
             expected: 0.1,
             rays: 0.5,
+            forward: false,
             depths: vec![
                 depth(0, None),
                 depth(1, None),
@@ -102,6 +115,11 @@ mod tests {
         assert_eq!(
             shares.to_string(),
             "samples for depths 0-1: chains would not pay"
+        );
+        shares.forward = true;
+        assert_eq!(
+            shares.to_string(),
+            "paths from the camera for depths 0-1: neither paths from lights nor chains would pay"
         );
     }
 }

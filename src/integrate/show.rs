@@ -23,7 +23,7 @@ impl Run<'_> {
             return;
         }
         let mut seen = see(wanted == Wanted::Judged);
-        let film = &self.scene.film;
+        let film = self.film;
         let relative_error = relative_error(&seen, self.size(), film.scale);
         bring_to_scale(&mut seen.pixels, film.scale, film.colour.as_ref());
         let (width, height) = self.size();

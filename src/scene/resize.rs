@@ -14,17 +14,29 @@ impl Scene {
     /// fractions of the film, rounded up at both ends, and at least one pixel.
     pub fn set_resolution(&mut self, width: u32, height: u32) -> Result<(), FilmError> {
         Film::check_size(width.into(), height.into())?;
-        let film = &mut self.film;
+        let film = &self.film;
         self.camera.reshape(
             [film.width, film.height].map(f64::from),
             [width, height].map(f64::from),
         );
-        let [x0, x1, y0, y1] = film.crop;
-        let (x0, x1) = resize_interval(x0, x1, film.width, width);
-        let (y0, y1) = resize_interval(y0, y1, film.height, height);
-        film.crop = [x0, x1, y0, y1];
-        (film.width, film.height) = (width, height);
+        self.film = film.of_size(width, height);
         Ok(())
+    }
+}
+
+impl Film {
+    /// The same with another number of pixels, at least one along each side. The crop window keeps
+    /// its fractions, rounded up at both ends.
+    pub fn of_size(&self, width: u32, height: u32) -> Self {
+        let [x0, x1, y0, y1] = self.crop;
+        let (x0, x1) = resize_interval(x0, x1, self.width, width);
+        let (y0, y1) = resize_interval(y0, y1, self.height, height);
+        Self {
+            width,
+            height,
+            crop: [x0, x1, y0, y1],
+            ..self.clone()
+        }
     }
 }
 

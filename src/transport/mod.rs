@@ -72,10 +72,27 @@ use crate::scene::{Scene, Sides};
 use crate::simd::Row;
 use crate::surface::{AlphaMasks, MaterialTable};
 use crate::trace::Tracer;
+use std::ops::Deref;
+use std::sync::Arc;
 use wavelength::Wavelengths;
 
-/// A scene prepared for transport.
+/// A scene prepared for transport: what is in it, and a camera.
 pub struct World<'a> {
+    contents: Arc<Contents<'a>>,
+    /// Rays and importance.
+    pub camera: Camera,
+}
+
+impl<'a> Deref for World<'a> {
+    type Target = Contents<'a>;
+
+    fn deref(&self) -> &Contents<'a> {
+        &self.contents
+    }
+}
+
+/// What any camera sees of a scene.
+pub struct Contents<'a> {
     /// Surface points.
     pub geometry: Geometry<'a>,
     /// BSDFs and their parameter rows.
@@ -84,8 +101,6 @@ pub struct World<'a> {
     pub alpha_masks: AlphaMasks<'a>,
     /// Emission.
     pub lights: LightTable,
-    /// Rays and importance.
-    pub camera: Camera,
     /// Closest hits and visibility.
     pub tracer: Tracer,
     /// What of all this the scene calls for.
@@ -111,16 +126,6 @@ impl<'a> World<'a> {
     /// Builds the tracer and every table; `max_depth` is the largest number of scattering events.
     pub fn new(scene: &'a Scene, max_depth: u32) -> Self {
         Self::with_forced(scene, max_depth, &[])
-    }
-
-    /// Nothing emits light, so that every picture is black.
-    pub fn is_unlit(&self) -> bool {
-        self.lights.is_empty() && !self.emits
-    }
-
-    /// Light that media emit is met by camera subpaths alone.
-    pub fn has_glowing_media(&self) -> bool {
-        self.emits
     }
 
     /// With effects turned on that the scene does not call for.
@@ -152,7 +157,7 @@ impl<'a> World<'a> {
         // The shortest such path scatters twice, and media are met everywhere.
         let hides = plan.hits_lights && plan.connectable && max_depth > 1 && !plan.media;
         let chance = || Chance::of(scene, &materials, &lights, &geometry);
-        Self {
+        let contents = Contents {
             chance: hides.then(chance).flatten(),
             wavelengths: plan.dispersion.then(Wavelengths::new),
             media,
@@ -166,7 +171,30 @@ impl<'a> World<'a> {
             geometry,
             materials,
             lights,
+        };
+        Self {
+            contents: Arc::new(contents),
             camera,
         }
+    }
+
+    /// The same, seen by another camera.
+    pub fn seen_by(&self, camera: Camera) -> Self {
+        Self {
+            contents: Arc::clone(&self.contents),
+            camera,
+        }
+    }
+}
+
+impl Contents<'_> {
+    /// Nothing emits light, so that every picture is black.
+    pub fn is_unlit(&self) -> bool {
+        self.lights.is_empty() && !self.emits
+    }
+
+    /// Light that media emit is met by camera subpaths alone.
+    pub fn has_glowing_media(&self) -> bool {
+        self.emits
     }
 }

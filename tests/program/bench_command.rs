@@ -41,7 +41,7 @@ fn json_holds_every_figure() {
     assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
     let json = json(&text(&output.stdout));
     assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!(json["scene_file"], "cornell.pbrt");
+    assert_eq!(json["scene_file"], "studio.pbrt");
     assert_eq!(json["seed"], 3);
     assert_eq!(json["integrator"], "mmlt");
     assert!(json["machine"]["target_features"].is_array());
@@ -109,7 +109,7 @@ fn tables_go_to_stdout_and_json_to_a_file() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     let table = text(&output.stdout);
     for word in [
-        "cornell.pbrt",
+        "studio.pbrt",
         "mutations/s",
         "traversal",
         "live lanes",

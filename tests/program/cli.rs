@@ -70,6 +70,13 @@ impl Folder {
         Self(tempfile::tempdir().unwrap())
     }
 
+    /// One that holds the Cornell box.
+    fn with_cornell() -> Self {
+        let folder = Self::new();
+        folder.write("cornell.pbrt", include_str!("../../scenes/cornell.pbrt"));
+        folder
+    }
+
     fn path(&self) -> &Path {
         self.0.path()
     }

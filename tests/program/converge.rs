@@ -50,15 +50,15 @@ fn a_report_is_a_folder() {
     let output = run(folder.path(), &format!("{TINY} -o report/of/mine"));
     assert!(succeeds(&output).contains("wrote report/of/mine/index.html"));
     let tables = text(&output.stdout);
-    for word in ["cornell.pbrt", "pt", "mmlt", "slope", "s to 1e-2", "gain"] {
+    for word in ["studio.pbrt", "pt", "mmlt", "slope", "s to 1e-2", "gain"] {
         assert!(tables.contains(word), "{word}: {tables}");
     }
     let report = folder.path().join("report/of/mine");
     let expected = [
-        "cornell-reference.exr",
-        "cornell.svg",
         "index.html",
         "runs.csv",
+        "studio-reference.exr",
+        "studio.svg",
         "summary.csv",
     ];
     assert_eq!(files(&report), expected);
@@ -66,7 +66,7 @@ fn a_report_is_a_folder() {
     let runs = table(&report.join("runs.csv"));
     assert_eq!(runs.len(), 2 * 2 * 2);
     for row in &runs {
-        assert_eq!(row["scene"], "cornell.pbrt");
+        assert_eq!(row["scene"], "studio.pbrt");
         assert_eq!(
             (row["variant"].as_str(), row["lanes"].as_str()),
             (row["integrator"].as_str(), "8")
@@ -111,7 +111,7 @@ fn a_report_is_a_folder() {
         assert!(summary[0].contains_key(column), "{column}");
     }
     assert!(number(&summary[0], "efficiency") > 0.0);
-    let svg = fs::read_to_string(report.join("cornell.svg")).unwrap();
+    let svg = fs::read_to_string(report.join("studio.svg")).unwrap();
     assert!(svg.contains("relative mean squared error") && svg.ends_with("</svg>\n"));
 }
 
@@ -220,10 +220,10 @@ fn budgets_of_time_are_kept() {
 fn a_reference_can_be_given() {
     let folder = tempfile::tempdir().unwrap();
     succeeds(&run(folder.path(), &format!("{TINY} -o first")));
-    let reuse = "--reference first/cornell-reference.exr --reference-error 0.01";
+    let reuse = "--reference first/studio-reference.exr --reference-error 0.01";
     let tiny = TINY.replace(" --reference-factor 8", "");
     succeeds(&run(folder.path(), &format!("{tiny} {reuse} -o second")));
-    assert!(!folder.path().join("second/cornell-reference.exr").exists());
+    assert!(!folder.path().join("second/studio-reference.exr").exists());
     let relmse = |name: &str, column: &str| -> Vec<f64> {
         let rows = table(&folder.path().join(name).join("runs.csv"));
         rows.iter().map(|r| number(r, column)).collect()
@@ -286,7 +286,7 @@ fn what_cannot_be_run_is_refused() {
     }
     let message = refuse("converge --reference small.pfm");
     assert!(
-        message.contains("1 x 1 pixels, and cornell.pbrt has 400 x 400"),
+        message.contains("1 x 1 pixels, and studio.pbrt has 600 x 400"),
         "{message}"
     );
     let message = refuse("converge --resolution 1x1 --reference nan.pfm");

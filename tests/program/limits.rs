@@ -103,7 +103,7 @@ fn memory_is_checked_before_it_is_taken() {
         "{message}"
     );
     assert!(message.contains("sky.pfm: needs 206.0 MiB"), "{message}");
-    assert!(!folder.join("cornell.exr").exists());
+    assert!(!folder.join("studio.exr").exists());
 }
 
 /// What a render is said to need is about what it takes.

@@ -6,7 +6,7 @@ use crate::support;
 use common::scenes;
 use common::stats::{FALSE_ALARM, Mean, Random, assert_agree};
 use phalanx::chain::evaluator::Evaluator;
-use phalanx::integrate::{self, EndedBy, Render, Settings};
+use phalanx::integrate::{self, EndedBy, Render, Settings, Shares};
 use phalanx::pbrt;
 use phalanx::plan::DepthPlan;
 use phalanx::scene::{IntegratorKind, Scene};
@@ -175,29 +175,73 @@ fn an_easy_scene_is_for_samples() {
     assert!(render.stats.samples > 0);
 }
 
-/// Samples and chains march side by side: however early the end, all light is in the picture.
+/// A scene of the repository.
+fn of_file(name: &str) -> Scene {
+    let root = env!("CARGO_MANIFEST_DIR");
+    pbrt::load(format!("{root}/scenes/{name}.pbrt").as_ref()).unwrap()
+}
+
+/// What is chosen for some seeds, at 80 x 80 pixels.
+fn choices(file: &str, effort: u64) -> Vec<Shares> {
+    let mut scene = of_file(file);
+    scene.set_resolution(80, 80).unwrap();
+    let world = World::new(&scene, scene.integrator.max_depth);
+    let choice = |seed| {
+        let settings = Settings {
+            integrator: IntegratorKind::Auto,
+            mutations_per_pixel: effort,
+            seed,
+            ..Settings::of(&scene)
+        };
+        integrate::shares(&scene, &world, &settings).unwrap()
+    };
+    (1..=4).map(choice).collect()
+}
+
 /// A moment's luck with spots decides nothing: every seed comes to the same.
 #[test]
 fn seeds_agree_about_who_is_better() {
     for (file, effort, by_chains) in [("cornell", 1200, false), ("slit", 600, true)] {
-        let root = env!("CARGO_MANIFEST_DIR");
-        let mut scene = pbrt::load(format!("{root}/scenes/{file}.pbrt").as_ref()).unwrap();
-        scene.set_resolution(80, 80).unwrap();
-        let world = World::new(&scene, scene.integrator.max_depth);
-        for seed in 1..=4 {
-            let settings = Settings {
-                integrator: IntegratorKind::Auto,
-                mutations_per_pixel: effort,
-                seed,
-                ..Settings::of(&scene)
-            };
-            let shares = integrate::shares(&scene, &world, &settings).unwrap();
-            let chains = shares.rays < 0.5;
-            assert_eq!(chains, by_chains, "{file}, seed {seed}: {shares}");
+        for shares in choices(file, effort) {
+            assert_eq!(shares.rays < 0.5, by_chains, "{file}: {shares}");
         }
     }
 }
 
+/// Where the only lamp is large, paths from lights are not worth their rays. Where it is small and
+/// glass or mirrors focus its light, paths from the camera alone would miss some.
+#[test]
+fn paths_from_the_camera_suffice_under_a_large_lamp() {
+    for (file, forward) in [("studio", true), ("bulb", false), ("mirror-caustic", false)] {
+        for shares in choices(file, 300) {
+            assert_eq!(shares.forward, forward, "{file}: {shares}");
+        }
+    }
+}
+
+#[test]
+fn paths_from_the_camera_alone_make_the_same_picture() {
+    let mut studio = of_file("studio");
+    studio.set_resolution(60, 40).unwrap();
+    let regions = |kind, effort| {
+        let settings = Settings {
+            max_depth: DEPTH,
+            ..settings(&studio, kind, effort)
+        };
+        let of_seed = run(&studio, &settings).stats.shares;
+        let forward = of_seed.is_some_and(|s| s.forward);
+        assert_eq!(forward, kind == IntegratorKind::Auto);
+        Runs::new(&studio, &settings, SEEDS).grid(3, 2)
+    };
+    let others = regions(IntegratorKind::Bdpt, 16);
+    let auto = regions(IntegratorKind::Auto, 120);
+    for (i, (a, b)) in auto.iter().zip(&others).enumerate() {
+        let what = format!("region {}, channel {}", i / 3, i % 3);
+        a.expect_same_among(18, b, &what);
+    }
+}
+
+/// Samples and chains march side by side: however early the end, all light is in the picture.
 #[test]
 fn a_render_that_is_cut_short_has_all_of_its_light() {
     let scene = keyhole();

@@ -280,6 +280,20 @@ fn samples_and_chains() {
     expect_resumed(&scene, &settings);
 }
 
+/// Where `auto` has chosen them.
+#[test]
+fn paths_from_the_camera_alone() {
+    let text = include_str!("../../scenes/studio.pbrt");
+    let mut studio = load_str(text, "studio.pbrt", Path::new("")).unwrap();
+    studio.set_resolution(56, 56).unwrap();
+    let mut settings = settings(&studio, IntegratorKind::Auto);
+    settings.mutations_per_pixel = 600;
+    let shares = render(&studio, &settings, &Silent).unwrap().stats.shares;
+    assert!(shares.is_some_and(|s| s.forward));
+    expect_resumed(&studio, &settings);
+    expect_merged(&studio, &settings, 3);
+}
+
 /// Samples go on to any number of them, and come to what as many at once come to.
 #[test]
 fn more_samples_than_at_first() {

@@ -17,7 +17,7 @@ use crate::scene::IntegratorKind;
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct InspectArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in studio]
     pub scene: Option<PathBuf>,
 
     /// Most scattering events on a path [default: as the scene says]
@@ -48,7 +48,7 @@ pub struct InspectArgs {
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct BenchArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in studio]
     pub scene: Option<PathBuf>,
 
     /// Time for each side of each comparison

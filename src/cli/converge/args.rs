@@ -29,7 +29,7 @@ use crate::scene::IntegratorKind;
 #[derive(Debug, Args)]
 #[command(allow_negative_numbers = true, args_override_self = true)]
 pub struct ConvergeArgs {
-    /// Scene files, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    /// Scene files, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in studio]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
 

@@ -25,7 +25,7 @@ use crate::scene::IntegratorKind;
     group(ArgGroup::new("path").required(true).args(["chain", "samples", "samples_file"]))
 )]
 pub struct ReplayArgs {
-    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in Cornell box]
+    /// Scene file, pbrt-v3 or pbrt-v4 (.pbrt, .pbrt.gz) [default: a built-in studio]
     pub scene: Option<PathBuf>,
 
     /// Depth of the path: scattering events

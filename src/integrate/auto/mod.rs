@@ -2,7 +2,7 @@
 //! or both together, whichever leaves the smallest error for the same work.
 //!
 //! 1. A pilot ([`pilot`]) makes some samples. Where they alone are clearly best, nothing else is
-//!    tried.
+//!    tried but paths from the camera alone ([`forward`]).
 //! 2. Else every depth gets the beginning of its bootstrap, and some chains are on trial
 //!    ([`crate::chain::trial`]).
 //! 3. [`evidence`] is what both have seen; [`model`] chooses, for each depth, how much of its
@@ -18,6 +18,7 @@
 
 mod bulk;
 mod evidence;
+mod forward;
 mod march;
 mod model;
 mod pilot;
@@ -70,6 +71,8 @@ pub(super) struct Decision {
     /// Of a mutation of mmlt.
     usual: f64,
     rays: u64,
+    /// Mutations per pixel that there was time for.
+    affordable: f64,
     /// Error of samples alone over that of the choice, and that of chains for all but depth 0.
     gain: f64,
     /// Expected squared error of the choice, relative to the picture, after a thousand rays a
@@ -161,14 +164,17 @@ impl Decision {
             bootstraps = begun;
         }
         let alone = model::alone(&seen, samples, &costs);
+        let alone_error = alone.error();
+        let usual = usual(&seen);
         let mut decision = Self {
+            affordable: Budget::after(run, usual, rays).affordable,
             gain: if choice.error() > 0.0 {
                 alone.error() / choice.error()
             } else {
                 1.0
             },
             expected: choice.error() / 1000.0,
-            usual: usual(&seen),
+            usual,
             light: seen.iter().map(|d| d.light).collect(),
             choice,
             bootstraps,
@@ -197,6 +203,14 @@ impl Decision {
                 decision.rays += tried.rays;
             }
         }
+        if !decision.choice.has_chains()
+            && ready(run).is_none()
+            && let Some((choice, rays)) = forward::choice::<L>(run, &pilot)
+        {
+            decision.expected *= choice.error() / alone_error.max(f64::MIN_POSITIVE);
+            decision.rays += rays;
+            decision.choice = choice;
+        }
         decision
     }
 
@@ -204,6 +218,7 @@ impl Decision {
         Budget {
             usual: self.usual,
             spent: self.rays,
+            affordable: self.affordable,
         }
     }
 
@@ -212,6 +227,7 @@ impl Decision {
         Shares {
             gain: self.gain,
             rays: self.choice.part(),
+            forward: self.choice.forward,
             expected: self.expected,
             depths: depths
                 .filter(|(_, (light, _))| **light > 0.0)

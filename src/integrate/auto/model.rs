@@ -44,6 +44,8 @@ pub(super) struct Choice {
     pub chains: f64,
     /// Rays of a sample and, in the mean, of a mutation.
     pub rays: [f64; 2],
+    /// Samples are paths from the camera alone.
+    pub forward: bool,
 }
 
 impl Choice {
@@ -266,6 +268,7 @@ impl<'a> Search<'a> {
             samples: placed + sum(|s| s.splats + s.missed),
             chains: left * sum(|s| s.error),
             rays: [(self.costs.sample)(&on), MUTATION * mutation],
+            forward: false,
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::transport::samples::Samples;
 use rayon::prelude::*;
 
 /// Samples that are evaluated at a time.
-const BATCH: u32 = 1024;
+pub(super) const BATCH: u32 = 1024;
 /// Batches between two questions whether to stop.
 const ROUND: u32 = 8;
 
@@ -39,16 +39,18 @@ impl Pilot {
                 .into_par_iter()
                 .map(|batch| Self::batch::<L>(run, layout, batch))
                 .collect();
-            for batch in some {
-                pilot.contributions.extend(batch.contributions);
-                pilot.samples += batch.samples;
-                pilot.rays += batch.rays;
-            }
+            some.into_iter().for_each(|batch| pilot.add(batch));
             if ended().is_some() {
                 break;
             }
         }
         pilot
+    }
+
+    pub fn add(&mut self, batch: Self) {
+        self.contributions.extend(batch.contributions);
+        self.samples += batch.samples;
+        self.rays += batch.rays;
     }
 
     fn batch<L: Lanes>(run: &Run, layout: &BidirectionalLayout, batch: u32) -> Self {
@@ -57,7 +59,7 @@ impl Pilot {
         let stream = Stream::new(run.settings.seed, Purpose::Pilot);
         let mut samples = Samples::new(layout.total(), n);
         samples.fill::<L>(&stream, n, |i| [first + i as u32, 0]);
-        place(run, layout, &mut samples, first);
+        place(run, layout.at.raster, &mut samples, first);
         let mut paths = Paths::new(run.world);
         (run.world).evaluate_bidirectional::<L>(layout, &samples, n, &mut paths);
         let mut contributions = Vec::new();
@@ -91,13 +93,14 @@ impl Pilot {
 /// Steps of an additive recurrence over the picture (as in `chain::primary`).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// Two samples that follow each other go to one pixel.
-fn place(run: &Run, layout: &BidirectionalLayout, samples: &mut Samples, first: u32) {
+/// Two samples that follow each other go to one pixel; `raster` is the first of two rows that say
+/// where.
+pub(super) fn place(run: &Run, raster: usize, samples: &mut Samples, first: u32) {
     let region = run.world.camera.region;
     for axis in 0..2 {
         let low = f64::from([region.x0, region.y0][axis]);
         let size = f64::from([region.width, region.height][axis]);
-        let row = samples.row_mut(layout.at.raster + axis);
+        let row = samples.row_mut(raster + axis);
         for (i, u) in row.iter_mut().take(BATCH as usize).enumerate() {
             let pair = f64::from((first + i as u32) / 2);
             let at = low + (0.5 + pair * STEPS[axis]).fract() * size;

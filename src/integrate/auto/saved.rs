@@ -15,20 +15,23 @@ impl Decision {
                     samples,
                     chains,
                     rays: of_path,
+                    forward,
                 },
             // Budgets of chains have what became of them.
             bootstraps: _,
             light,
             usual,
             rays,
+            affordable,
             gain,
             expected,
         } = self;
         to.table(kept);
         to.value([*samples, *chains]);
         to.value(*of_path);
+        to.flag(*forward);
         to.table(light);
-        to.value([*usual, *gain, *expected]);
+        to.value([*usual, *affordable, *gain, *expected]);
         to.value(*rays);
     }
 
@@ -63,14 +66,18 @@ impl Decision {
             samples,
             chains,
             rays,
+            forward: from.flag()?,
         };
+        let alike = !(choice.forward && choice.has_chains());
+        Malformed::unless(alike, "paths from the camera have chains beside them")?;
         let light = from.vector(depths)?;
-        let [usual, gain, expected] = from.value()?;
+        let [usual, affordable, gain, expected] = from.value()?;
         Ok(Self {
             choice,
             bootstraps: Vec::new(),
             light,
             usual,
+            affordable,
             gain,
             expected,
             rays: from.value()?,

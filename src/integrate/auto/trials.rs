@@ -1,15 +1,20 @@
 //! Short renders of one scene by different choices, judged by the error that each estimates of
 //! most of its pixels ([`bulk`]): it has seen what no model foresees, how unevenly chains start and
 //! where they stick.
+//! A small budget does not reach for samples enough in each pixel. Then the trials' pictures have
+//! fewer pixels: what independent samples leave, and what chains leave where they have been at all,
+//! falls alike with the size of pixels.
 //! Their random numbers are others than those of the render: what is chosen does not depend on
 //! what will be in the picture.
 
 use super::bulk::bulk;
 use super::march::{Budget, march};
 use super::model::Choice;
+use crate::camera::Camera;
 use crate::integrate::chains::mutations;
 use crate::integrate::team::ALONE;
 use crate::integrate::{Observer, Run, Settings};
+use crate::scene::Film;
 use crate::simd::Lanes;
 use std::time::Instant;
 
@@ -23,6 +28,8 @@ const LATE: f64 = 0.1;
 const ENOUGH: f64 = 64.0;
 /// Samples per pixel, in rays, that tell their error.
 const SAMPLES: f64 = 3.0;
+/// Fewest pixels along the shorter side of a trial's picture, if the render has as many.
+const SIDE: f64 = 32.0;
 /// Fewest mutations of the whole picture that tell theirs.
 const FEWEST: f64 = 20_000.0;
 /// Most chains of a trial.
@@ -53,10 +60,16 @@ pub(super) struct Tried {
 /// Tries the choices: samples alone, chains alone, and, where the budget is large, both. `None` if
 /// it is too small for that, or a stop came in between.
 pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -> Option<Tried> {
-    let area = mutations(run, 1);
-    let wanted = affordable(run, budget).min(run.settings.mutations_per_pixel as f64);
+    let wanted = budget.affordable.min(run.settings.mutations_per_pixel as f64);
     let [of_sample, _] = choices[0].rays;
-    let least = (SAMPLES * of_sample / budget.usual).max(FEWEST / area);
+    let least = SAMPLES * of_sample / budget.usual;
+    let film = coarser(run.film, least / (PART * wanted));
+    let camera = Camera::new(&run.scene.camera, &film);
+    let world = run.world.seen_by(camera);
+    // Pixels of the trial's picture, and mutations in each that the whole render would make.
+    let area = world.camera.region.area();
+    let wanted = wanted * mutations(run, 1) / area;
+    let least = least.max(FEWEST / area);
     let each = (PART * wanted).min(ENOUGH).max(least);
     if each > MOST * wanted {
         return None;
@@ -80,12 +93,19 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
         ..run.settings.clone()
     };
     let quiet = Quiet(run.observer);
+    let own = Budget {
+        usual: budget.usual,
+        spent: 0,
+        affordable: f64::INFINITY,
+    };
     let mut errors = [f64::INFINITY; 3];
     let mut whole = errors;
     let mut traced = [0; 3];
     for (i, choice) in choices.into_iter().enumerate().take(tried) {
         let start = Instant::now();
         let run = Run {
+            world: &world,
+            film: &film,
             settings: &settings,
             observer: &quiet,
             start,
@@ -96,7 +116,7 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
         let render = march::<L>(
             &run,
             choice,
-            Budget { spent: 0, ..budget },
+            own,
             Vec::new(),
             start,
             &mut [],
@@ -131,14 +151,13 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
     })
 }
 
-/// Mutations per pixel that there is time for, if a ray takes as long as those of the pilot.
-fn affordable(run: &Run, budget: Budget) -> f64 {
-    let Some(limit) = run.settings.time else {
-        return f64::INFINITY;
-    };
-    let taken = run.start.elapsed().as_secs_f64().max(1e-6);
-    let rays = budget.spent as f64 / taken * limit.as_secs_f64();
-    rays / (mutations(run, 1) * budget.usual.max(1.0))
+/// The film with pixels that are so many times as large, as far as there are enough.
+fn coarser(film: &Film, times: f64) -> Film {
+    let [x0, x1, y0, y1] = film.crop.map(f64::from);
+    let most = ((x1 - x0).min(y1 - y0) / SIDE).max(1.0);
+    let by = times.sqrt().clamp(1.0, most);
+    let side = |pixels: u32| (f64::from(pixels) / by).ceil() as u32;
+    film.of_size(side(film.width), side(film.height))
 }
 
 /// Hears of no progress, and stops when the render does.

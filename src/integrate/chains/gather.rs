@@ -60,7 +60,7 @@ pub(super) fn gather<'a>(
     }
     let others: Vec<Packed> = others.into_iter().map(Packed::from_bytes).collect();
     let mut from: Vec<Reader> = others.iter().map(Reader::new).collect();
-    let tiling = Tiling::new(run.scene.film.crop);
+    let tiling = Tiling::new(run.film.crop);
     let loaded = load_batches(run, budgets, left, &tiling, &mut from)?;
     from.iter().try_for_each(Reader::end)?;
     Ok(loaded)

@@ -39,7 +39,7 @@ pub(super) fn see(
     let layer = sums.as_ref().map(|(beside, sums)| beside.layer(sums));
     mixing_check::judge(
         run,
-        &Tiling::new(run.scene.film.crop),
+        &Tiling::new(run.film.crop),
         (chains, &light),
         layer,
         &mut Stats::default(),

@@ -12,7 +12,7 @@ pub struct PartFilm {
 
 impl PartFilm {
     pub fn new(run: &Run, splats: bool) -> Self {
-        let film = &run.scene.film;
+        let film = run.film;
         let filter = FilterTable::new(&film.filter, film.crop);
         let sums = match splats {
             true => SampleFilm::splatted_part(filter),

@@ -152,7 +152,7 @@ impl Run<'_> {
     }
 
     fn whose(&self) -> (String, [u64; 8]) {
-        let film = &self.scene.film;
+        let film = self.film;
         let [x0, x1, y0, y1] = film.crop;
         let settings = self.settings;
         let judged = u32::from(settings.estimate_error);

@@ -61,7 +61,7 @@ fn pictures_have_all_layers_from_the_first_on() {
         );
         assert!(bright(&folder.exr("a.exr")), "{effort}");
         let info = folder.run("info a.exr").succeeds().stdout();
-        assert!(info.contains("cornell.pbrt"), "{info}");
+        assert!(info.contains("studio.pbrt"), "{info}");
 
         folder.files().iter().for_each(|name| match name.as_str() {
             "kept" => {}

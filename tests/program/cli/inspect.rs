@@ -4,8 +4,8 @@ use super::Folder;
 
 #[test]
 fn inspect_prints_the_scene_and_the_plan() {
-    let folder = Folder::new();
-    let text = folder.run("inspect").succeeds().stdout();
+    let folder = Folder::with_cornell();
+    let text = folder.run("inspect cornell.pbrt").succeeds().stdout();
     for part in [
         "triangles     24",
         "spheres       1",
@@ -18,7 +18,7 @@ fn inspect_prints_the_scene_and_the_plan() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
-    assert!(folder.files().is_empty());
+    assert_eq!(folder.files(), ["cornell.pbrt"]);
 }
 
 #[test]
@@ -35,9 +35,9 @@ fn inspect_estimates_what_an_error_takes() {
 
 #[test]
 fn inspect_speaks_json() {
-    let folder = Folder::new();
+    let folder = Folder::with_cornell();
     let text = folder
-        .run("inspect --json --max-depth 3")
+        .run("inspect cornell.pbrt --json --max-depth 3")
         .succeeds()
         .stdout();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -65,10 +65,10 @@ fn inspect_speaks_json() {
 
     // Text and JSON are of the same plan.
     let forced = folder
-        .run("inspect --force-effects all")
+        .run("inspect cornell.pbrt --force-effects all")
         .succeeds()
         .stdout();
     assert!(forced.contains("rough dielectric") && forced.contains("forced"));
-    let ran = folder.run("inspect --force-effects lenses");
+    let ran = folder.run("inspect cornell.pbrt --force-effects lenses");
     assert!(ran.stderr().contains("light-choice"), "{}", ran.stderr());
 }

@@ -8,14 +8,14 @@ use std::fs;
 fn without_arguments_the_built_in_scene_becomes_two_files() {
     let folder = Folder::new();
     let ran = folder.run(&format!("render {TINY}")).succeeds();
-    assert_eq!(folder.files(), ["cornell.exr", "cornell.png"]);
-    let picture = folder.exr("cornell.exr");
+    assert_eq!(folder.files(), ["studio.exr", "studio.png"]);
+    let picture = folder.exr("studio.exr");
     assert_eq!((picture.width, picture.height), (32, 32));
     assert!(bright(&picture));
-    let png = image::open(folder.path().join("cornell.png")).unwrap();
+    let png = image::open(folder.path().join("studio.png")).unwrap();
     assert_eq!((png.width(), png.height()), (32, 32));
     assert_eq!(ran.stdout(), "");
-    assert!(ran.stderr().contains("wrote cornell.png"));
+    assert!(ran.stderr().contains("wrote studio.png"));
 }
 
 #[test]
@@ -63,10 +63,10 @@ fn the_scene_names_its_picture() {
 
 #[test]
 fn figures_are_a_json_object() {
-    let folder = Folder::new();
+    let folder = Folder::with_cornell();
     folder
         .run(&format!(
-            "render {TINY} --integrator mmlt --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
+            "render cornell.pbrt {TINY} --integrator mmlt --stats s.json --seed 18446744073709551615 --threads 2 --max-depth 3 --mutations 200"
         ))
         .succeeds();
     let text = fs::read_to_string(folder.path().join("s.json")).unwrap();

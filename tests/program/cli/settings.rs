@@ -180,8 +180,8 @@ fn flags_beat_the_scene_file() {
 
 #[test]
 fn resolution_and_crop() {
-    let folder = Folder::new();
-    let pt = "render --integrator pt --spp 1";
+    let folder = Folder::with_cornell();
+    let pt = "render cornell.pbrt --integrator pt --spp 1";
     folder
         .run(&format!("{pt} --resolution 40x20 -o whole.exr"))
         .succeeds();

@@ -125,7 +125,7 @@ fn compared_and_studied_pictures_are_inputs() {
     fs::create_dir(folder.path().join("out")).unwrap();
     fs::copy(
         folder.path().join("b.exr"),
-        folder.path().join("out/cornell-reference.exr"),
+        folder.path().join("out/studio-reference.exr"),
     )
     .unwrap();
     let before = contents(&folder);
@@ -135,7 +135,7 @@ fn compared_and_studied_pictures_are_inputs() {
         "compare a.pfm b.exr -o c.png --json ./c.png",
         "converge --reference b.exr --json b.exr --resolution 32x32",
         "converge -o out --json out/index.html",
-        "converge -o out --json out/./cornell.svg",
+        "converge -o out --json out/./studio.svg",
     ] {
         let message = folder.run(arguments).fails(2);
         let part = ["would overwrite", "is the same file as", "twice"];

@@ -196,7 +196,7 @@ fn the_viewer_may_come_and_go() {
     let child = start(&folder, port, picture);
     std::thread::sleep(Duration::from_millis(500));
     let images = viewer(TcpListener::bind(("127.0.0.1", port)).unwrap(), 2);
-    let created = || images.get("cornell.pbrt").map_or(0, |image| image.created);
+    let created = || images.get("studio.pbrt").map_or(0, |image| image.created);
     wait_until("a picture on the third connection", || created() >= 3);
     send(child.id(), 2);
     let ran = child.end();

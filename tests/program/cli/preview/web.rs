@@ -112,7 +112,7 @@ fn the_page_shows_the_render_and_stops_it() {
         status = served.status(status["version"].as_u64().unwrap()).unwrap();
         status["errors"].as_array().unwrap().len() > 1
     });
-    assert_eq!(status["scene"], "cornell.pbrt");
+    assert_eq!(status["scene"], "studio.pbrt");
     assert_eq!(status["phase"], "render");
     assert!(
         status["text"].as_str().unwrap().contains("mutations/s"),
