@@ -1,9 +1,11 @@
-//! The error of most of a picture.
+//! The error of a picture, and of most of it.
 //!
 //! The mean squared error of a short render hangs on a few spots, and of how many there are to come
 //! it tells little: samples and chains would be judged by the luck of a moment. What they leave in
-//! all other pixels is known well, and tells as much: where chains stick they leave all of their
-//! region uneven, and where samples find light rarely most pixels lack it.
+//! all other pixels is known well, and tells much: where chains stick they leave all of their
+//! region uneven, and where samples find light rarely most pixels lack it. But spots are error as
+//! well, and where samples leave many of them that is most of it. So both count alike: errors are
+//! judged by their geometric mean.
 
 /// Part of all pixels, the worst, that does not count.
 const WORST: f64 = 0.005;
@@ -14,9 +16,10 @@ const DARK: f64 = 0.3;
 /// bright pixels look accurate.
 const BLOCK: usize = 8;
 
-/// Mean squared error over the square of the picture, of all pixels but the worst. `deviation` are
-/// standard errors whose squares are right in the mean; rows have `width` pixels.
-pub(super) fn bulk(pixels: &[[f32; 3]], deviation: &[[f32; 3]], width: usize) -> f64 {
+/// Mean squared error over the square of the picture: the geometric mean of that of all pixels and
+/// that of all but the worst. `deviation` are standard errors whose squares are right in the mean;
+/// rows have `width` pixels.
+pub(super) fn error_of(pixels: &[[f32; 3]], deviation: &[[f32; 3]], width: usize) -> f64 {
     let columns = width.div_ceil(BLOCK).max(1);
     let block = |i: usize| i / width / BLOCK * columns + i % width / BLOCK;
     let mean_of = |v: &[f32; 3]| v.iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0;
@@ -36,8 +39,9 @@ pub(super) fn bulk(pixels: &[[f32; 3]], deviation: &[[f32; 3]], width: usize) ->
     };
     let mut errors: Vec<f64> = deviation.iter().enumerate().map(error).collect();
     errors.sort_unstable_by(f64::total_cmp);
-    errors.truncate(((1.0 - WORST) * errors.len() as f64).ceil() as usize);
-    errors.iter().sum::<f64>() / errors.len().max(1) as f64
+    let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+    let most = ((1.0 - WORST) * errors.len() as f64).ceil() as usize;
+    (mean(&errors) * mean(&errors[..most])).sqrt()
 }
 
 #[cfg(test)]
@@ -45,19 +49,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spots_do_not_count_and_brightness_does_not() {
-        let picture = |level: f32| {
+    fn spots_count_half_and_brightness_does_not() {
+        let picture = |level: f32, spot: f32| {
             let pixels = vec![[level; 3]; 40 * 30];
             let mut deviation = vec![[0.1 * level; 3]; 40 * 30];
-            deviation[77] = [1000.0 * level; 3];
-            bulk(&pixels, &deviation, 40)
+            deviation[77] = [spot * level; 3];
+            error_of(&pixels, &deviation, 40)
         };
         // A tenth of the picture, which counts as if it were brighter by what is dark.
-        let expected = 0.01 / (1.0 + DARK * DARK);
+        let even = 0.01 / (1.0 + DARK * DARK);
         for level in [1e-6, 1.0, 1e6] {
-            assert!((picture(level) / expected - 1.0).abs() < 1e-5);
+            assert!((picture(level, 0.1) / even - 1.0).abs() < 1e-5);
+            // A spot that is half of all error.
+            let spotted = picture(level, 0.1 * 1201f32.sqrt());
+            assert!((spotted / even - 2f64.sqrt()).abs() < 1e-3, "{spotted}");
         }
-        assert_eq!(bulk(&[], &[], 0), 0.0);
-        assert_eq!(bulk(&[[0.0; 3]; 4], &[[0.0; 3]; 4], 2), 0.0);
+        assert_eq!(error_of(&[], &[], 0), 0.0);
+        assert_eq!(error_of(&[[0.0; 3]; 4], &[[0.0; 3]; 4], 2), 0.0);
     }
 }

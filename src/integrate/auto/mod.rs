@@ -1,8 +1,8 @@
 //! The integrator that chooses: bidirectional path tracing, multiplexed Metropolis light transport,
 //! or both together, whichever leaves the smallest error for the same work.
 //!
-//! 1. A pilot ([`pilot`]) makes some samples. Where they alone are clearly best, nothing else is
-//!    tried but paths from the camera alone ([`forward`]).
+//! 1. A pilot ([`pilot`]) makes some samples, and paths from the camera alone if these may do
+//!    ([`forward`]). Where samples are clearly best, nothing else is tried.
 //! 2. Else every depth gets the beginning of its bootstrap, and some chains are on trial
 //!    ([`crate::chain::trial`]).
 //! 3. [`evidence`] is what both have seen; [`model`] chooses, for each depth, how much of its
@@ -163,53 +163,52 @@ impl Decision {
             choice = model::choose(&seen, samples, &costs);
             bootstraps = begun;
         }
-        let alone = model::alone(&seen, samples, &costs);
-        let alone_error = alone.error();
+        // The best without chains.
+        let alone = match ready(run) {
+            None => forward::choice::<L>(run, &pilot),
+            Some(_) => None,
+        };
+        let alone = alone.map(|(forward, traced)| {
+            rays += traced;
+            forward
+        });
+        let alone = alone.unwrap_or_else(|| model::alone(&seen, samples, &costs));
+        let without = alone.error();
         let usual = usual(&seen);
         let mut decision = Self {
             affordable: Budget::after(run, usual, rays).affordable,
-            gain: if choice.error() > 0.0 {
-                alone.error() / choice.error()
-            } else {
-                1.0
-            },
-            expected: choice.error() / 1000.0,
+            gain: 1.0,
+            expected: 0.0,
             usual,
             light: seen.iter().map(|d| d.light).collect(),
             choice,
             bootstraps,
             rays,
         };
+        let mut best = 0;
+        let mut tried = None;
         if decision.choice.has_chains() {
             let whole = model::whole(&seen, samples, &costs);
             let choices = [&alone, &whole, &decision.choice];
-            let tried = trials::best::<L>(run, choices, decision.budget());
-            let best = match &tried {
+            tried = trials::best::<L>(run, choices, decision.budget());
+            best = match &tried {
                 Some(tried) => tried.best,
                 None => usize::from(decision.choice.part() < FEW),
             };
-            let without = alone.error();
-            decision.choice = match best {
-                0 => alone,
-                1 => whole,
-                _ => decision.choice,
-            };
-            let error = decision.choice.error();
-            decision.gain = if error > 0.0 { without / error } else { 1.0 };
-            decision.expected = error / 1000.0;
-            if let Some(tried) = tried {
-                decision.gain = tried.gain;
-                decision.expected = tried.expected;
-                decision.rays += tried.rays;
+            if best == 1 {
+                decision.choice = whole;
             }
         }
-        if !decision.choice.has_chains()
-            && ready(run).is_none()
-            && let Some((choice, rays)) = forward::choice::<L>(run, &pilot)
-        {
-            decision.expected *= choice.error() / alone_error.max(f64::MIN_POSITIVE);
-            decision.rays += rays;
-            decision.choice = choice;
+        if best == 0 {
+            decision.choice = alone;
+        }
+        let error = decision.choice.error();
+        decision.gain = if error > 0.0 { without / error } else { 1.0 };
+        decision.expected = error / 1000.0;
+        if let Some(tried) = tried {
+            decision.gain = tried.gain;
+            decision.expected = tried.expected;
+            decision.rays += tried.rays;
         }
         decision
     }
