@@ -188,8 +188,8 @@ fn write_png(out: impl Write, picture: &Picture, display: &Display) -> Result<()
     let bytes: Vec<u8> = picture
         .pixels
         .iter()
-        .flatten()
-        .map(|v| srgb::encode_u8(display.tonemap.apply(v * factor)))
+        .flat_map(|rgb| display.tonemap.apply_to(rgb.map(|v| v * factor)))
+        .map(srgb::encode_u8)
         .collect();
     PngEncoder::new(out)
         .write_image(

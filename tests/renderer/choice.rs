@@ -276,7 +276,7 @@ const LAMP: &str = "AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [0 0 0]\nAreaL
 
 fn strategies(text: &str) -> Vec<Vec<u32>> {
     let scene = scene(&(head(24, 18, 3, CAMERA) + text));
-    let plans = World::new(&scene, 3).plan.depths;
+    let plans = World::new(&scene, 3).plan.depths.clone();
     plans.into_iter().map(|d| d.strategies).collect()
 }
 

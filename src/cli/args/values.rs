@@ -150,6 +150,7 @@ impl ValueEnum for Tonemap {
             Self::Shoulder => "As it is up to 80 % of white, then ever more slowly towards it",
             Self::Linear => "As it is, cut off at white",
             Self::Filmic => "An S-shaped curve: dark and bright parts lose contrast",
+            Self::AgxLike => "The same over stops, after AgX: bright colours go to white",
         };
         Some(PossibleValue::new(self.name()).help(help))
     }

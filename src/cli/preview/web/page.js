@@ -192,7 +192,9 @@
         status = await reply.json();
         failures = 0;
         gone = false;
-        if (first && !chosen && status.tonemap !== "") {
+        // The page has the curves that treat channels alike.
+        const has = [...one("tonemap").options].some((o) => o.value === status.tonemap);
+        if (first && !chosen && has) {
           one("tonemap").value = status.tonemap;
           one("exposure").value = status.exposure === null ? 0 : status.exposure;
           paint();
