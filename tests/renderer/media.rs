@@ -1,5 +1,7 @@
 //! Participating media: closed forms, and all integrators against each other.
 
+mod colours;
+
 use crate::support;
 
 use phalanx::integrate::Settings;
@@ -386,42 +388,6 @@ fn integrators_agree_about_fire() {
             let what = format!("fire {kind:?} region {} channel {}", i / 3, i % 3);
             a.expect_same_among(comparisons, &b, &what);
         }
-    }
-}
-
-/// The same medium by numbers and by colours.
-#[test]
-fn grids_of_colours_are_those_of_numbers() {
-    let head = "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"\n\
-                Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
-                PixelFilter \"box\"\nIntegrator \"volpath\" \"integer maxdepth\" 3\nWorldBegin\n";
-    let around = "Material \"interface\" MediumInterface \"smoke\" \"\"\n\
-                  Shape \"sphere\" \"float radius\" 2\nMediumInterface \"\" \"\"\n\
-                  LightSource \"point\" \"point3 from\" [1 2 -2] \"rgb I\" [9 9 9]\n";
-    let colours = |sigma: [f64; 3]| {
-        let of = |d: f64| sigma.map(|s| (s * d).to_string()).join(" ");
-        DENSITY.map(of).join(" ")
-    };
-    let size = "\"integer nx\" 2 \"integer ny\" 3 \"integer nz\" 4 \"float g\" .3";
-    let numbers = format!(
-        "{head}MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" {size} \"float density\" \
-         [{}] \"rgb sigma_a\" [.5 1 2] \"rgb sigma_s\" [3 2 1]\n{around}",
-        grid_values()
-    );
-    let of_colours = format!(
-        "{head}MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" {size} \"rgb sigma_a\" [{}] \
-         \"rgb sigma_s\" [{}]\n{around}",
-        colours([0.5, 1.0, 2.0]),
-        colours([3.0, 2.0, 1.0])
-    );
-    let [one, other] = [numbers, of_colours].map(|text| {
-        let scene = scene(&text);
-        Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS)
-    });
-    for c in 0..3 {
-        let what = format!("colours, channel {c}");
-        assert!(one.whole(c).mean > 0.0);
-        one.whole(c).expect_same(&other.whole(c), &what);
     }
 }
 

@@ -1,5 +1,11 @@
 //! Numbers at places in a slice, all of them checked: files say anything.
 
+/// Is asked for memory, in bytes.
+pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
+
+/// Bytes of a grid's header, and where its tree follows.
+pub const GRID_HEADER: u64 = 672;
+
 /// So many bytes from `at` on.
 pub fn slice(bytes: &[u8], at: u64, length: u64) -> Result<&[u8], String> {
     let end = at.checked_add(length);

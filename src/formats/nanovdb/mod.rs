@@ -1,6 +1,7 @@
 //! Volumes in NanoVDB files, version 32: sparse trees of numbers, read into a dense box.
 //!
-//! 1. `segments` finds a grid by its name and unpacks it: stored, zlib, or Blosc with LZ4 (`blosc`).
+//! 1. `segments` finds a grid by its name and unpacks it: stored, zlib, or Blosc with LZ4
+//!    ([`blosc`]).
 //! 2. The grid's header says what its numbers are, and where.
 //! 3. `tree` walks its tree.
 //!
@@ -16,17 +17,14 @@ mod tree;
 use std::fs::File;
 use std::path::Path;
 
-use self::bytes::{beside, f64s_at, slice, u32_at};
+use self::bytes::{GRID_HEADER, beside, f64s_at, slice, u32_at};
 use self::tree::{Tree, Voxels};
 use super::file_bytes;
 
-/// Bytes of a grid's header, and where its tree follows.
-const GRID_HEADER: u64 = 672;
 /// Most voxels along a side.
 const MOST_VOXELS: i64 = 1 << 14;
 
-/// Is asked for memory, in bytes.
-pub type Room<'a> = &'a mut dyn FnMut(u64) -> Result<(), String>;
+pub use self::bytes::Room;
 
 /// A grid of numbers: all voxels that are active, and one more at each side.
 #[derive(Clone, Debug, PartialEq)]

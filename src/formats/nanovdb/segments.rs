@@ -6,8 +6,7 @@ use std::io::{Read, Seek, SeekFrom};
 use flate2::read::ZlibDecoder;
 
 use super::blosc;
-use super::bytes::{u16_at, u32_at, u64_at};
-use super::{GRID_HEADER, Room};
+use super::bytes::{GRID_HEADER, Room, u16_at, u32_at, u64_at};
 
 /// `NanoVDB` without its last letter: 0 of files and grids before version 32.6, then 1 of grids and
 /// 2 of files.

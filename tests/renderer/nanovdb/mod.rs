@@ -338,7 +338,7 @@ fn messages_say_what_is_wrong() {
         let (folder, text) = around(grids, Codec::Stored, medium, "");
         let error = load_str(&text, "test.pbrt", folder.path()).unwrap_err();
         let error = error.to_string();
-        assert!(error.starts_with("test.pbrt:8:"), "{error}");
+        assert!(error.starts_with("test.pbrt:9:"), "{error}");
         assert!(error.contains(what), "{error}");
     };
     refused(
