@@ -43,7 +43,7 @@ fn what_is_not_supported_says_so_where_it_stands() {
             format!(
                 "MakeNamedMedium \"fog\" \"string type\" \"nanovdb\" MediumInterface \"fog\" \"\" {V4_TRIANGLE}"
             ),
-            "t.pbrt:3:1: MakeNamedMedium \"fog\": media of type \"nanovdb\" are not supported",
+            "t.pbrt:3:1: MakeNamedMedium \"fog\": a nanovdb medium needs a \"string filename\"",
         ),
         (
             "LightSource \"projection\"".into(),
