@@ -81,7 +81,7 @@ fn what_is_written_is_read() {
             name: "third",
             ..other.clone()
         };
-        bytes.extend(file(&[third.clone()], Codec::Zlib));
+        bytes.extend(file(std::slice::from_ref(&third), Codec::Zlib));
         let found = within(&bytes, "density").unwrap().unwrap();
         expect_grid(&found, &grid);
         assert_eq!(found.to_world[2], [0.0, 0.0, 2.0, 3.0]);
@@ -131,7 +131,7 @@ fn chunks_of_c_blosc_are_read() {
 fn broken_files_are_refused() {
     let small = Grid::dense("density", [0; 3], [2; 3], &[1.0; 8]);
     for codec in [Codec::Stored, Codec::Zlib, Codec::Blosc(4096)] {
-        let whole = file(&[small.clone()], codec);
+        let whole = file(std::slice::from_ref(&small), codec);
         for length in (0..whole.len()).step_by(whole.len() / 60) {
             let cut = within(&whole[..length], "density");
             let found_nothing = length == 0 && cut == Ok(None);
@@ -342,7 +342,7 @@ fn messages_say_what_is_wrong() {
         assert!(error.contains(what), "{error}");
     };
     refused(
-        &[ones.clone()],
+        std::slice::from_ref(&ones),
         "\"string gridname\" \"fog\"",
         "no grid \"fog\"",
     );
