@@ -23,7 +23,7 @@
 //! | `brief` | messages made to fit a line | what they say |
 //! | `files` | files written whole or not at all | what they hold |
 //! | [`checkpoint`] | values in a file: packed, checked, versioned | what they are the state of |
-//! | [`formats`] | EXR, PFM and sRGB, read and written | what pictures are for |
+//! | [`formats`] | EXR, PFM and sRGB, read and written; NanoVDB, read | what pictures are for |
 //! | [`scene`] | what is rendered, as plain tables | files, behaviour, which BSDFs there are |
 //! | [`trace`] | tree, packets, closest hits and visibility | materials |
 //! | [`geometry`] | points on surfaces, with error bounds | how rays found them |

@@ -39,3 +39,14 @@ edit src/geometry/mod.rs 'if !self.large.is_empty()' 'if false && !self.large.is
 edit src/camera/mod.rs 'self.lens_radius > 0.0 || self.optics.is_some()' 'false'
 edit src/camera/mod.rs 'Projection::Sphere(map) => Some(map)' 'Projection::Sphere(map) if false => Some(map)'
 edit src/camera/mod.rs 'self.projection == Projection::Orthographic' 'false'
+# Nothing between surfaces, and nothing below them.
+for file in connect bidirectional subsurface start evaluate scatter arrive; do
+    edit src/transport/$file.rs 'if self.plan.media' 'if false && self.plan.media'
+done
+for file in connect evaluate; do
+    edit src/transport/$file.rs 'late: self.plan.media' 'late: false'
+done
+edit src/transport/bidirectional.rs 'late: world.plan.media' 'late: false'
+for file in evaluate arrive; do
+    edit src/transport/$file.rs 'if self.plan.subsurface' 'if false && self.plan.subsurface'
+done

@@ -7,6 +7,7 @@
 mod checkpoint;
 mod files;
 mod image;
+mod nanovdb;
 mod paths;
 mod pbrt;
 mod ply;
@@ -17,10 +18,11 @@ mod sound;
 pub type Check = fn(&[u8]);
 
 /// Every target's name and check.
-pub const TARGETS: [(&str, Check); 6] = [
+pub const TARGETS: [(&str, Check); 7] = [
     ("pbrt", pbrt::check),
     ("ply", ply::check),
     ("image", image::check),
+    ("nanovdb", nanovdb::check),
     ("paths", paths::check),
     ("scenes", scenes::check),
     ("checkpoint", checkpoint::check),

@@ -8,7 +8,7 @@ use std::fmt::{self, Write as _};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use self::names::{film_filter, light_name, texture_name, to_world};
+use self::names::{film_filter, light_name, medium_does, medium_name, texture_name, to_world};
 use super::args::look::InspectArgs;
 use super::failure::Failure;
 use super::input::{self, Input};
@@ -131,8 +131,40 @@ fn counts(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {
         writeln!(out, "  cut-outs      in {cut} of the shapes")?;
     }
     materials(out, scene, world)?;
+    media(out, scene)?;
     textures(out, scene)?;
     lights(out, scene)
+}
+
+/// What fills space, and what light passes below surfaces.
+fn media(out: &mut String, scene: &Scene) -> fmt::Result {
+    let below = scene.materials.iter().filter(|m| m.kind.is_subsurface());
+    let below: Vec<_> = below
+        .map(|m| format!("{} ({})", m.name, m.origin))
+        .collect();
+    if !below.is_empty() {
+        writeln!(out, "  subsurface    in {}", below.join(", "))?;
+    }
+    if scene.media.list.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "  media         {}", scene.media.list.len())?;
+    for (i, medium) in scene.media.list.iter().enumerate() {
+        let around = if scene.media.camera as usize == i {
+            ", around the camera"
+        } else {
+            ""
+        };
+        writeln!(
+            out,
+            "                \"{}\" ({}): {}, {}{around}",
+            medium.name,
+            medium.origin,
+            medium_name(medium),
+            medium_does(medium)
+        )?;
+    }
+    Ok(())
 }
 
 fn materials(out: &mut String, scene: &Scene, world: &World) -> fmt::Result {

@@ -1,7 +1,8 @@
 //! Picture files with floating-point pixels, and the sRGB curve: what textures read and the film
-//! writes.
+//! writes. Files of volumes.
 
 pub mod exr;
+pub mod nanovdb;
 pub mod pfm;
 pub mod srgb;
 pub mod tone;

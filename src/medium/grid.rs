@@ -138,7 +138,7 @@ pub fn walk(grid: &Grid, piece: &Piece, mut see: impl FnMut(&Cell) -> GoesOn) {
 fn clip(grid: &Grid, [start, end]: [f32; 2], o: [f32; 3], d: [f32; 3]) -> Option<[f32; 2]> {
     let (mut low, mut high) = (start, end);
     for k in 0..3 {
-        let sides = [-0.5, grid.size[k] as f32 - 0.5];
+        let sides = [grid.bounds[0][k], grid.bounds[1][k]];
         if d[k] == 0.0 {
             if o[k] < sides[0] || o[k] > sides[1] {
                 return None;

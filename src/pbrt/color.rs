@@ -63,7 +63,7 @@ impl ParamSet {
         let fail = |what: String| self.error_at(param, what);
         let spectrum_meaning = match (meaning, self.dialect) {
             (Use::Emission, _) => Meaning::Illuminant,
-            (Use::Index, Dialect::V3) => Meaning::Index,
+            (_, Dialect::V3) => Meaning::OfV3,
             _ => Meaning::Reflectance,
         };
         let three = |v: &[f64]| match *v {

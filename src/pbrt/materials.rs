@@ -17,7 +17,7 @@ use crate::surface::table;
 
 /// v3 looks for the parameters of a material in the lists of shapes first; these are the ones it
 /// may find there.
-const OVERRIDABLE: [&str; 27] = [
+const OVERRIDABLE: [&str; 39] = [
     "Kd",
     "Ks",
     "Kr",
@@ -45,19 +45,23 @@ const OVERRIDABLE: [&str; 27] = [
     "pheomelanin",
     "beta_m",
     "beta_n",
+    "metallic",
+    "speculartint",
+    "anisotropic",
+    "sheen",
+    "sheentint",
+    "clearcoat",
+    "clearcoatgloss",
+    "spectrans",
+    "scatterdistance",
+    "thin",
+    "flatness",
+    "difftrans",
 ];
 
 /// Whether a v3 shape's own parameters change its material.
 pub(super) fn overrides(shape: &ParamSet) -> bool {
     OVERRIDABLE.iter().any(|name| shape.has(name))
-}
-
-/// What could be used instead of a material that is not supported.
-fn instead_of(kind: &str) -> Option<&'static str> {
-    Some(match kind {
-        "disney" => "uber, plastic or matte",
-        _ => return None,
-    })
 }
 
 /// The material of a `Material` or `MakeNamedMaterial` directive of type `kind`.
@@ -91,14 +95,9 @@ fn unknown(kind: &str, set: &ParamSet) -> SceneError {
     let mut supported: Vec<_> = table::names(set.dialect).collect();
     supported.push(several);
     let supported = supported.join(", ");
-    match instead_of(kind) {
-        Some(instead) => set.error(format_args!(
-            "this material is not supported; use {instead} (supported: {supported})"
-        )),
-        None => set.error(format_args!(
-            "material \"{kind}\" is unknown; use {supported}"
-        )),
-    }
+    set.error(format_args!(
+        "material \"{kind}\" is unknown; use {supported}"
+    ))
 }
 
 /// What tilts the shading normals of a material of type `kind`.

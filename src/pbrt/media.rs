@@ -4,6 +4,7 @@
 mod cloud;
 mod coefficients;
 mod grids;
+mod nanovdb;
 mod presets;
 mod read;
 mod world;

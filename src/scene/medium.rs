@@ -113,12 +113,14 @@ impl Emission {
     pub const KELVIN_STEP: f32 = 20.0;
 }
 
-/// Numbers at the points of a lattice, interpolated between them; samples beyond its sides are 0,
-/// and there is nothing half a step beyond them.
+/// Numbers at the points of a lattice, interpolated between them; samples beyond its sides are 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Internal space to a space where samples are at integer points: three rows of a 3x4 matrix.
     pub to_grid: [[f32; 4]; 3],
+    /// Where it ends in that space, half a step beyond its samples at most: lowest and highest
+    /// corner.
+    pub bounds: [[f32; 3]; 2],
     /// Samples along x, y and z.
     pub size: [u32; 3],
     /// Values of a sample, 1 or 3.
@@ -146,7 +148,8 @@ impl Grid {
         let m = &self.to_grid;
         let p = [0, 1, 2]
             .map(|k| m[k][0].mul_add(p[0], m[k][1].mul_add(p[1], m[k][2] * p[2])) + m[k][3]);
-        let inside = |k: usize| p[k] >= -0.5 && p[k] <= self.size[k] as f32 - 0.5;
+        let [low, high] = &self.bounds;
+        let inside = |k: usize| p[k] >= low[k] && p[k] <= high[k];
         if !(inside(0) && inside(1) && inside(2)) {
             return 0.0;
         }

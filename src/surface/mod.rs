@@ -49,6 +49,8 @@ macro_rules! bsdfs {
                 diffuse_transmission::DiffuseTransmissionMaterial =>
                     DiffuseTransmission: diffuse_transmission::DiffuseTransmission;
                 substrate::SubstrateMaterial => Substrate: substrate::Substrate;
+                disney_material::DisneyMaterial =>
+                    Disney: disney::Disney, DisneyThin: disney::DisneyThin;
                 fourier_material::FourierMaterial => Fourier: fourier::Fourier;
                 measured::MeasuredMaterial => Measured: measured::Measured;
                 hair_material::HairMaterial => Hair: hair::Hair;
@@ -92,6 +94,9 @@ pub mod dielectric;
 pub mod diffuse;
 pub mod diffuse_transmission;
 pub mod diffusion_table;
+pub mod disney;
+pub mod disney_material;
+pub mod disney_row;
 pub mod fourier;
 pub mod fourier_material;
 pub mod fourier_table;
@@ -136,6 +141,7 @@ pub use self::conductor::{ConductorFresnel, ConductorMaterial};
 pub use self::dielectric::DielectricMaterial;
 pub use self::diffuse::DiffuseMaterial;
 pub use self::diffuse_transmission::DiffuseTransmissionMaterial;
+pub use self::disney_material::DisneyMaterial;
 pub use self::hair_material::{HairMaterial, Pigment};
 pub use self::material::MaterialTable;
 pub use self::mirror::MirrorMaterial;

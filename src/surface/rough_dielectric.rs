@@ -37,7 +37,7 @@ pub fn resolved_eta(eta: f32, alpha: f32) -> f32 {
 }
 
 /// Values between two directions whose cosines are both below this would overflow `f32`.
-const GRAZING: f32 = 1e-20;
+pub(super) const GRAZING: f32 = 1e-20;
 
 /// Indices on the side of `wo` and on the other; that of the outside is 1.
 #[inline(always)]
@@ -58,6 +58,17 @@ pub(super) fn refraction<L: Lanes>(
     (o, no): (Vec3<L>, L),
     (i, ni): (Vec3<L>, L),
 ) -> L {
+    let (common, transmitted) = bent(distribution, (o, no), (i, ni));
+    common * transmitted
+}
+
+/// The two factors of [`refraction`]: all but `1 - F`, and that.
+#[inline(always)]
+pub(super) fn bent<L: Lanes>(
+    distribution: &TrowbridgeReitz<L>,
+    (o, no): (Vec3<L>, L),
+    (i, ni): (Vec3<L>, L),
+) -> (L, L) {
     let v = o * no + i * ni;
     // The half vector is v or -v, whichever points up; it has to be on the side of both directions
     // that they are on.
@@ -73,8 +84,10 @@ pub(super) fn refraction<L: Lanes>(
     let (x, y) = (v.x / distribution.ax, v.y / distribution.ay);
     let q = x.mul_add(x, y.mul_add(y, v.z * v.z));
     let d = L::splat(2.0 * FRAC_1_PI) / (distribution.ax * distribution.ay);
-    let common = d * (product / q) / q * transmitted.min(L::one());
-    common.or_zero(faces.and(common.is_finite()))
+    let common = d * (product / q) / q;
+    let passes = transmitted.min(L::one());
+    let some = faces.and((common * passes).is_finite());
+    (common.or_zero(some), passes.or_zero(some))
 }
 
 impl Bsdf for Rough {

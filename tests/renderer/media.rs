@@ -1,9 +1,11 @@
 //! Participating media: closed forms, and all integrators against each other.
 
+mod colours;
+
 use crate::support;
 
 use phalanx::integrate::Settings;
-use phalanx::scene::{IntegratorKind, PathSamplerKind};
+use phalanx::scene::{IntegratorKind, PathSamplerKind, Scene};
 use phalanx::simd::Width;
 use std::f64::consts::PI;
 use support::{Runs, head, inward_box, run, scene, settings};
@@ -33,13 +35,12 @@ fn homogeneous(name: &str, absorption: [f64; 3], scattering: [f64; 3], g: f64) -
     )
 }
 
-/// All integrators have the picture of `text` as its whole says, and as path tracing says in four
+/// All integrators have the picture of a scene as its whole says, and as path tracing says in four
 /// regions.
-fn expect_agreement(text: &str, effort: u64, name: &str) {
-    let scene = scene(text);
+pub fn expect_agreement(scene: &Scene, effort: u64, name: &str) {
     let comparisons = (ALL.len() - 1) * 3 * 5;
     let runs = |(kind, work): (IntegratorKind, u64)| {
-        let runs = Runs::new(&scene, &settings(&scene, kind, work * effort), SEEDS);
+        let runs = Runs::new(scene, &settings(scene, kind, work * effort), SEEDS);
         runs.show(&format!("{name}-{kind:?}"));
         runs
     };
@@ -191,7 +192,7 @@ fn mixed() -> String {
 
 #[test]
 fn integrators_agree_about_fog_and_milk() {
-    expect_agreement(&mixed(), 1, "media-mixed");
+    expect_agreement(&scene(&mixed()), 1, "media-mixed");
 }
 
 /// Light from infinity and from a spotlight, above a ground of which the back is seen: the file
@@ -210,7 +211,7 @@ fn integrators_agree_about_lights_in_fog() {
            \"integer indices\" [0 1 2 0 2 3]\n\
            \"point P\" [-2 -1 -2 -2 -1 2 2 -1 2 2 -1 -2]\n\
            AttributeEnd\nShape \"sphere\" \"float radius\" [.5]\n";
-    expect_agreement(&text, 1, "media-lights");
+    expect_agreement(&scene(&text), 1, "media-lights");
 }
 
 /// The width of lanes changes no bit.
@@ -230,7 +231,7 @@ fn lanes_change_nothing() {
 }
 
 /// Values of a small grid, none of them like another.
-const DENSITY: [f64; 24] = [
+pub const DENSITY: [f64; 24] = [
     0.3, 1.2, 0.0, 0.7, 2.0, 0.1, 0.9, 0.4, 1.1, 0.0, 0.0, 1.6, 0.2, 0.8, 1.9, 0.5, 0.6, 1.3, 0.0,
     1.0, 0.35, 0.15, 1.7, 0.45,
 ];
@@ -317,7 +318,7 @@ fn integrators_agree_about_smoke() {
          \"rgb sigma_a\" [.4 .2 .0] \"rgb sigma_s\" [1 1.2 1.4]\n",
         grid_values()
     );
-    expect_agreement(&before_grid(4, &v3), 1, "media-smoke");
+    expect_agreement(&scene(&before_grid(4, &v3)), 1, "media-smoke");
 }
 
 /// What a medium emits and does not scatter, in closed form.
@@ -390,42 +391,6 @@ fn integrators_agree_about_fire() {
     }
 }
 
-/// The same medium by numbers and by colours.
-#[test]
-fn grids_of_colours_are_those_of_numbers() {
-    let head = "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"orthographic\"\n\
-                Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
-                PixelFilter \"box\"\nIntegrator \"volpath\" \"integer maxdepth\" 3\nWorldBegin\n";
-    let around = "Material \"interface\" MediumInterface \"smoke\" \"\"\n\
-                  Shape \"sphere\" \"float radius\" 2\nMediumInterface \"\" \"\"\n\
-                  LightSource \"point\" \"point3 from\" [1 2 -2] \"rgb I\" [9 9 9]\n";
-    let colours = |sigma: [f64; 3]| {
-        let of = |d: f64| sigma.map(|s| (s * d).to_string()).join(" ");
-        DENSITY.map(of).join(" ")
-    };
-    let size = "\"integer nx\" 2 \"integer ny\" 3 \"integer nz\" 4 \"float g\" .3";
-    let numbers = format!(
-        "{head}MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" {size} \"float density\" \
-         [{}] \"rgb sigma_a\" [.5 1 2] \"rgb sigma_s\" [3 2 1]\n{around}",
-        grid_values()
-    );
-    let of_colours = format!(
-        "{head}MakeNamedMedium \"smoke\" \"string type\" \"rgbgrid\" {size} \"rgb sigma_a\" [{}] \
-         \"rgb sigma_s\" [{}]\n{around}",
-        colours([0.5, 1.0, 2.0]),
-        colours([3.0, 2.0, 1.0])
-    );
-    let [one, other] = [numbers, of_colours].map(|text| {
-        let scene = scene(&text);
-        Runs::new(&scene, &settings(&scene, IntegratorKind::Pt, 64), SEEDS)
-    });
-    for c in 0..3 {
-        let what = format!("colours, channel {c}");
-        assert!(one.whole(c).mean > 0.0);
-        one.whole(c).expect_same(&other.whole(c), &what);
-    }
-}
-
 /// Thick and thin media, nested, with narrow phase functions.
 #[test]
 fn integrators_agree_about_hard_media() {
@@ -441,7 +406,7 @@ fn integrators_agree_about_hard_media() {
            Shape \"sphere\" \"float radius\" [1]\n\
            MediumInterface \"thick\" \"narrow\"\nShape \"sphere\" \"float radius\" [.5]\n\
            AttributeEnd\n";
-    expect_agreement(&text, 2, "media-hard");
+    expect_agreement(&scene(&text), 2, "media-hard");
 }
 
 /// What files say of media, in numbers: presets, scales, sides.

@@ -12,6 +12,7 @@ use phalanx::scene::Scene;
 use phalanx::simd::{Vec3, f32x8};
 use phalanx::surface::coated_rows::{pack_bounces, pack_colour};
 use phalanx::surface::diffuse::oren_nayar_coefficients;
+use phalanx::surface::disney_row;
 use phalanx::surface::hair;
 use phalanx::surface::microfacet::{pack_alphas, pack_halves};
 use phalanx::surface::rough_dielectric::resolved_eta;
@@ -120,6 +121,22 @@ fn material() -> impl Strategy<Value = (Kind, [f32; 8])> {
                     let beta = [b[1], b[2]].map(|beta| beta.clamp(0.01, 1.0));
                     hair::row([i, j, k], 2.0 * b[0] - 1.0, l, beta, sigma - 45.0)
                 }
+                Kind::Disney | Kind::DisneyThin => disney_row::Values {
+                    colour: [a[0], a[1], i],
+                    eta: resolved_eta(j, (b[0] * b[0]).max(1e-3)),
+                    roughness: b[0],
+                    metallic: b[1],
+                    transmission: a[2],
+                    specular_tint: a[0],
+                    anisotropic: b[2],
+                    sheen: k,
+                    sheen_tint: a[1],
+                    clearcoat: l,
+                    gloss: b[1],
+                    flatness: b[0],
+                    through: b[2],
+                }
+                .row(),
                 Kind::SubsurfaceExit => Exit::row(i.clamp(1.0, 100.0)),
                 // Its table is not here: nothing is scattered.
                 Kind::Fourier | Kind::Measured => [0.0; 8],

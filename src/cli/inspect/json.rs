@@ -7,7 +7,7 @@ use super::names::{film_filter, light_name, projection_name, texture_name, to_wo
 use super::price::Price;
 use crate::integrate::{self, Hidden, Needs, Settings, peak_rss_bytes};
 use crate::plan;
-use crate::scene::{Camera, Image, Scene, Space};
+use crate::scene::{Camera, Image, Medium, Scene, Space};
 use crate::transport::World;
 
 #[derive(Serialize)]
@@ -22,6 +22,7 @@ struct Document<'a> {
     shapes: usize,
     bounds: [[f64; 3]; 2],
     materials: Vec<Named<'a>>,
+    media: Vec<MediumEntry<'a>>,
     textures: Vec<&'static str>,
     images: Vec<ImageEntry<'a>>,
     lights: Vec<LightEntry<'a>>,
@@ -45,6 +46,19 @@ struct Named<'a> {
     origin: &'a str,
     kernel: &'static str,
     textured: bool,
+    /// Light comes out elsewhere than it went in.
+    subsurface: bool,
+}
+
+#[derive(Serialize)]
+struct MediumEntry<'a> {
+    name: &'a str,
+    origin: &'a str,
+    /// Of the density's grid; `None` if it is the same everywhere.
+    grid: Option<[u32; 3]>,
+    scatters: bool,
+    emits: bool,
+    around_camera: bool,
 }
 
 #[derive(Serialize)]
@@ -133,6 +147,7 @@ pub fn document(input: &Input, world: &World, prices: Option<Vec<Price>>) -> Str
         shapes: scene.shapes.len(),
         bounds: scene.bounds.map(|p| to_world(&scene.space, p.to_array())),
         materials: materials(scene, world),
+        media: media(scene),
         textures: scene.textures.iter().map(texture_name).collect(),
         images: images(scene),
         lights: lights(scene),
@@ -163,8 +178,26 @@ fn materials<'a>(scene: &'a Scene, world: &World) -> Vec<Named<'a>> {
             origin: &material.origin,
             kernel: entry.kind.name(),
             textured: entry.textured,
+            subsurface: entry.subsurface,
         })
         .collect()
+}
+
+fn media(scene: &Scene) -> Vec<MediumEntry<'_>> {
+    let list = scene.media.list.iter().enumerate();
+    list.map(|(i, medium)| medium_entry(scene.media.camera, i, medium))
+        .collect()
+}
+
+fn medium_entry(camera: u32, i: usize, medium: &Medium) -> MediumEntry<'_> {
+    MediumEntry {
+        name: &medium.name,
+        origin: &medium.origin,
+        grid: medium.density.grids().next().map(|grid| grid.size),
+        scatters: medium.scatters(),
+        emits: medium.shines(),
+        around_camera: camera as usize == i,
+    }
 }
 
 fn images(scene: &Scene) -> Vec<ImageEntry<'_>> {

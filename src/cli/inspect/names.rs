@@ -1,6 +1,8 @@
 //! What things are called, and where they are in the world of the scene file.
 
-use crate::scene::{Filter, FilterKind, LightKind, Projection, Space, SphereMap, Texture};
+use crate::scene::{
+    Density, Filter, FilterKind, LightKind, Medium, Projection, Space, SphereMap, Texture,
+};
 
 pub fn texture_name(texture: &Texture) -> &'static str {
     match texture {
@@ -35,6 +37,33 @@ pub fn light_name(light: &LightKind) -> &'static str {
         LightKind::InfiniteConstant { .. } => "constant infinite",
         LightKind::InfiniteImage { .. } => "image infinite",
     }
+}
+
+/// `homogeneous`, or the size of its grid.
+pub fn medium_name(medium: &Medium) -> String {
+    match &medium.density {
+        Density::Uniform => "homogeneous".to_string(),
+        Density::Grid(grid)
+        | Density::Channels {
+            extinction: grid, ..
+        } => {
+            let [x, y, z] = grid.size;
+            format!("a grid of {x} x {y} x {z}")
+        }
+    }
+}
+
+/// What light goes through in it.
+pub fn medium_does(medium: &Medium) -> String {
+    let absorbs = (0..3).any(|c| medium.extinction[c] > medium.scattering[c])
+        || matches!(medium.density, Density::Channels { .. });
+    let does = [
+        (medium.scatters(), "scatters"),
+        (absorbs, "absorbs"),
+        (medium.shines(), "emits light"),
+    ];
+    let does: Vec<_> = does.into_iter().filter(|d| d.0).map(|d| d.1).collect();
+    does.join(", ")
 }
 
 pub fn projection_name(projection: &Projection) -> &'static str {

@@ -70,7 +70,7 @@ impl Loader {
         }
         let place = self.states.current.start_ctm(&set.site, &mut self.report);
         let made = match place.frame() {
-            Some(ctm) => WorldMedium::read(&name, &set, &ctm),
+            Some(ctm) => WorldMedium::read(&name, &set, &ctm, &self.budget),
             None => Err(set.error("the current transform collapses space")),
         };
         if let Ok(medium) = &made {

@@ -75,6 +75,7 @@ impl Lattice {
             to_grid: DAffine3::from_translation(DVec3::splat(-0.5))
                 * DAffine3::from_scale(n)
                 * to_unit,
+            bounds: [DVec3::splat(-0.5), n - 0.5],
             size,
             channels: (values.len() / samples.max(1)) as u32,
             values,
@@ -167,21 +168,16 @@ impl WorldMedium {
         let lattice = Lattice::read(set, ctm)?;
         let absorption = lattice.colours(set, "sigma_a", false)?;
         let scattering = lattice.colours(set, "sigma_s", false)?;
-        if absorption.is_none() && scattering.is_none() {
-            return Err(set.error("has neither \"sigma_a\" nor \"sigma_s\""));
-        }
         let light = lattice.colours(set, "Le", true)?;
         if light.is_some() && absorption.is_none() {
             return Err(set.error("needs \"sigma_a\" for its \"Le\""));
         }
-        // Where one is missing it is 1 throughout, to the very sides.
-        if absorption.is_none() || scattering.is_none() {
-            return Err(
-                set.error("grids of \"sigma_a\" or \"sigma_s\" alone are not supported; give both")
-            );
-        }
-        let (Some(absorption), Some(scattering)) = (absorption, scattering) else {
-            return Err(set.error("has neither \"sigma_a\" nor \"sigma_s\""));
+        let (absorption, scattering) = match (absorption, scattering) {
+            (Some(absorption), Some(scattering)) => (absorption, scattering),
+            // Where one is missing it is 1 throughout, to the very sides, where the other falls.
+            (Some(absorption), None) => (absorption.framed(0.0), ones(&absorption)),
+            (None, Some(scattering)) => (ones(&scattering), scattering.framed(0.0)),
+            (None, None) => return Err(set.error("has neither \"sigma_a\" nor \"sigma_s\"")),
         };
         let scale = set.float_in("scale", 1.0, 0.0, f64::INFINITY)? as f32;
         let sum = absorption.values.iter().zip(&*scattering.values);
@@ -244,6 +240,15 @@ impl WorldMedium {
     }
 }
 
+/// As large as a grid that is framed, and 1.
+fn ones(grid: &WorldGrid) -> WorldGrid {
+    let framed = grid.framed(1.0);
+    WorldGrid {
+        values: framed.values.iter().map(|_| 1.0).collect(),
+        ..framed
+    }
+}
+
 fn coefficients_without_scale(set: &ParamSet) -> Deferred<[Rgb; 2]> {
     let read =
         |name: &str| -> Deferred<Rgb> { Ok(set.color(name, Use::Index)?.unwrap_or([1.0; 3])) };
@@ -286,7 +291,7 @@ impl Lattice {
 }
 
 /// The light of black bodies, whose spectra have a maximum of 1, as a pbrt-v4 film sees it.
-fn black_bodies() -> Arc<[Rgb]> {
+pub(super) fn black_bodies() -> Arc<[Rgb]> {
     let steps = (HOTTEST / Emission::KELVIN_STEP) as u32;
     (0..=steps)
         .map(|i| spectrum::blackbody_medium(i as f32 * Emission::KELVIN_STEP))

@@ -1,9 +1,12 @@
 //! From parameters to media.
 
+use std::rc::Rc;
+
 use glam::DAffine3;
 
 use super::coefficients::{asymmetry, coefficients};
 use super::world::WorldMedium;
+use crate::pbrt::budget::Budget;
 use crate::pbrt::color::Use;
 use crate::pbrt::dialect::Dialect;
 use crate::pbrt::params::ParamSet;
@@ -11,14 +14,15 @@ use crate::pbrt::textures::Deferred;
 use crate::scene::Emission;
 
 impl WorldMedium {
-    /// Reads a medium; `ctm` is the current transform.
-    pub fn read(name: &str, set: &ParamSet, ctm: &DAffine3) -> Deferred<Self> {
+    /// Reads a medium; `ctm` is the current transform, and files take of `budget` while they are
+    /// read.
+    pub fn read(name: &str, set: &ParamSet, ctm: &DAffine3, budget: &Rc<Budget>) -> Deferred<Self> {
         let Some(kind) = set.string("type")? else {
             return Err(set.error("has no \"string type\""));
         };
         let known = match set.dialect {
             Dialect::V3 => "homogeneous or heterogeneous",
-            Dialect::V4 => "homogeneous, uniformgrid, rgbgrid or cloud",
+            Dialect::V4 => "homogeneous, uniformgrid, rgbgrid, cloud or nanovdb",
         };
         match (set.dialect, kind) {
             (_, "homogeneous") => Self::homogeneous(name, set),
@@ -27,12 +31,7 @@ impl WorldMedium {
             }
             (Dialect::V4, "rgbgrid") => Self::rgb_grid(name, set, ctm),
             (Dialect::V4, "cloud") => Self::cloud(name, set, ctm),
-            (Dialect::V4, "nanovdb") => {
-                set.accept_all();
-                Err(set.error(format_args!(
-                    "media of type \"nanovdb\" are not supported; use {known}"
-                )))
-            }
+            (Dialect::V4, "nanovdb") => Self::nanovdb(name, set, ctm, budget),
             _ => {
                 set.accept_all();
                 Err(set.error(format_args!(

@@ -26,9 +26,46 @@ pub(in crate::pbrt) struct WorldMedium {
 pub(super) struct WorldGrid {
     /// World to a space where samples are at integer points.
     pub to_grid: DAffine3,
+    /// Where it ends in that space.
+    pub bounds: [DVec3; 2],
     pub size: [u32; 3],
     pub channels: u32,
     pub values: Arc<[f32]>,
+}
+
+impl WorldGrid {
+    /// A number that is the same everywhere: all points are that of its one sample.
+    pub fn even(value: f32) -> Self {
+        Self {
+            to_grid: DAffine3::from_scale(DVec3::ZERO),
+            bounds: [DVec3::splat(-0.5), DVec3::splat(0.5)],
+            size: [1; 3],
+            channels: 1,
+            values: Arc::from(&[value][..]),
+        }
+    }
+
+    /// With samples of `value` all around it; it ends where it ended.
+    pub fn framed(&self, value: f32) -> Self {
+        let size = self.size.map(|n| n + 2);
+        let channels = self.channels as usize;
+        let row = self.size[0] as usize * channels;
+        let wide = row + 2 * channels;
+        let count = size[1] as usize * size[2] as usize * wide;
+        let mut values = vec![value; count];
+        for (i, from) in self.values.chunks_exact(row.max(1)).enumerate() {
+            let (y, z) = (i % self.size[1] as usize, i / self.size[1] as usize);
+            let at = ((z + 1) * size[1] as usize + y + 1) * wide + channels;
+            values[at..at + row].copy_from_slice(from);
+        }
+        Self {
+            to_grid: DAffine3::from_translation(DVec3::ONE) * self.to_grid,
+            bounds: self.bounds.map(|corner| corner + 1.0),
+            size,
+            channels: self.channels,
+            values: values.into(),
+        }
+    }
 }
 
 impl WorldMedium {
@@ -54,6 +91,7 @@ impl WorldMedium {
                     * DAffine3::from_translation(space.centre)
                     * DAffine3::from_scale(DVec3::splat(1.0 / space.scale))),
             ),
+            bounds: grid.bounds.map(|corner| corner.as_vec3().to_array()),
             size: grid.size,
             channels: grid.channels,
             values: Arc::clone(&grid.values),

@@ -5,14 +5,15 @@
 //! 830 nm and converts XYZ to Rec. 709 primaries with the matrix pbrt-v3 uses. They differ in what
 //! counts as white:
 //!
-//! - a *reflectance* is seen under D65 and divided by the same integral of a perfect white, so a
-//!   constant `c` becomes `(c, c, c)`;
+//! - a *reflectance* of pbrt-v4 is seen under D65 and divided by the same integral of a perfect
+//!   white, so a constant `c` becomes `(c, c, c)`;
 //! - an *illuminant* keeps its own colour and magnitude: X, Y, Z are divided by the integral of the
 //!   observer's Y, as pbrt-v3 does, so a constant 1 becomes `(1.2049, 0.9482, 0.9093)`;
 //! - an *index* (eta or k of a metal) reduces like a reflectance in pbrt-v4 scenes, where it must
 //!   stand in for a spectral render: Fresnel reflectances of Cu, Ag, Al, MgO, TiO2 then lie within
-//!   0.01 of the integrated ones. pbrt-v3 in RGB mode puts it through the illuminant's formula;
-//!   [`named_spd_file`] and [`Meaning::Index`] reproduce that.
+//!   0.01 of the integrated ones;
+//! - pbrt-v3, whose own build is RGB, puts all of these through the illuminant's formula:
+//!   [`named_spd_file`] and [`Meaning::OfV3`] reproduce that.
 
 mod blackbody;
 mod file;

@@ -26,11 +26,11 @@ pub fn named(name: &str) -> Option<[f32; 3]> {
 
 /// The colour of a measured metal by the file name pbrt-v3 scenes use (`spds/metals/Au.eta.spd`,
 /// any folder), for scenes that come without the file. Reduced as pbrt-v3 does
-/// ([`Meaning::Index`]); `Cu.eta.spd` and `Cu.k.spd` are pbrt-v3's defaults of `metal`.
+/// ([`Meaning::OfV3`]); `Cu.eta.spd` and `Cu.k.spd` are pbrt-v3's defaults of `metal`.
 pub fn named_spd_file(path: &str) -> Option<[f32; 3]> {
     let file = path.rsplit(['/', '\\']).next()?;
     let (element, quantity) = file.strip_suffix(".spd")?.split_once('.')?;
-    Some(reduce(metal(element, quantity)?, Meaning::Index))
+    Some(reduce(metal(element, quantity)?, Meaning::OfV3))
 }
 
 /// True of the names that pbrt-v4 gives to the responses of cameras' sensors: `canon_eos_100d_r`

@@ -11,8 +11,9 @@ pub enum Meaning {
     Reflectance,
     /// Radiance, intensity or irradiance per wavelength.
     Illuminant,
-    /// pbrt-v3's `eta` and `k`.
-    Index,
+    /// Whatever is no light in pbrt-v3, reflectances as well as `eta` and `k`: its RGB build
+    /// reduces all spectra alike.
+    OfV3,
 }
 
 /// Longest list of samples.
@@ -55,7 +56,7 @@ pub(super) fn reduce(spectrum: &[Sample], meaning: Meaning) -> [f32; 3] {
 /// The colour of `f(wavelength in nm)`.
 pub(super) fn reduce_law(f: impl Fn(f64) -> f64, meaning: Meaning) -> [f32; 3] {
     match meaning {
-        Meaning::Illuminant | Meaning::Index => finish(xyz_to_rgb(to_xyz(f))),
+        Meaning::Illuminant | Meaning::OfV3 => finish(xyz_to_rgb(to_xyz(f))),
         Meaning::Reflectance => {
             let d65 = |l: f64| interpolate(&ILLUMINANT_D65, l);
             let white = xyz_to_rgb(to_xyz(d65));

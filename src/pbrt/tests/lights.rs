@@ -272,6 +272,16 @@ fn v4_colours_of_lights_and_reflectances() {
     assert!(half[0] < 0.2 && half[2] < 0.1, "{half:?}");
     let whole = albedo("\"spectrum reflectance\" [300 .5 900 .5]");
     near(whole, [0.5; 3], 1e-5);
+    // pbrt-v3's build is RGB, and takes white to be the spectrum that is 1 everywhere.
+    let s = v3("Material \"matte\" \"spectrum Kd\" [300 .5 900 .5] Shape \"sphere\"");
+    let Some(DiffuseMaterial {
+        reflectance: Param::Constant(kd),
+        ..
+    }) = s.materials[0].kind.get()
+    else {
+        panic!("{:?}", s.materials);
+    };
+    near(*kd, [0.6024, 0.4741, 0.4544], 1e-3);
 }
 
 #[test]

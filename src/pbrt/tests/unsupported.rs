@@ -43,7 +43,7 @@ fn what_is_not_supported_says_so_where_it_stands() {
             format!(
                 "MakeNamedMedium \"fog\" \"string type\" \"nanovdb\" MediumInterface \"fog\" \"\" {V4_TRIANGLE}"
             ),
-            "t.pbrt:3:1: MakeNamedMedium \"fog\": media of type \"nanovdb\" are not supported",
+            "t.pbrt:3:1: MakeNamedMedium \"fog\": a nanovdb medium needs a \"string filename\"",
         ),
         (
             "LightSource \"projection\"".into(),
@@ -86,11 +86,11 @@ fn what_is_not_supported_says_so_where_it_stands() {
         let error = v4_error(&text);
         assert!(error.starts_with(expected), "{error}\nexpected\n{expected}");
     }
-    let error = v3_error(&format!("Material \"disney\" {V3_TRIANGLE}"));
+    let error = v3_error(&format!(
+        "Material \"disney\" \"rgb scatterdistance\" [.1 .2 0] {V3_TRIANGLE}"
+    ));
     assert!(
-        error.starts_with(
-            "t.pbrt:3:1: Material \"disney\": this material is not supported; use uber"
-        ),
+        error.starts_with("t.pbrt:3:1: Material \"disney\": its \"scatterdistance\" is not"),
         "{error}"
     );
     for (text, expected) in [

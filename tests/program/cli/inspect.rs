@@ -72,3 +72,38 @@ fn inspect_speaks_json() {
     let ran = folder.run("inspect cornell.pbrt --force-effects lenses");
     assert!(ran.stderr().contains("light-choice"), "{}", ran.stderr());
 }
+
+/// Media and what scatters light below its surface have names and places.
+#[test]
+fn inspect_names_media() {
+    let folder = Folder::new();
+    folder.write(
+        "fog.pbrt",
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"fog\"\n\
+         Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\n\
+         MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \
+         \"float density\" [1 2] \"rgb sigma_a\" [0 0 0]\nMediumInterface \"smoke\" \"fog\"\n\
+         Material \"interface\" Shape \"sphere\"\n\
+         Material \"subsurface\" MediumInterface \"fog\" \"fog\" Translate 4 0 0 Shape \"sphere\"\n",
+    );
+    let text = folder.run("inspect fog.pbrt").succeeds().stdout();
+    for part in [
+        "media         2\n",
+        "\"fog\" (fog.pbrt:1): homogeneous, scatters, absorbs, around the camera\n",
+        "\"smoke\" (fog.pbrt:6): a grid of 2 x 1 x 1, scatters\n",
+        "subsurface    in subsurface (fog.pbrt:9)\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let text = folder.run("inspect --json fog.pbrt").succeeds().stdout();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let media = json["media"].as_array().unwrap();
+    assert_eq!(media.len(), 2);
+    for medium in media {
+        let is_fog = medium["name"] == "fog";
+        assert_eq!(medium["around_camera"], is_fog);
+        assert_eq!(medium["grid"].is_null(), is_fog);
+    }
+    let below = json["materials"].as_array().unwrap().iter();
+    assert_eq!(below.filter(|m| m["subsurface"] == true).count(), 1);
+}
