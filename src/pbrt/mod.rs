@@ -9,9 +9,12 @@
 //! 4. `shape`, `materials`, `textures`, `lights` and `view` build what directives stand for,
 //!    geometry in world space and `f64` (`geometry`).
 //! 5. `finish` finds the internal space and fills the tables.
+//!
+//! `builder` makes scenes in code: of the same words, without a file.
 
 mod brightness;
 mod budget;
+mod builder;
 mod built;
 mod coats;
 mod color;
@@ -58,6 +61,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use self::budget::Budget;
+pub use self::builder::{Light, Material, SceneBuilder};
 pub use self::error::SceneError;
 use self::error::{Pos, Site};
 use self::folder::Folder;

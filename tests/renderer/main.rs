@@ -12,6 +12,7 @@ mod auto;
 mod bdpt;
 mod bidirectional;
 mod bsdf;
+mod built_scenes;
 mod bumps;
 mod cameras;
 mod chains;
