@@ -45,7 +45,7 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
     }
     let mut text = String::new();
     // Writing to a string does not fail.
-    let _ = report(&mut text, &input, &world);
+    let _ = report(&mut text, &input, &world, args.plan);
     if let Some(prices) = prices {
         text += &format!("\nError\n  time          {}\n", price::text(&prices));
     }
@@ -54,7 +54,7 @@ pub fn run(args: &InspectArgs, messages: Messages) -> Result<ExitCode, Failure> 
     Ok(ExitCode::SUCCESS)
 }
 
-fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
+fn report(out: &mut String, input: &Input, world: &World, whole: bool) -> fmt::Result {
     let scene = &input.scene;
     writeln!(
         out,
@@ -109,7 +109,14 @@ fn report(out: &mut String, input: &Input, world: &World) -> fmt::Result {
     )?;
     writeln!(out, "  build         {}", units::precise(stats.build_time))?;
     section(out, "Plan")?;
-    write!(out, "{}", world.plan)
+    match whole {
+        true => write!(out, "{:#}", world.plan),
+        false => writeln!(
+            out,
+            "{}  the rest      with --plan: what is left out, and what paths of each depth consist of",
+            world.plan
+        ),
+    }
 }
 
 fn section(out: &mut String, name: &str) -> fmt::Result {

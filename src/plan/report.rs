@@ -89,6 +89,8 @@ fn vertex_fields(plan: &Plan) -> Vec<&'static str> {
 }
 
 impl fmt::Display for Plan {
+    /// Effects and their reasons; the alternate form (`{:#}`) has all else, too: what is left out,
+    /// and what paths of each depth consist of.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let report = PlanReport::of(self);
         let members = &report.effects;
@@ -99,6 +101,9 @@ impl fmt::Display for Plan {
         }
         if members.is_empty() {
             writeln!(f, "  effects       none")?;
+        }
+        if !f.alternate() {
+            return Ok(());
         }
         for (i, line) in wrapped(&report.absent).iter().enumerate() {
             let head = if i == 0 { "left out" } else { "" };

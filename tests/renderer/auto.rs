@@ -213,7 +213,7 @@ fn seeds_agree_about_who_is_better() {
 #[test]
 fn paths_from_the_camera_suffice_under_a_large_lamp() {
     for (file, forward) in [("studio", true), ("bulb", false), ("mirror-caustic", false)] {
-        for shares in choices(file, 300) {
+        for shares in choices(file, 1500) {
             assert_eq!(shares.forward, forward, "{file}: {shares}");
         }
     }
@@ -234,7 +234,7 @@ fn paths_from_the_camera_alone_make_the_same_picture() {
         Runs::new(&studio, &settings, SEEDS).grid(3, 2)
     };
     let others = regions(IntegratorKind::Bdpt, 16);
-    let auto = regions(IntegratorKind::Auto, 120);
+    let auto = regions(IntegratorKind::Auto, 3000);
     for (i, (a, b)) in auto.iter().zip(&others).enumerate() {
         let what = format!("region {}, channel {}", i / 3, i % 3);
         a.expect_same_among(18, b, &what);

@@ -287,7 +287,7 @@ fn paths_from_the_camera_alone() {
     let mut studio = load_str(text, "studio.pbrt", Path::new("")).unwrap();
     studio.set_resolution(56, 56).unwrap();
     let mut settings = settings(&studio, IntegratorKind::Auto);
-    settings.mutations_per_pixel = 600;
+    settings.mutations_per_pixel = 2000;
     let shares = render(&studio, &settings, &Silent).unwrap().stats.shares;
     assert!(shares.is_some_and(|s| s.forward));
     expect_resumed(&studio, &settings);

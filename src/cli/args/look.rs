@@ -31,6 +31,10 @@ pub struct InspectArgs {
     #[arg(long)]
     pub estimate: bool,
 
+    /// Print all of the plan: effects that are left out, and what paths of each depth consist of
+    #[arg(long)]
+    pub plan: bool,
+
     /// Print a JSON object in place of tables
     ///
     /// Lengths are those of the scene file; sizes are in bytes, times in seconds.

@@ -6,6 +6,8 @@ use super::Folder;
 fn inspect_prints_the_scene_and_the_plan() {
     let folder = Folder::with_cornell();
     let text = folder.run("inspect cornell.pbrt").succeeds().stdout();
+    assert!(!text.contains("left out  ") && text.lines().count() < 45, "{text}");
+    let text = folder.run("inspect cornell.pbrt --plan").succeeds().stdout();
     for part in [
         "triangles     24",
         "spheres       1",
@@ -15,6 +17,7 @@ fn inspect_prints_the_scene_and_the_plan() {
         "looking along (0.0000, 0.0000, -1.0000)",
         "bounds        (-1.0000, 0.0000, -1.0000) to (1.0000, 2.0000, 1.0000)",
         "strategies",
+        "left out      ",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
@@ -65,7 +68,7 @@ fn inspect_speaks_json() {
 
     // Text and JSON are of the same plan.
     let forced = folder
-        .run("inspect cornell.pbrt --force-effects all")
+        .run("inspect cornell.pbrt --force-effects all --plan")
         .succeeds()
         .stdout();
     assert!(forced.contains("rough dielectric") && forced.contains("forced"));
