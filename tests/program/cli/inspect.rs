@@ -6,8 +6,14 @@ use super::Folder;
 fn inspect_prints_the_scene_and_the_plan() {
     let folder = Folder::with_cornell();
     let text = folder.run("inspect cornell.pbrt").succeeds().stdout();
-    assert!(!text.contains("left out  ") && text.lines().count() < 45, "{text}");
-    let text = folder.run("inspect cornell.pbrt --plan").succeeds().stdout();
+    assert!(
+        !text.contains("left out  ") && text.lines().count() < 45,
+        "{text}"
+    );
+    let text = folder
+        .run("inspect cornell.pbrt --plan")
+        .succeeds()
+        .stdout();
     for part in [
         "triangles     24",
         "spheres       1",
