@@ -1,6 +1,7 @@
 //! The command line, declared once: flags, their documentation, and what values they take. A flag
 //! left out is `None`, and the scene file decides.
 
+pub(super) mod errors;
 mod fitting;
 mod keep;
 pub(super) mod look;
@@ -15,6 +16,7 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
+use self::errors::ErrorArgs;
 use self::keep::KeepArgs;
 use self::parse::{
     crop, exposure, file, probability, resolution, seconds, sigma, size, target_error,
@@ -95,11 +97,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
 
-    /// Add layers error.R, error.G, error.B to .exr files: the standard error of each pixel
-    ///
-    /// From two independent halves of the render, averaged over 5 x 5 pixels.
-    #[arg(long, help_heading = "Output")]
-    pub error_layers: bool,
+    #[command(flatten)]
+    pub errors: ErrorArgs,
 
     /// Write two pictures of each strategy beside every picture (bdpt)
     ///
@@ -181,7 +180,7 @@ pub struct RenderArgs {
     /// Do not estimate the picture's error: slightly faster, in less memory
     #[arg(
         long,
-        conflicts_with_all = ["target_error", "quality", "error_layers"],
+        conflicts_with_all = ["target_error", "quality", "error_layers", "despeckle", "firefly_report"],
         help_heading = "Effort"
     )]
     pub no_estimate: bool,
@@ -411,7 +410,7 @@ impl RenderArgs {
         };
         s.estimate_error = !self.no_estimate;
         s.forced = self.effects.force_effects.clone();
-        s.error_layers = self.error_layers;
+        s.error_layers = self.errors.wanted().is_some();
         s.shard = self.keep.shard;
         self.chains.apply(s);
         self.apply_effort(s, pixels);

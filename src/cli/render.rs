@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 mod attributes;
+mod speckles;
 
 use self::attributes::{of_figures, of_settings};
 use super::args::RenderArgs;
@@ -195,13 +196,13 @@ fn one(
     // What comes from other processes has the form of a checkpoint.
     let packed = kept.is_some() || !ranks.team().is_alone();
     memory.check(scene, &settings, packed)?;
-    let layers = 1 + u64::from(args.error_layers);
+    let layers = 1 + u64::from(args.errors.error_layers) + u64::from(args.errors.despeckle);
     let pictures = 1 + strategies::pictures(&settings);
     outputs::check_room(&files, pictures * pixels, layers)?;
     let from = resumed.map(|resumed| resumed.checkpoint);
     let keeping = Keeping::of(args, &input, &settings, from)?;
 
-    if args.error_layers && !files.iter().any(|f| output::is_exr(f)) {
+    if args.errors.error_layers && !files.iter().any(|f| output::is_exr(f)) {
         messages.warning("--error-layers means nothing without an .exr file");
     }
     let made = from.map(|from| from.state.made).unwrap_or_default();
@@ -223,7 +224,7 @@ fn one(
         paths: &files,
         display: args.display.display(),
         attributes: of_settings(&input.name, &settings, scene.film.chromaticities),
-        errors: args.error_layers,
+        errors: args.errors.error_layers,
     };
     let watch = Watch {
         files: &outputs,
@@ -406,6 +407,7 @@ fn significant(value: f64, digits: usize) -> String {
 
 /// Writes pictures and figures; false if something is not where it should be.
 fn write_files(args: &RenderArgs, files: &Files, mut render: Render, messages: Messages) -> bool {
+    let raw = speckles::treat(&args.errors, &mut render, messages);
     let pixels = std::mem::take(&mut render.pixels);
     let picture = Picture {
         pixels,
@@ -413,13 +415,17 @@ fn write_files(args: &RenderArgs, files: &Files, mut render: Render, messages: M
     };
     let mut attributes = files.attributes.clone();
     attributes.extend(of_figures(&render.stats));
-    let errors = (render.deviation.as_ref().filter(|_| args.error_layers))
-        .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
-    if args.error_layers && errors.is_none() {
+    let errors = (render
+        .deviation
+        .as_ref()
+        .filter(|_| args.errors.error_layers))
+    .map(|deviation| integrate::standard_errors(deviation, render.width as usize));
+    if args.errors.error_layers && errors.is_none() {
         messages.warning("one sample per pixel has no standard error: no error layers are written");
     }
-    let layers: Vec<(&str, &[[f32; 3]])> = (errors.iter())
-        .map(|pixels| ("error", pixels.as_slice()))
+    let layers: Vec<(&str, &[[f32; 3]])> = [("error", &errors), ("raw", &raw)]
+        .into_iter()
+        .filter_map(|(name, pixels)| Some((name, pixels.as_deref()?)))
         .collect();
     let write =
         |path: &Path| output::write_layers(path, &picture, &layers, &attributes, &files.display);
@@ -438,6 +444,17 @@ fn write_files(args: &RenderArgs, files: &Files, mut render: Render, messages: M
                 whole = false;
             }
         }
+    }
+    if let Some(found) = render
+        .stats
+        .speckles
+        .as_ref()
+        .filter(|found| found.replaced)
+    {
+        let kept = files.paths.iter().filter(|file| output::is_exr(file));
+        let kept: Vec<String> = kept.map(|file| file.display().to_string()).collect();
+        let said = speckles::replaced(found, picture.pixels.len(), &kept);
+        messages.always(said);
     }
     if let Some(path) = &args.stats {
         let json = serde_json::to_string_pretty(&render.stats).unwrap_or_default() + "\n";

@@ -40,7 +40,9 @@ fn go_on(args: &ResumeArgs, ranks: &Ranks, messages: Messages) -> Result<ExitCod
             ("--output-every", args.output_every.is_some()),
             ("--preview", !args.preview.preview.is_empty()),
             ("--stats", args.stats.is_some()),
-            ("--error-layers", args.error_layers),
+            ("--error-layers", args.errors.error_layers),
+            ("--despeckle", args.errors.despeckle),
+            ("--firefly-report", args.errors.firefly_report),
         ];
         if let Some((flag, _)) = flags.iter().find(|(_, given)| *given) {
             return Err(Failure::Input(format!(

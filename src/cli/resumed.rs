@@ -25,10 +25,11 @@ impl Resumed<'_> {
     /// There is less to do than has been done.
     pub fn settings(&self, args: &RenderArgs, pixels: u64) -> Result<Settings, Failure> {
         let mut settings = self.settings.clone();
-        settings.error_layers |= args.error_layers;
-        if args.error_layers && !settings.estimate_error {
+        let wanted = args.errors.wanted();
+        settings.error_layers |= wanted.is_some();
+        if let (Some(flag), false) = (wanted, settings.estimate_error) {
             return Err(Failure::Input(format!(
-                "--error-layers: the render in {} does not estimate its error (--no-estimate)",
+                "{flag}: the render in {} does not estimate its error (--no-estimate)",
                 self.name
             )));
         }

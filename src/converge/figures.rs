@@ -53,6 +53,8 @@ pub struct BudgetFigures {
     pub relmse_corrected: Estimate,
     /// The reference's own error is the larger part of `relmse`.
     pub within_reference_error: bool,
+    /// Those of `runs` that came with a warning.
+    pub warned: usize,
 }
 
 impl BudgetFigures {
@@ -223,6 +225,7 @@ fn by_budget(
             relmse: of(|r| r.relmse),
             relmse_corrected: corrected,
             within_reference_error: reference.drowns(corrected.value),
+            warned: at(i).filter(|r| !r.warnings.is_empty()).count(),
         };
         if figures.is_clear() {
             clear.push((i, figures.seconds.value));
@@ -256,6 +259,7 @@ mod tests {
                 relmse: corrected + reference,
                 relmse_corrected: corrected,
                 within_reference_error: corrected <= reference,
+                warnings: vec!["stuck".into(); usize::from(budget == 1 && seed == 0)],
             }
         };
         let seeds = 0..scatter.len();
@@ -307,6 +311,8 @@ mod tests {
     fn what_the_reference_cannot_tell_is_left_out() {
         // Errors 0.04, 0.02, 0.01, 0.005: the last is within 0.006.
         let s = figures(&runs(&[1.0, 1.0], 0.006), 0.006);
+        let warned: Vec<usize> = s.budgets.iter().map(|b| b.warned).collect();
+        assert_eq!(warned, [0, 1, 0, 0]);
         let marks: Vec<bool> = s.budgets.iter().map(|b| b.within_reference_error).collect();
         assert_eq!(marks, [false, false, false, true]);
         assert!((s.line.unwrap().slope + 1.0).abs() < 1e-9);

@@ -175,6 +175,15 @@ impl Budgets {
         self.first * (i as f64).exp2()
     }
 
+    /// As messages say it.
+    pub fn named(&self, i: usize) -> String {
+        let amount = (self.get(i) * 1e6).round() / 1e6;
+        match self.unit {
+            BudgetUnit::Seconds => format!("{amount} s"),
+            BudgetUnit::Effort => format!("{amount} a pixel"),
+        }
+    }
+
     /// The sum of all budgets.
     pub fn total(&self) -> f64 {
         (0..self.count).map(|i| self.get(i)).sum()

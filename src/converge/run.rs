@@ -2,7 +2,7 @@
 
 use super::figures::{SceneFigures, scene_figures};
 use super::gallery::{Gallery, Shown};
-use super::plan::{Budgets, Cost, Turn, order, with_effort};
+use super::plan::{Budgets, Cost, Turn, names, order, with_effort};
 use super::reference::{Parts, Reference, ReferenceFigures};
 use super::subject::{Options, ReferenceSource, Run, Subject};
 use super::trial::{costs, slow_starts, trial};
@@ -171,12 +171,14 @@ fn take(
         return Ok(Taken::Stopped);
     };
     let threads = done.stats.threads;
-    for warning in &done.warnings {
-        let warning = format!("{}: {warning}", subject.name);
-        if !warnings.contains(&warning) {
-            warnings.push(warning);
-        }
-    }
+    let whose = format!(
+        "{}: {}, {}, seed {}",
+        subject.name,
+        names(&subject.variants)[turn.variant],
+        options.budgets.named(turn.budget),
+        settings.seed
+    );
+    warnings.extend(done.warnings.iter().map(|w| format!("{whose}: {w}")));
     let run = record(&turn, effort, &settings, &done, &scenery.reference);
     scenery.gallery.add(
         &turn,
@@ -228,6 +230,7 @@ fn record(
         relmse: measured,
         relmse_corrected: corrected,
         within_reference_error: reference.figures.drowns(corrected),
+        warnings: done.warnings.clone(),
     }
 }
 

@@ -62,6 +62,8 @@ pub struct Run {
     pub relmse_corrected: f64,
     /// The reference's own error is the larger part of what was measured.
     pub within_reference_error: bool,
+    /// What the render warned of, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Run {

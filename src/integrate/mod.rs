@@ -55,6 +55,7 @@ mod shard;
 mod shares;
 mod show;
 mod so_far;
+mod speckles;
 mod state;
 mod team;
 mod tuning;
@@ -72,6 +73,7 @@ pub use self::settings::{Settings, StrategyChoice, Width, check, worker_threads}
 pub use self::shard::Shard;
 pub use self::shares::{Share, Shares};
 pub use self::so_far::{SoFar, Wanted};
+pub use self::speckles::{Speckle, Speckles};
 pub use self::state::{Gathered, Made, State};
 pub use self::team::{Alone, Team};
 

@@ -9,6 +9,7 @@ use super::depth_stats::{CrossCheck, DepthStats};
 use super::error::Tiles;
 use super::run::EndedBy;
 use super::shares::Shares;
+use super::speckles::Speckles;
 use super::state::Gathered;
 use crate::film::output::{self, OutputError};
 use crate::formats::Picture;
@@ -97,6 +98,9 @@ pub struct Stats {
     pub depths: Vec<DepthStats>,
     /// In radiance as written.
     pub tiles: Option<Tiles>,
+    /// Bright spots, if they were looked for ([`Speckles::find`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speckles: Option<Speckles>,
 }
 
 /// A finished render.

@@ -45,7 +45,7 @@ pub struct KeepArgs {
         value_name = "I/N",
         value_parser = shard,
         requires = "checkpoint",
-        conflicts_with_all = ["output", "output_every", "preview", "stats", "time", "target_error", "quality", "error_layers"],
+        conflicts_with_all = ["output", "output_every", "preview", "stats", "time", "target_error", "quality", "error_layers", "despeckle", "firefly_report"],
         help_heading = "Output"
     )]
     pub shard: Option<Shard>,

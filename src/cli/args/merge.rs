@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
+use super::errors::ErrorArgs;
 use super::keep::KeepArgs;
 use super::parse::{file, size};
 use super::preview::PreviewArgs;
@@ -40,9 +41,8 @@ pub struct MergeArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
 
-    /// Add layers error.R, error.G, error.B to .exr files: the standard error of each pixel
-    #[arg(long, help_heading = "Output")]
-    pub error_layers: bool,
+    #[command(flatten)]
+    pub errors: ErrorArgs,
 
     /// Keep the whole render in FILE, to go on with it
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -84,7 +84,7 @@ impl MergeArgs {
                 shard: None,
             },
             stats: self.stats.clone(),
-            error_layers: self.error_layers,
+            errors: self.errors,
             strategies: false,
             picture,
             integrator: None,

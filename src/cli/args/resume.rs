@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, value_parser};
 
+use super::errors::ErrorArgs;
 use super::keep::KeepArgs;
 use super::parse::{file, seconds, size, target_error};
 use super::preview::PreviewArgs;
@@ -54,9 +55,8 @@ pub struct ResumeArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub stats: Option<PathBuf>,
 
-    /// Add layers error.R, error.G, error.B to .exr files: the standard error of each pixel
-    #[arg(long, help_heading = "Output")]
-    pub error_layers: bool,
+    #[command(flatten)]
+    pub errors: ErrorArgs,
 
     /// Keep the render in another file [default: the one it is resumed from]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -156,7 +156,7 @@ impl ResumeArgs {
                 shard: None,
             },
             stats: self.stats.clone(),
-            error_layers: self.error_layers,
+            errors: self.errors,
             strategies: false,
             picture,
             integrator: None,

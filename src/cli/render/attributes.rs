@@ -94,6 +94,14 @@ pub fn of_figures(stats: &Stats) -> Vec<Attribute> {
             Some(own(&name, value))
         }));
     }
+    if let Some(speckles) = stats.speckles.as_ref().filter(|s| s.replaced) {
+        let pixels = i64::try_from(speckles.pixels).unwrap_or(i64::MAX);
+        list.push(own("despeckled_pixels", AttributeValue::Integer(pixels)));
+        list.push(own(
+            "despeckled_light",
+            AttributeValue::Float(speckles.share),
+        ));
+    }
     list
 }
 

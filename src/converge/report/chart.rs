@@ -6,7 +6,8 @@ use super::cells::{self, number};
 use super::draw::{
     Axes, BOTTOM, FONT, LEFT, LEGEND, Point, RIGHT, ROW, Series, TOP, line, round, text,
 };
-use super::series::{curve, legend};
+use super::series::{curve, legend, legend_of_warnings};
+use crate::converge::figures::{BudgetFigures, VariantFigures};
 use crate::converge::run::SceneStudy;
 use svg::node::element::{ClipPath, Definitions, Group, Line, Rectangle, SVG, TSpan, Text};
 use svg::node::{self, Node};
@@ -29,18 +30,8 @@ pub fn of(scene: &SceneStudy) -> Chart {
                 error: b.relmse_corrected.value,
                 error_stderr: b.relmse_corrected.stderr.unwrap_or(0.0),
                 doubtful: b.within_reference_error,
-                lines: vec![
-                    variant.name.clone(),
-                    format!("time in s: {}", cells::relative(&b.seconds)),
-                    format!("relMSE: {}", cells::relative(&b.relmse_corrected)),
-                    format!(
-                        "{} {}, {} seed{}",
-                        b.effort,
-                        variant.effort_unit,
-                        b.runs,
-                        if b.runs == 1 { "" } else { "s" }
-                    ),
-                ],
+                warned: b.warned > 0,
+                lines: lines(variant, b),
             })
             .collect(),
     });
@@ -53,6 +44,26 @@ pub fn of(scene: &SceneStudy) -> Chart {
         series: series.collect(),
         floor: figures.reference.relmse.filter(|r| *r > 0.0),
     }
+}
+
+/// What a point says when it is pointed at.
+fn lines(variant: &VariantFigures, b: &BudgetFigures) -> Vec<String> {
+    let mut lines = vec![
+        variant.name.clone(),
+        format!("time in s: {}", cells::relative(&b.seconds)),
+        format!("relMSE: {}", cells::relative(&b.relmse_corrected)),
+        format!(
+            "{} {}, {} seed{}",
+            b.effort,
+            variant.effort_unit,
+            b.runs,
+            if b.runs == 1 { "" } else { "s" }
+        ),
+    ];
+    if b.warned > 0 {
+        lines.push(format!("{} of {} with a warning", b.warned, b.runs));
+    }
+    lines
 }
 
 /// Least height of a picture.
@@ -152,6 +163,14 @@ fn drawing(chart: &Chart, prefix: &str) -> Group {
     );
     for (i, series) in chart.series.iter().enumerate() {
         all = all.add(curve(series, i, &axes)).add(legend(series, i));
+    }
+    if chart
+        .series
+        .iter()
+        .flat_map(|s| &s.points)
+        .any(|p| p.warned)
+    {
+        all = all.add(legend_of_warnings(chart.series.len()));
     }
     if chart
         .series
@@ -298,6 +317,7 @@ mod tests {
             error: *error,
             error_stderr: 0.3 * error.abs(),
             doubtful: i == 2,
+            warned: i == 1,
             lines: vec!["<a> & \"b\"".into()],
         };
         Chart {
@@ -323,6 +343,9 @@ mod tests {
             assert!(text.contains(part), "{part}");
         }
         assert_eq!(text.matches("class=\"point\"").count(), 3);
+        // One at the point, one in the legend.
+        assert_eq!(text.matches("class=\"warned\"").count(), 2);
+        assert!(text.contains("with a warning"));
         assert!(!text.contains("<a>") && !text.contains("NaN") && !text.contains("inf"));
     }
 

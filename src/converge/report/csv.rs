@@ -81,6 +81,7 @@ pub fn runs(study: &Study) -> Result<Vec<u8>, String> {
             "relmse",
             "relmse_corrected",
             "within_reference_error",
+            "warnings",
         ]
         .map(String::from),
     );
@@ -105,6 +106,7 @@ pub fn runs(study: &Study) -> Result<Vec<u8>, String> {
                 exact(run.relmse),
                 exact(run.relmse_corrected),
                 run.within_reference_error.to_string(),
+                run.warnings.join(" | "),
             ]);
             row
         })

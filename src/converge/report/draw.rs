@@ -17,6 +17,8 @@ pub struct Point {
     pub error_stderr: f64,
     /// Within the error of the reference: the marker is hollow.
     pub doubtful: bool,
+    /// Some of its runs came with a warning: there is a ring around the marker.
+    pub warned: bool,
     /// What it says when pointed at, line by line.
     pub lines: Vec<String>,
 }

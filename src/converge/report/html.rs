@@ -119,7 +119,7 @@ fn section(study: &Study, scene: &SceneStudy, index: usize) -> Result<String, St
             ("about", &escape(&cells::reference(figures))),
             ("chart", &chart),
             ("summary", &summary(figures)),
-            ("notes", &notes(figures)),
+            ("notes", &(notes(figures) + &warnings(study, scene))),
             ("budgets", &budgets(figures)),
             ("pictures", &pictures(study, scene, index)?),
         ],
@@ -189,6 +189,29 @@ fn notes(figures: &SceneFigures) -> String {
         return String::new();
     }
     format!("<p class=\"notes\">{}</p>", notes.join("<br>"))
+}
+
+/// What runs warned of, folded up.
+fn warnings(study: &Study, scene: &SceneStudy) -> String {
+    let all = scene.runs.iter().flat_map(|run| {
+        let name = &scene.figures.variants[run.variant].name;
+        let whose = format!(
+            "{name}, {}, seed {}",
+            study.budgets.named(run.budget),
+            run.seed
+        );
+        let item =
+            move |text: &String| format!("<li><b>{}</b>: {}</li>\n", escape(&whose), escape(text));
+        run.warnings.iter().map(item)
+    });
+    let all: Vec<String> = all.collect();
+    match all.len() {
+        0 => String::new(),
+        n => format!(
+            "<details class=\"notes\"><summary>Warnings: {n}</summary><ul>\n{}</ul></details>",
+            all.concat()
+        ),
+    }
 }
 
 fn budgets(figures: &SceneFigures) -> String {

@@ -3,7 +3,7 @@
 use super::axis::LogAxis;
 use super::draw::{Axes, BOTTOM, LEGEND, Point, ROW, Series, TOP, line, round, text};
 use super::style::{self, Marker, Style};
-use svg::node::element::{Group, Line, Polygon, Polyline, Title};
+use svg::node::element::{Circle, Group, Line, Polygon, Polyline, Title};
 
 pub(super) fn curve(series: &Series, index: usize, axes: &Axes) -> Group {
     let style = style::of(index);
@@ -58,12 +58,36 @@ fn mark(point: &Point, style: Style, axes: &Axes) -> Group {
             all = all.add(bar(line(end, y - 3.5, end, y + 3.5)));
         }
     }
+    if point.warned {
+        all = all.add(ring(x, y));
+    }
     let fill = if point.doubtful { "none" } else { style.color };
     all.add(
         marker(style.marker, x, y)
             .set("fill", fill)
             .set("stroke", style.color),
     )
+}
+
+/// Around what came with a warning.
+fn ring(x: f64, y: f64) -> Circle {
+    Circle::new()
+        .set("class", "warned")
+        .set("cx", round(x))
+        .set("cy", round(y))
+        .set("r", 8.5)
+        .set("fill", "none")
+        .set("stroke", "currentColor")
+        .set("stroke-width", 1.1)
+}
+
+/// What the ring means, below so many rows.
+pub(super) fn legend_of_warnings(rows: usize) -> Group {
+    let y = TOP + 8.0 + ROW * rows as f64;
+    Group::new()
+        .set("class", "remark")
+        .add(ring(LEGEND + 18.0, y))
+        .add(text(LEGEND + 44.0, y + 4.0, "with a warning", "start"))
 }
 
 fn marker(marker: Marker, x: f64, y: f64) -> Polygon {

@@ -208,3 +208,93 @@ fn equal_renders_are_equal_files() {
         assert!(files[0] == files[1], "{integrator}");
     }
 }
+
+/// Glass under a small lamp: what comes through it is found by few paths.
+const SPARKLING: &str = r#"LookAt 0 2 5  0 0.5 0  0 1 0
+Camera "perspective" "float fov" 40
+PixelFilter "box" "float xwidth" 0.5 "float ywidth" 0.5
+Film "image" "integer xresolution" 64 "integer yresolution" 64
+WorldBegin
+LightSource "infinite" "rgb L" [0.2 0.2 0.2]
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [900 900 900]
+Translate 1 3 1
+Shape "sphere" "float radius" 0.05
+AttributeEnd
+Material "matte" "rgb Kd" [0.6 0.6 0.6]
+Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 4 0 -4 4 0 4 -4 0 4]
+Material "glass"
+AttributeBegin
+Translate 0 0.7 0
+Shape "sphere" "float radius" 0.6
+AttributeEnd
+WorldEnd
+"#;
+
+/// The layer of an EXR file, red, green and blue.
+fn layer(path: &std::path::Path, prefix: &str) -> Option<Vec<[f32; 3]>> {
+    let image = exr::prelude::read_all_flat_layers_from_file(path).unwrap();
+    let channels = &image.layer_data[0].channel_data.list;
+    let values = |c: &str| -> Option<Vec<f32>> {
+        let name = format!("{prefix}{c}");
+        let channel = channels.iter().find(|channel| channel.name.eq(&name))?;
+        Some(channel.sample_data.values_as_f32().collect())
+    };
+    let [r, g, b] = [values("R")?, values("G")?, values("B")?];
+    Some((0..r.len()).map(|i| [r[i], g[i], b[i]]).collect())
+}
+
+/// What is said to have been replaced and to be gone is; what was rendered is beside it.
+#[test]
+fn spots_are_replaced_and_kept() {
+    let folder = Folder::new();
+    folder.write("a.pbrt", SPARKLING);
+    let effort = |integrator: &str| match integrator {
+        "pt" => "--spp 16 --max-depth 6",
+        _ => "--mutations 24 --chains 512 --bootstrap 3000 --max-depth 6",
+    };
+    for integrator in ["pt", "mmlt"] {
+        let flags = format!(
+            "render a.pbrt --no-png --threads 1 --integrator {integrator} {}",
+            effort(integrator)
+        );
+        folder.run(&format!("{flags} -o plain.exr")).succeeds();
+        let ran = folder.run(&format!(
+            "{flags} -o a.exr -o a.pfm --despeckle --firefly-report --stats a.json"
+        ));
+        let said = ran.succeeds().stderr();
+        let path = folder.path().join("a.exr");
+        let (clean, raw) = (folder.exr("a.exr").pixels, layer(&path, "raw.").unwrap());
+        assert_eq!(raw, folder.exr("plain.exr").pixels, "{integrator}");
+        assert_eq!(layer(&folder.path().join("plain.exr"), "raw."), None);
+
+        let stats = std::fs::read_to_string(folder.path().join("a.json")).unwrap();
+        let stats: serde_json::Value = serde_json::from_str(&stats).unwrap();
+        let speckles = &stats["speckles"];
+        let changed = (clean.iter().zip(&raw)).filter(|(a, b)| a != b).count();
+        assert!(changed > 0, "{integrator}: {said}");
+        assert_eq!(speckles["pixels"], changed, "{integrator}");
+        let sum = |pixels: &[[f32; 3]]| -> f64 {
+            pixels.as_flattened().iter().map(|v| f64::from(*v)).sum()
+        };
+        let gone = (sum(&raw) - sum(&clean)) / sum(&raw);
+        let share = speckles["share"].as_f64().unwrap();
+        assert!(gone > 0.0 && (gone - share).abs() < 1e-9, "{gone} {share}");
+        for part in [
+            format!("--despeckle: {changed} pixel"),
+            format!("{:.3} % of the picture's light is gone", 100.0 * gone),
+            "layers raw of a.exr have what was rendered".into(),
+            "fireflies: ".into(),
+        ] {
+            assert!(said.contains(&part), "{part}: {said}");
+        }
+    }
+    let one = "render a.pbrt --no-png --integrator pt --spp 1 --despeckle -o a.pfm";
+    let said = folder.run(one).succeeds().stderr();
+    assert!(
+        said.contains("one sample per pixel has no two halves"),
+        "{said}"
+    );
+    let both = "render a.pbrt --despeckle --no-estimate -o a.pfm";
+    assert!(folder.run(both).fails(2).contains("--no-estimate"));
+}
