@@ -266,7 +266,7 @@ fn samples_and_chains() {
     let mut slit = load_str(text, "slit.pbrt", Path::new("")).unwrap();
     slit.set_resolution(56, 56).unwrap();
     let mut settings = settings(&slit, IntegratorKind::Auto);
-    settings.mutations_per_pixel = 300;
+    settings.mutations_per_pixel = 600;
     settings.bootstrap = 65_536;
     settings.chains = 4096;
     settings.seed = 1;

@@ -2,9 +2,10 @@
 //!
 //! Where lights are large, or the sky is one, a path tracer leaves less error than bidirectional
 //! samples that trace as many rays. It has a pilot of its own, in the same pixels. It is chosen
-//! only if it is clearly better in both halves of the pilot, and if there is no light that it could
-//! have missed: none that it finds by chance alone ([`crate::integrate::chance`]), and no part of
-//! the picture in which bidirectional samples have found more.
+//! only if it is clearly better in both halves of the pilot, if both have found the light often
+//! enough to know it, and if there is none that it could have missed: none that it finds by chance
+//! alone ([`crate::integrate::chance`]), and no part of the picture in which bidirectional samples
+//! have found more.
 
 use super::evidence::{Contribution, gather};
 use super::model::{self, Choice, Costs};
@@ -23,6 +24,9 @@ use rayon::prelude::*;
 const WORTH: f64 = 0.8;
 /// Fewest samples that tell.
 const ENOUGH: u32 = 4096;
+/// Fewest contributions of equal weight, of either kind. Who has found fewer hardly knows how much
+/// light there is, and not at all how much it lacks.
+const KNOWN: f64 = 256.0;
 /// Cells along each side of the picture that are compared.
 const CELLS: usize = 8;
 /// Part of all light that may be missing from a cell, if it is also [`SURE`] standard errors.
@@ -36,6 +40,10 @@ pub(super) fn choice<L: Lanes>(run: &Run, pilot: &Pilot) -> Option<(Choice, u64)
         return None;
     }
     let own = trace::<L>(run, n);
+    let known = |of: &Pilot| effective(&of.contributions) >= KNOWN;
+    if !known(pilot) || !known(&own) {
+        return None;
+    }
     if misses(run, &pilot.contributions, &own.contributions, n) {
         return None;
     }
@@ -122,6 +130,14 @@ fn trace<L: Lanes>(run: &Run, count: u32) -> Pilot {
     let mut pilot = Pilot::default();
     batches.into_iter().for_each(|batch| pilot.add(batch));
     pilot
+}
+
+/// How many contributions of equal weight would tell as much of what is not seen directly.
+fn effective(contributions: &[Contribution]) -> f64 {
+    let values = || (contributions.iter()).filter(|c| c.depth > 0);
+    let sum: f64 = values().map(|c| f64::from(c.value)).sum();
+    let squares: f64 = values().map(|c| f64::from(c.value).powi(2)).sum();
+    sum * sum / squares.max(f64::MIN_POSITIVE)
 }
 
 /// Whether there is a part of the picture in which `others` have found more than `own`.

@@ -40,10 +40,8 @@ const CHAINS: u64 = 2048;
 /// Bootstrap paths of a trial over its mutations. A render has fewer. A trial that had so few
 /// would be judged by its uncertain brightness.
 const BOOTSTRAP: f64 = 1.0;
-/// What else is better than samples by less is not worth it: a moment is too short to see all
-/// spots of chains.
-const WORTH: f64 = 0.9;
-/// The same of both together, whose chains make fewer mutations.
+/// Both together are not worth it if they are better by less: their chains make few mutations, and
+/// a moment is too short to see all of their spots.
 const WORTH_BOTH: f64 = 0.5;
 /// Rays of a bootstrap path over its vertices: many end early.
 const LIVE: f64 = 0.7;
@@ -151,7 +149,7 @@ pub(super) fn best<L: Lanes>(run: &Run, choices: [&Choice; 3], budget: Budget) -
     if !alone.is_finite() {
         return None;
     }
-    let mut best = usize::from(chains < WORTH * alone);
+    let mut best = usize::from(chains < alone);
     if both < WORTH_BOTH * errors[best] {
         best = 2;
     }
