@@ -11,9 +11,9 @@ trap 'rm -rf "$work"' EXIT
 cat <<'PAGE'
 # Gallery
 
-Ten scenes, each rendered without naming an integrator, on two cores of a virtual machine. The
-errors are what Phalanx says of its pictures ([error.md](error.md)): a last line in the terminal
-like the one below each picture. `docs/gallery.sh` renders all of them again.
+Ten scenes, rendered by what Phalanx chooses, on two cores of a virtual machine, which had other
+work, too. The errors are what Phalanx says of its pictures ([error.md](error.md)): the last line in
+the terminal begins as the line below each picture does. `docs/gallery.sh` renders all of them again.
 PAGE
 
 # Name of the picture, scene, command's flags, words.
@@ -44,5 +44,5 @@ picture prism scenes/prism.pbrt "--time 30" "White light through a slit and a pr
 picture fog scenes/fog.pbrt "--integrator auto --time 30" "A spotlight in fog, a ball of milk in glass, and a ball of coloured smoke."
 picture wax scenes/wax.pbrt "--time 30" "A candle, a ball of milk and a block of marble: light below surfaces."
 picture hair scenes/hair.pbrt "--time 30" "Three tassels of hair, blond, red and brown."
-picture veach-ajar "$ajar" "--time 60" "'Veach, Ajar', by Benedikt Bitterli (public domain): all light comes
+picture veach-ajar "$ajar" "--time 60 --exposure auto" "'Veach, Ajar', by Benedikt Bitterli (public domain): all light comes
 through a door ajar."

@@ -152,8 +152,8 @@ fn strategy(depth: u32, i: usize, monitors: &[&Monitor]) -> StrategyMixing {
         share: scalar.mean(),
         rhat: scalar.rhat(),
         ess: scalar.ess(),
-        acceptance_small: over(small, small.accepted),
-        acceptance_large: over(large, large.accepted),
+        acceptance_small: over(small, small.acceptance()),
+        acceptance_large: over(large, large.acceptance()),
         dark_small: over(small, small.dark as f64),
         dark_large: over(large, large.dark as f64),
     }

@@ -67,13 +67,21 @@ impl Segment {
 pub struct Tally {
     /// How many were recorded.
     pub proposals: u64,
-    /// Sum of their acceptance probabilities.
-    pub accepted: f64,
+    /// Sum of their acceptance probabilities, in units of 2^-32: the same in any order.
+    pub accepted: u64,
     /// Proposals that carry no light.
     pub dark: u64,
 }
 
+/// An acceptance probability of 1 in [`Tally::accepted`].
+const UNIT: f64 = (1u64 << 32) as f64;
+
 impl Tally {
+    /// Sum of acceptance probabilities.
+    pub fn acceptance(&self) -> f64 {
+        self.accepted as f64 / UNIT
+    }
+
     /// Adds what others have recorded.
     pub fn merge(&mut self, other: &Self) {
         self.proposals += other.proposals;
@@ -371,7 +379,7 @@ impl Monitor {
             let kind = usize::from(view.large[i] > 0.0);
             let tally = &mut self.tallies[kind][index(splat.s)];
             tally.proposals += 1;
-            tally.accepted += f64::from(view.share[i]);
+            tally.accepted += (f64::from(view.share[i]) * UNIT) as u64;
             tally.dark += u64::from(view.is_dark(i));
         }
         self.records += 1;

@@ -28,7 +28,7 @@ pub use self::reader::Reader;
 pub use self::writer::Writer;
 
 /// Of what is in a file, and in which order.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 #[cfg(test)]
 mod tests;

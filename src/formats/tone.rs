@@ -108,7 +108,7 @@ const GAMMA: f32 = 2.2;
 /// How far each channel is brought to the mean of all before the curve, and back after it.
 const TO_GREY: f32 = 0.2;
 
-/// Each channel `v` becomes `v + a (mean - v)`, `a` = [`TO_GREY`], goes through the curve, and the
+/// Each channel `v` becomes `v + a (mean - v)`, `a` = 0.2, goes through the curve, and the
 /// inverse of that step follows. Greys stay greys. What the inverse brings below 0 or above 1 is
 /// cut off.
 pub fn agx_like(rgb: [f32; 3]) -> [f32; 3] {

@@ -65,7 +65,10 @@ fn stays_tallies_and_large_steps_are_counted() {
     assert_eq!(m.stays()[0].raster, [17.0, 0.5]);
     assert_eq!(m.stays()[0].s, 4);
     let large = m.tallies()[1][1];
-    assert_eq!((large.proposals, large.accepted, large.dark), (25, 12.5, 0));
+    assert_eq!(
+        (large.proposals, large.acceptance(), large.dark),
+        (25, 12.5, 0)
+    );
     assert_eq!(m.tallies()[0], [Tally::default(); 3]);
     assert_eq!(m.groups()[0].sums[1], 400 * UNITS as u64);
     assert_eq!(m.large()[0], TileMoments::default());
